@@ -1,0 +1,42 @@
+"""What a command sets in JAX before it computes: double precision, and compiled programs kept between runs."""
+
+import os
+from pathlib import Path
+
+
+def prepare_jax() -> None:
+    """Switch JAX to float64 and keep compiled programs on disk. Call before anything that makes an array is imported.
+
+    A cache folder already set in JAX (`JAX_COMPILATION_CACHE_DIR`) stays as it is.
+    """
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    if jax.config.jax_compilation_cache_dir is None and (folder := compilation_cache()) is not None:
+        jax.config.update("jax_compilation_cache_dir", str(folder))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def compilation_cache() -> Path | None:
+    """Folder for compiled programs, created when absent; None when switched off or not writable.
+
+    `VIBROJAX_CACHE` names it, and switches the cache off when empty. Otherwise it is `vibrojax` in the user's cache
+    folder (`XDG_CACHE_HOME`, or `~/.cache`).
+    """
+    named = os.environ.get("VIBROJAX_CACHE")
+    if named == "":
+        return None
+    try:
+        folder = Path(named).expanduser() if named else _user_cache() / "vibrojax"
+        folder = folder.absolute()
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # RuntimeError: the user has no home folder
+        return None
+    return folder if os.access(folder, os.W_OK | os.X_OK) else None
+
+
+def _user_cache() -> Path:
+    """The XDG rule: a relative XDG_CACHE_HOME is ignored."""
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return given if given.is_absolute() else Path.home() / ".cache"

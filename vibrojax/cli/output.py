@@ -1,0 +1,54 @@
+"""Results appear all at once or not at all: they are written aside and moved into place on success."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vibrojax.errors import InputError
+
+
+@contextmanager
+def output_folder(out: Path) -> Iterator[Path]:
+    """Lend an empty folder to write results into; move its files to `out` when the block ends without an error.
+
+    Files of the same name from an earlier run are replaced, one by one; other files in `out` are left alone. When the
+    block fails, `out` is as it was before, or is not there.
+
+    Args:
+        out: folder that shall hold the results; it and its parents are created on success.
+
+    Yields:
+        The folder to write into, on the same file system as `out`.
+
+    Raises:
+        InputError: `out` is a file, or cannot be written.
+    """
+    out = Path(out).absolute()
+    parking = next(path for path in (out, *out.parents) if os.path.lexists(path))
+    if not parking.is_dir():
+        raise InputError(f"cannot write results to {out}: {parking} is not a folder; name another folder with --out")
+    try:
+        aside = Path(tempfile.mkdtemp(prefix=f".{out.name}-unfinished-", dir=parking))
+    except OSError as error:
+        raise InputError(f"cannot write results to {out}: {parking}: {error.strerror}; name another folder with --out") from error
+    try:
+        yield aside
+        try:
+            _move_files(aside, out)
+        except OSError as error:
+            raise InputError(f"cannot write results to {out}: {error.filename2 or error.filename}: {error.strerror}") from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _move_files(source: Path, target: Path) -> None:
+    """Folders are made, never moved: the lent one is private to the user, those made here obey the umask."""
+    target.mkdir(parents=True, exist_ok=True)
+    for item in sorted(source.iterdir()):
+        if item.is_dir():
+            _move_files(item, target / item.name)
+        else:
+            os.replace(item, target / item.name)

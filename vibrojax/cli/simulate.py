@@ -1,0 +1,30 @@
+"""`vibrojax simulate`: a model and an experiment in, one table of every channel per record out."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.output import output_folder
+
+EXAMPLE = "Example:  vibrojax simulate --model rig-B-fit/model.json --experiment rig-B/experiment.toml --out rig-B-model"
+
+
+def simulate(
+    model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json that a fit wrote.", show_default=False)],
+    experiment: Annotated[
+        Path, typer.Option(metavar="EXPERIMENT.toml", help="The experiment whose records are simulated.", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables.", show_default=False)],
+) -> None:
+    """Simulate every record of an experiment with a fitted model.
+
+    Writes one CSV file per record with time and all channels, in SI units, on the record's own time stamps where it has them.
+    Exit status: 0 done, 2 bad input, 3 the integration failed.
+    """
+    with output_folder(out) as folder:
+        prepare_jax()
+        from identification.run import run_simulate
+
+        run_simulate(model, experiment, folder)

@@ -1,0 +1,82 @@
+"""What every contact law is.
+
+Signs, once for the whole program: the indentation delta = u - gap grows into the stop, contact is delta > 0, and a law returns the
+magnitude of the push that the stop gives back to the hammer (positive in compression).
+
+To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `parameters` and implements `force` and
+`contact_time`, then list it in `vibrojax/contact/__init__.py`.
+"""
+
+import abc
+from typing import ClassVar
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from vibrojax import smooth
+from vibrojax.parameters import Parameter
+
+Scalars = Float[Array, "..."]
+
+
+class AbstractContactLaw(eqx.Module):
+    """A relation between the motion of the hammer against the stop and the force or impulse of the stop."""
+
+    name: eqx.AbstractClassVar[str]
+    """Name on the command line and in `model.json`."""
+    title: eqx.AbstractClassVar[str]
+    """Name in printed tables, with author and year."""
+    parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
+
+
+class AbstractCompliantLaw(AbstractContactLaw):
+    """A law in which the stop gives way: the force follows from indentation and its rate."""
+
+    @abc.abstractmethod
+    def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
+        """Force in contact, N.
+
+        Arguments:
+            indentation: delta >= 0, m.
+            rate: d(delta)/dt, m/s.
+            approach_speed: speed at the touch that began this contact, m/s; only laws calibrated by a restitution use it.
+        """
+
+    @abc.abstractmethod
+    def contact_time(self, mass: Scalars, approach_speed: Scalars) -> Scalars:
+        """Rough duration of an impact, s: integrators choose their steps by it, so it need only be right within a factor of two."""
+
+
+class AbstractInstantaneousLaw(AbstractContactLaw):
+    """A law in which the stop is rigid: the velocity jumps at the touch."""
+
+    @abc.abstractmethod
+    def rebound_speed(self, approach_speed: Scalars) -> Scalars:
+        """Speed after the impact, m/s, from the speed before it, m/s."""
+
+
+def smoothed_force(law: AbstractCompliantLaw, indentation: Scalars, rate: Scalars, approach_speed: Scalars, smoothing: Scalars) -> Scalars:
+    """Force of a law whose contact switch is spread over the width epsilon (`smoothing`, m).
+
+    F_eps = H_eps(delta) F(R_eps(delta), delta'), with H_eps a quintic switch on [-eps/2, eps/2] and R_eps its integral, so that flight
+    further than eps/2 from the stop stays exactly free. With `smoothing` 0 this is the discontinuous law.
+    """
+    return smooth.step(indentation, smoothing) * law.force(smooth.ramp(indentation, smoothing), rate, approach_speed)
+
+
+def power_law_contact_time(stiffness: Scalars, exponent: Scalars, mass: Scalars, approach_speed: Scalars) -> Scalars:
+    """Duration of an elastic impact on F = k delta^n, s, to a few per cent: 3 delta_max / v (exact factor: pi for n = 1, 2.94 for n = 1.5)."""
+    n1 = exponent + 1.0
+    deepest = smooth.power(0.5 * n1 * mass * approach_speed**2 / stiffness, 1.0 / n1)
+    return 3.0 * deepest / approach_speed
+
+
+IMPACT_STIFFNESS = Parameter(
+    name="k_i", field="impact_stiffness", symbol="k_i", unit="N/m^n", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness"
+)
+IMPACT_EXPONENT = Parameter(
+    name="n", field="impact_exponent", symbol="n", unit="1", start=1.5, lower=0.8, upper=4.0, logarithmic=False, meaning="contact exponent"
+)
+IMPACT_DAMPING = Parameter(
+    name="lambda_i", field="impact_damping", symbol="λ_i", unit="s/m", start=0.3, lower=1e-6, upper=1e3, meaning="contact damping factor"
+)

@@ -1,0 +1,40 @@
+"""What a model parameter is called, how it is printed, and where its value may lie."""
+
+import dataclasses
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """Name, thesis symbol, unit and admissible range of one physical parameter.
+
+    A positive parameter (`lower >= 0`, `logarithmic`) is estimated through its logarithm, so that a step of the fit is relative
+    and never leaves the range of positive numbers.
+
+    Example:
+        >>> Parameter(name="zeta", field="damping_ratio", symbol="ζ", unit="1", start=0.02, upper=2.0).logarithmic
+        True
+    """
+
+    name: str
+    """Name in `fit.json` and `model.json`."""
+    field: str
+    """Attribute of the law or suspension that holds the value."""
+    symbol: str
+    """The thesis's symbol, for printed tables."""
+    unit: str
+    start: float
+    """Order of magnitude, taken where the data suggest nothing better."""
+    lower: float = 0.0
+    upper: float = np.inf
+    logarithmic: bool = True
+    meaning: str = ""
+
+    def to_internal(self, value: float) -> float:
+        """Value in SI -> the coordinate in which the fit moves."""
+        return float(np.log(value)) if self.logarithmic else float(value)
+
+    def to_physical(self, internal: float) -> float:
+        """Coordinate of the fit -> value in SI."""
+        return float(np.exp(internal)) if self.logarithmic else float(internal)
