@@ -1,0 +1,120 @@
+"""The fit: suspension from free flight, contact law from impacts, then all together."""
+
+import dataclasses
+from collections.abc import Callable
+
+import jax.numpy as jnp
+import numpy as np
+
+from identification.layout import Active, Estimate, free_nuisances
+from identification.levenberg_marquardt import Equations, LevenbergMarquardt, Outcome, settle
+from identification.prepare import Prepared
+from identification.residual import normal_equations
+from identification.windows import Windows
+from vibrojax.integrate import Landing
+
+Progress = Callable[[str, int, float], None]
+_STEPS_PER_PERIOD = 150.0
+_OUT_OF_REACH = 1e3
+"""m"""
+
+
+def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
+    """Steps short enough for these frequencies; `refinement` 2 halves every step."""
+    fastest = max([float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.model.values().get("f_n", 0.0)])
+    flight = 2e-3 if fastest <= 0 else 1.0 / (_STEPS_PER_PERIOD * fastest)
+    return Landing(contact_steps=40.0 * refinement, flight_step=flight / refinement)
+
+
+def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], Equations]:
+    """Function from a point of the fit to the normal equations of all windows."""
+    model, layout = _as_arrays(prepared), prepared.layout
+    sizes = np.cumsum([len(group.record) for group in prepared.groups])[:-1]
+    groups = [_on_device(group) for group in prepared.groups]
+
+    def evaluate(estimate: Estimate) -> Equations:
+        locals_ = np.split(estimate.local(prepared.record), sizes)
+        parts = [normal_equations(model, layout, integrator, g, jnp.asarray(v)) for g, v in zip(groups, locals_, strict=True)]
+        join = lambda name: np.concatenate([np.asarray(getattr(part, name)) for part in parts])
+        return Equations(hessian=join("hessian"), gradient=join("gradient"), cost=join("cost"), record=prepared.record)
+
+    return evaluate
+
+
+def fit(prepared: Prepared, *, method: LevenbergMarquardt | None = None, progress: Progress = lambda stage, iteration, cost: None) -> Outcome:
+    """Estimate everything from `prepared.start` on; the stages share one compiled program and differ in weights and free parameters."""
+    method = method or LevenbergMarquardt()
+    integrator = integrator_for(prepared)
+    estimate = prepared.start
+    in_law = _mask(prepared, {p.name for p in prepared.model.law.parameters})
+    held = _mask(prepared, set(prepared.fixed))
+    nuisances = free_nuisances(list(prepared.experiment.records), any_contact=_touched(prepared))
+    bounds = _bounds(prepared)
+    rough = dataclasses.replace(method, tolerance=10 * method.tolerance, most_iterations=8)
+
+    flights = prepared.with_groups(flight_only(prepared))
+    stages = [
+        ("free flight", flights, Active(shared=~in_law & ~held, nuisances=nuisances & np.array([True, True, False])), rough),
+        ("impacts", prepared, Active(shared=in_law & ~held, nuisances=nuisances & np.array([False, False, True])), rough),
+        ("all", prepared, Active(shared=~held, nuisances=nuisances), method),
+    ]
+    for name, data, active, control in stages:
+        if name != "all" and not active.shared.any():
+            continue
+        evaluate = evaluator(data, integrator)
+        if name != "free flight":
+            estimate = settle(evaluate, estimate)
+        outcome = control(
+            evaluate, estimate, active, bounds, lambda i, cost, name=name: progress(name, i, cost)
+        )
+        estimate = outcome.estimate
+    return outcome
+
+
+def flight_only(prepared: Prepared) -> tuple[Windows, ...]:
+    """The windows with every sample from their first contact on left out, and the stop out of reach: a linear problem."""
+    return tuple(
+        dataclasses.replace(group, weight=_before_contact(group, prepared.touching), gap=group.gap + _OUT_OF_REACH)
+        for group in prepared.groups
+    )
+
+
+def _before_contact(group: Windows, touching: tuple[np.ndarray | None, ...]) -> np.ndarray:
+    weight = group.weight.copy()
+    for lane, (record, first, length) in enumerate(zip(group.record, group.first, group.lengths, strict=True)):
+        contact = touching[record]
+        if contact is not None and contact[first : first + length].any():
+            weight[lane, max(int(np.argmax(contact[first : first + length])) - 8, 0) :] = 0.0
+    return weight
+
+
+def _touched(prepared: Prepared) -> np.ndarray:
+    """(records,) bool: the hammer met the stop; taken as true where the motion was not recorded, except for a free decay."""
+    kinds = [record.kind for record in prepared.experiment.records]
+    return np.array([kind != "free-decay" if t is None else bool(t.any()) for t, kind in zip(prepared.touching, kinds, strict=True)])
+
+
+def _mask(prepared: Prepared, names: set[str]) -> np.ndarray:
+    return np.array([p.name in names for p in prepared.layout.parameters])
+
+
+def _bounds(prepared: Prepared) -> tuple[np.ndarray, np.ndarray]:
+    """Range of every shared parameter in internal coordinates."""
+    parameters = prepared.layout.parameters
+    low = np.array([p.to_internal(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in parameters])
+    return low, np.array([p.to_internal(p.upper) for p in parameters])
+
+
+def _as_arrays(prepared: Prepared):
+    """The model with array leaves, so that compiled code does not depend on its numbers."""
+    import equinox as eqx
+    import jax
+
+    arrays = jax.tree.map(jnp.asarray, eqx.filter(prepared.model, eqx.is_inexact_array_like))
+    return eqx.combine(arrays, prepared.model)
+
+
+def _on_device(group: Windows) -> Windows:
+    import jax
+
+    return jax.tree.map(jnp.asarray, group)

@@ -1,0 +1,72 @@
+"""Relative motion as a record shows it, smoothed: good enough to start a fit from, never used as its data."""
+
+import dataclasses
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from identification.experiment import Record
+
+_HALF_WINDOW_S = 1.5e-3
+"""Half width of the local polynomials, s: shorter than the contacts of interest, longer than a few samples of them."""
+_CONTACT_SIGNIFICANCE = 6.0
+"""A force this many standard deviations above zero is contact."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Kinematics:
+    """Smoothed relative displacement, velocity and acceleration, and where the hammer is in contact; all of shape (samples,)."""
+
+    u: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    base_acceleration: np.ndarray
+    force: np.ndarray
+    """Measured contact force, or the force that the inertia asks for where none was measured, N."""
+    touching: np.ndarray
+
+
+def relative_displacement(record: Record) -> np.ndarray | None:
+    """U = x - y, m, from whichever channels give it; None where no combination does. NaN stretches are bridged linearly."""
+    channels = record.channels
+    if "relative_displacement" in channels:
+        u = channels["relative_displacement"]
+    elif "hammer_displacement" not in channels:
+        return None
+    elif record.kind != "cart-excitation":
+        u = channels["hammer_displacement"]
+    elif "cart_displacement" in channels:
+        u = channels["hammer_displacement"] - channels["cart_displacement"]
+    else:
+        return None
+    return bridged(record.time, u)
+
+
+def bridged(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values with NaN stretches replaced by straight lines."""
+    usable = np.isfinite(values)
+    return values if usable.all() else np.interp(time, time[usable], values[usable])
+
+
+def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) -> Kinematics | None:
+    """Local cubic fits to the relative displacement of a record; None where that was not recorded."""
+    u = relative_displacement(record)
+    if u is None:
+        return None
+    dt = float(np.median(np.diff(record.time)))
+    half = int(np.clip(round(_HALF_WINDOW_S / dt), 3, len(u) // 4))
+    smooth, v, a = (savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt) for order in range(3))
+    force, noise = _force(record, mass, a + base_acceleration)
+    touching = force > _CONTACT_SIGNIFICANCE * noise
+    touching &= smooth > record.gap - 0.05 * np.ptp(smooth)
+    return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, touching=touching)
+
+
+def _force(record: Record, mass: float, absolute_acceleration: np.ndarray) -> tuple[np.ndarray, float]:
+    """Contact force and its noise: of the load cell, else minus mass times acceleration (which still holds the suspension's force)."""
+    if "impact_force" in record.channels:
+        return bridged(record.time, record.channels["impact_force"]), record.noise["impact_force"]
+    acceleration = record.channels.get("hammer_acceleration")
+    force = -mass * (absolute_acceleration if acceleration is None else bridged(record.time, acceleration))
+    spread = 1.4826 * np.median(np.abs(force - np.median(force)))
+    return force - np.median(force), spread

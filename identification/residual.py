@@ -1,0 +1,82 @@
+"""Residuals of all windows and their derivatives: the only place where the fit meets the solver."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from identification.layout import STATES, Layout
+from identification.windows import Windows
+from vibrojax.channels import channels
+from vibrojax.excitation import Harmonic, Unforced
+from vibrojax.integrate import SUCCESS, Landing, Trajectory
+from vibrojax.model import Model
+from vibrojax.system import System
+
+
+class Normal(eqx.Module):
+    """Gauss-Newton quantities of every window."""
+
+    hessian: Float[Array, "lanes size size"]
+    gradient: Float[Array, "lanes size"]
+    cost: Float[Array, " lanes"]
+    """Half the sum of squared residuals; infinite where the integration failed."""
+
+
+def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
+    """The rig in one window, from that window's vector."""
+    shared, amplitude, phase, gap_error = local[: layout.shared], *local[layout.shared : -len(STATES)]
+    values = {p.name: jnp.exp(value) if p.logarithmic else value for p, value in zip(layout.parameters, shared, strict=True)}
+    base = lane.motion
+    if base is None:
+        base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=lane.frequency_hz)
+    applied = Unforced() if lane.applied is None else lane.applied
+    return model.replace(values).system(gap=lane.gap + gap_error, base=base, applied=applied)
+
+
+def predict(
+    model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
+) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
+    """Model channels of every window, in the order of `windows.channels`, and the trajectories they come from."""
+    systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
+    trajectory = integrator.batch(systems, windows.ts, local[:, -len(STATES) :], windows.lengths)
+    lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
+    readings = jax.vmap(channels)(systems, lanes)
+    return jnp.stack([readings[name] for name in windows.channels], axis=-1), trajectory
+
+
+def weighted_residual(
+    model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
+) -> tuple[Float[Array, "lanes time channels"], Int[Array, " lanes"]]:
+    """r = (measured - model) / sigma, zero where nothing counts, and each window's result code."""
+    predicted, trajectory = predict(model, layout, integrator, windows, local)
+    counted = windows.weight > 0
+    return jnp.where(counted, (windows.measured - predicted) * windows.weight, 0.0), trajectory.result
+
+
+@eqx.filter_jit
+def residuals(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]):
+    """Compiled `weighted_residual`."""
+    return weighted_residual(model, layout, integrator, windows, local)
+
+
+@eqx.filter_jit
+def normal_equations(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> Normal:
+    """Cost, gradient and Gauss-Newton matrix of every window, by forward-mode differentiation in its own vector.
+
+    Windows share no state, so one sweep with `size` tangents gives the derivatives of all of them.
+    """
+
+    def along(direction):
+        tangent = jnp.broadcast_to(direction, local.shape)
+        at = lambda vector: weighted_residual(model, layout, integrator, windows, vector)
+        return jax.jvp(at, (local,), (tangent,), has_aux=True)
+
+    residual, derivative, result = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
+    lanes = residual.shape[0]
+    flat, jacobian = residual.reshape(lanes, -1), derivative.reshape(lanes, layout.size, -1)
+    cost = jnp.where(result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
+    return Normal(
+        hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian), gradient=jnp.einsum("lis,ls->li", jacobian, flat), cost=cost
+    )
+

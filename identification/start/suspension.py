@@ -1,0 +1,61 @@
+"""Damping ratio and natural frequency from free flight, by the weak form of the equation of motion."""
+
+import numpy as np
+
+from identification.experiment import Record
+from identification.kinematics import Kinematics
+
+_SUPPORTS = (24, 48, 96, 192, 384, 768, 1536)
+"""Lengths of the test functions, samples."""
+
+
+def suspension_start(
+    records: list[Record], motions: list[Kinematics | None], *, mass: float | None
+) -> tuple[dict[str, float], float | None]:
+    """Least-squares zeta and f_n over all flights of all records, and the mass where `mass` is None and a force was applied.
+
+    u'' + 2 zeta omega_n u' + omega_n^2 u = -y'' + f / m is multiplied by a bump phi that vanishes with its slope at both ends and
+    integrated by parts, so that no record is ever differentiated:
+    int(u phi'') - 2 zeta omega_n int(u phi') + omega_n^2 int(u phi) = int((f / m - y'') phi).
+
+    Empty where there is no flight long enough or the answer is not a vibration.
+    Source: R. Shinbrot, On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547-552.
+    """
+    rows = [row for record, motion in zip(records, motions, strict=True) if motion is not None for row in _rows(record, motion)]
+    if len(rows) < 4:
+        return {}, mass
+    second, first, zeroth, drive, force, weight = np.array(rows).T
+    columns = [-first, zeroth] if mass is not None else [-first, zeroth, -force]
+    right = drive - second + (0.0 if mass is None else force / mass)
+    solution, *_ = np.linalg.lstsq(np.stack(columns, axis=1) * weight[:, None], right * weight, rcond=None)
+    if solution[1] <= 0:
+        return {}, mass
+    omega_n = np.sqrt(solution[1])
+    zeta = float(np.clip(solution[0] / (2 * omega_n), 1e-3, 1.0))
+    found_mass = mass if mass is not None else (1.0 / solution[2] if solution[2] > 0 else None)
+    return {"zeta": zeta, "f_n": float(omega_n / (2 * np.pi))}, found_mass
+
+
+def _rows(record: Record, motion: Kinematics) -> list[tuple[float, ...]]:
+    """Weak-form integrals over every flight: of u phi'', u phi', u phi, -y'' phi and f phi, and the weight of the equation."""
+    dt = float(np.median(np.diff(record.time)))
+    force = record.channels.get("applied_force", np.zeros_like(motion.u))
+    rows = []
+    for start, stop in _flights(motion.touching):
+        for length in (n for n in _SUPPORTS if n <= stop - start):
+            half = 0.5 * length * dt
+            s = np.linspace(-1, 1, length)
+            bump, slope, curve = (1 - s**2) ** 4, -8 * s * (1 - s**2) ** 3 / half, (56 * s**2 - 8) * (1 - s**2) ** 2 / half**2
+            weight = 1.0 / np.sqrt(np.sum(curve**2))
+            for first in range(start, stop - length + 1, length // 2):
+                part = slice(first, first + length)
+                u = motion.u[part]
+                rows.append((u @ curve, u @ slope, u @ bump, -motion.base_acceleration[part] @ bump, force[part] @ bump, weight))
+    return rows
+
+
+def _flights(touching: np.ndarray) -> list[tuple[int, int]]:
+    """Stretches without contact, a few samples away from it: (first, one past the last)."""
+    near = np.convolve(touching, np.ones(9), "same") > 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], near, [True]]).astype(int)))
+    return list(zip(edges[::2], edges[1::2], strict=True))
