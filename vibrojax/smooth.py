@@ -2,12 +2,25 @@
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
-_SINE_SERIES = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800, -1 / 1307674368000, 1 / 355687428096000)
+from vibrojax.shapes import Number, Scalars
+
+_SINE_SERIES = (
+    1.0,
+    -0.1666666666666581,
+    0.008333333333262877,
+    -0.00019841269820093728,
+    2.755731607695764e-06,
+    -2.5051851494283738e-08,
+    1.6047301121780614e-10,
+    -7.364645631285608e-13,
+)
+"""Coefficients of r, r^3, ... of sin r: minimax on [-pi/2, pi/2] with the first held at 1, error 1.1e-16 before rounding."""
+_PI_HIGH, _PI_LOW = 3.1415926534682512, 1.2154201013012384e-10
+"""pi in two parts; the first has 33 bits, so that a whole number of half turns below 2^19 times it is exact."""
 
 
-def power(base: Float[Array, "..."], exponent: Float[Array, "..."]) -> Float[Array, "..."]:
+def power(base: Scalars, exponent: Number) -> Scalars:
     """`base ** exponent` for `base >= 0` and `exponent > 0`; zero, with zero derivatives, at and below zero.
 
     Written as exp(n log d): on CPU an order of magnitude cheaper than the library `pow`, and without its NaN derivative with respect
@@ -18,12 +31,12 @@ def power(base: Float[Array, "..."], exponent: Float[Array, "..."]) -> Float[Arr
     return jnp.where(positive, jnp.exp(exponent * jnp.log(safe)), 0.0)
 
 
-def step(x: Float[Array, "..."], width: Float[Array, "..."]) -> Float[Array, "..."]:
+def step(x: Scalars, width: Number) -> Scalars:
     """Switch from 0 (x <= -width/2) to 1 (x >= width/2), twice continuously differentiable; width 0 is the sharp switch."""
     return jnp.where(width > 0, _quintic(x / jnp.where(width > 0, width, 1.0) + 0.5), jnp.where(x > 0, 1.0, 0.0))
 
 
-def ramp(x: Float[Array, "..."], width: Float[Array, "..."]) -> Float[Array, "..."]:
+def ramp(x: Scalars, width: Number) -> Scalars:
     """Smoothed max(x, 0): the integral of `step`, exactly 0 below -width/2 and exactly x above width/2."""
     sharp = jnp.maximum(x, 0.0)
     safe = jnp.where(width > 0, width, 1.0)
@@ -32,23 +45,27 @@ def ramp(x: Float[Array, "..."], width: Float[Array, "..."]) -> Float[Array, "..
     return jnp.where((width > 0) & (jnp.abs(x) < 0.5 * safe), inside, sharp)
 
 
-def _quintic(s: Float[Array, "..."]) -> Float[Array, "..."]:
+def _quintic(s: Scalars) -> Scalars:
     """Quintic smoothstep on [0, 1], clamped outside."""
     s = jnp.clip(s, 0.0, 1.0)
     return s**3 * (10.0 + s * (6.0 * s - 15.0))
 
 
 @jax.custom_jvp
-def sine(angle: Float[Array, "..."]) -> Float[Array, "..."]:
-    """sin to 2e-14 for |angle| < 1e5, as a polynomial: the library's float64 sine costs 92 ns an element on CPU, this about 1 ns."""
-    turns = jnp.round(angle / jnp.pi)
-    r = angle - turns * jnp.pi
-    square = r * r
-    series = jnp.zeros_like(r) + _SINE_SERIES[-1]
-    for coefficient in _SINE_SERIES[-2::-1]:
-        series = series * square + coefficient
-    sign = 1.0 - 2.0 * jnp.abs(turns - 2.0 * jnp.round(0.5 * turns))
-    return sign * r * series
+def sine(angle: Scalars) -> Scalars:
+    """Sine to 5e-16 for |angle| < 1e6, as a polynomial: several times cheaper on CPU than the library's float64 sine.
+
+    Beyond, the error grows with the angle.
+    """
+    turns = jnp.round(angle * (1.0 / jnp.pi))
+    return _sign(turns) * _near_zero(angle, turns)
+
+
+@jax.custom_jvp
+def cosine(angle: Scalars) -> Scalars:
+    """Cosine, by the same polynomial and to the same accuracy as `sine`."""
+    turns = jnp.round(angle * (1.0 / jnp.pi) - 0.5)
+    return -_sign(turns) * _near_zero(angle, turns + 0.5)
 
 
 @sine.defjvp
@@ -57,6 +74,22 @@ def _sine_jvp(primals, tangents):
     return sine(angle), cosine(angle) * rate
 
 
-def cosine(angle: Float[Array, "..."]) -> Float[Array, "..."]:
-    """cos, by the same polynomial as `sine`."""
-    return sine(angle + 0.5 * jnp.pi)
+@cosine.defjvp
+def _cosine_jvp(primals, tangents):
+    (angle,), (rate,) = primals, tangents
+    return cosine(angle), -sine(angle) * rate
+
+
+def _near_zero(angle: Scalars, turns: Scalars) -> Scalars:
+    """Sine of what is left of an angle after some half turns, at most pi/2 either way."""
+    r = (angle - turns * _PI_HIGH) - turns * _PI_LOW
+    square = r * r
+    series = jnp.full_like(r, _SINE_SERIES[-1])
+    for coefficient in _SINE_SERIES[-2::-1]:
+        series = series * square + coefficient
+    return r * series
+
+
+def _sign(turns: Scalars) -> Scalars:
+    """(-1)^turns."""
+    return 1.0 - 2.0 * jnp.abs(turns - 2.0 * jnp.round(0.5 * turns))

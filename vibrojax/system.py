@@ -2,13 +2,11 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, smoothed_force
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
+from vibrojax.shapes import Number, Scalars, Value
 from vibrojax.suspension import AbstractSuspension
-
-Scalars = Float[Array, "..."]
 
 
 class System(eqx.Module):
@@ -18,17 +16,17 @@ class System(eqx.Module):
     Physics only: which solver integrates it, and with which smoothing, is the integrator's business.
     """
 
-    mass: float | Float[Array, ""]
+    mass: Value
     """kg"""
     suspension: AbstractSuspension
     law: AbstractContactLaw
-    gap: float | Float[Array, ""]
+    gap: Value
     """m"""
     base: AbstractBaseMotion
     applied: AbstractAppliedForce
 
     def indentation(self, u: Scalars) -> Scalars:
-        """delta = u - gap, m; positive in contact."""
+        """Distance into the stop, delta = u - gap, m; positive in contact."""
         return u - self.gap
 
     def relative_acceleration(self, t: Scalars, u: Scalars, v: Scalars, contact_force: Scalars) -> Scalars:
@@ -42,7 +40,7 @@ class System(eqx.Module):
             return jnp.zeros_like(u)
         return self.law.force(jnp.maximum(self.indentation(u), 0.0), v, approach_speed)
 
-    def smoothed_contact_force(self, u: Scalars, v: Scalars, approach_speed: Scalars, smoothing: Scalars) -> Scalars:
+    def smoothed_contact_force(self, u: Scalars, v: Scalars, approach_speed: Scalars, smoothing: Number) -> Scalars:
         """Force of the stop with the contact switch spread over `smoothing`, m, in and out of contact, N."""
         if not isinstance(self.law, AbstractCompliantLaw):
             raise TypeError(f"a rigid stop ({self.law.name}) has no force to smooth: integrate it with the landing or switch integrator")

@@ -3,20 +3,21 @@
 Signs, once for the whole program: the indentation delta = u - gap grows into the stop, contact is delta > 0, and a law returns the
 magnitude of the push that the stop gives back to the hammer (positive in compression).
 
-To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `parameters` and implements `force` and
-`contact_time`, then list it in `vibrojax/contact/__init__.py`.
+To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `title`, `parameters` and implements `force`
+and `contact_time` (or of `AbstractInstantaneousLaw`, with `rebound_speed`), then list it in `vibrojax/contact/__init__.py`.
 """
 
 import abc
-from typing import ClassVar
 
 import equinox as eqx
-from jaxtyping import Array, Float
+import jax.numpy as jnp
 
 from vibrojax import smooth
 from vibrojax.parameters import Parameter
+from vibrojax.shapes import Number, Scalars
 
-Scalars = Float[Array, "..."]
+SLOWEST_APPROACH = 1e-6
+"""m/s; laws calibrated by a restitution take a slower approach as this one, so that a grazing touch or a resting contact stays finite."""
 
 
 class AbstractContactLaw(eqx.Module):
@@ -36,6 +37,9 @@ class AbstractCompliantLaw(AbstractContactLaw):
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """Force in contact, N.
 
+        Inside contact only: the caller switches the force off in flight. At delta = 0 it is the limit from inside, which a law that jumps
+        at touch needs.
+
         Arguments:
             indentation: delta >= 0, m.
             rate: d(delta)/dt, m/s.
@@ -44,7 +48,12 @@ class AbstractCompliantLaw(AbstractContactLaw):
 
     @abc.abstractmethod
     def contact_time(self, mass: Scalars, approach_speed: Scalars) -> Scalars:
-        """Rough duration of an impact, s: integrators choose their steps by it, so it need only be right within a factor of two."""
+        """Rough duration of an impact, s: integrators choose their steps by it, so it need only be right within a factor of two.
+
+        Arguments:
+            mass: kg.
+            approach_speed: m/s, above zero.
+        """
 
 
 class AbstractInstantaneousLaw(AbstractContactLaw):
@@ -55,20 +64,30 @@ class AbstractInstantaneousLaw(AbstractContactLaw):
         """Speed after the impact, m/s, from the speed before it, m/s."""
 
 
-def smoothed_force(law: AbstractCompliantLaw, indentation: Scalars, rate: Scalars, approach_speed: Scalars, smoothing: Scalars) -> Scalars:
+def smoothed_force(law: AbstractCompliantLaw, indentation: Scalars, rate: Scalars, approach_speed: Scalars, smoothing: Number) -> Scalars:
     """Force of a law whose contact switch is spread over the width epsilon (`smoothing`, m).
 
     F_eps = H_eps(delta) F(R_eps(delta), delta'), with H_eps a quintic switch on [-eps/2, eps/2] and R_eps its integral, so that flight
-    further than eps/2 from the stop stays exactly free. With `smoothing` 0 this is the discontinuous law.
+    further than eps/2 from the stop stays exactly free. With `smoothing` 0 this is the discontinuous law. The error is confined to
+    |delta| < eps/2: its maximum falls as eps^n, its integral over delta as eps^(n+1) (n = 0 for a force that jumps at touch).
     """
     return smooth.step(indentation, smoothing) * law.force(smooth.ramp(indentation, smoothing), rate, approach_speed)
 
 
-def power_law_contact_time(stiffness: Scalars, exponent: Scalars, mass: Scalars, approach_speed: Scalars) -> Scalars:
-    """Duration of an elastic impact on F = k delta^n, s, to a few per cent: 3 delta_max / v (exact factor: pi for n = 1, 2.94 for n = 1.5)."""
+def power_law_contact_time(stiffness: Number, exponent: Number, mass: Scalars, approach_speed: Scalars) -> Scalars:
+    """Duration of an elastic impact on F = k delta^n, taken as 3 delta_max / v, s.
+
+    The exact factor, 2 sqrt(pi) Gamma(1 + 1/(n+1)) / Gamma(1/2 + 1/(n+1)), is 3.25 for n = 0.8, pi for n = 1, 2.94 for n = 1.5 and
+    2.51 for n = 4.
+    """
     n1 = exponent + 1.0
     deepest = smooth.power(0.5 * n1 * mass * approach_speed**2 / stiffness, 1.0 / n1)
     return 3.0 * deepest / approach_speed
+
+
+def relative_rate(rate: Scalars, approach_speed: Scalars) -> Scalars:
+    """Rate over approach speed, delta' / v0, with an approach slower than `SLOWEST_APPROACH` taken as that."""
+    return rate / jnp.maximum(approach_speed, SLOWEST_APPROACH)
 
 
 IMPACT_STIFFNESS = Parameter(
@@ -79,4 +98,13 @@ IMPACT_EXPONENT = Parameter(
 )
 IMPACT_DAMPING = Parameter(
     name="lambda_i", field="impact_damping", symbol="λ_i", unit="s/m", start=0.3, lower=1e-6, upper=1e3, meaning="contact damping factor"
+)
+RESTITUTION = Parameter(
+    name="e", field="restitution", symbol="e", unit="1", start=0.7, lower=1e-3, upper=1.0, logarithmic=False, meaning="restitution"
+)
+LINEAR_STIFFNESS = Parameter(
+    name="k_i", field="impact_stiffness", symbol="k_i", unit="N/m", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness"
+)
+LINEAR_DAMPING = Parameter(
+    name="lambda_i", field="impact_damping", symbol="λ_i", unit="s", start=1e-4, lower=1e-9, upper=1.0, meaning="contact damping time"
 )

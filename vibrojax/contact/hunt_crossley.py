@@ -3,18 +3,11 @@
 from typing import ClassVar
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from vibrojax import smooth
-from vibrojax.contact.base import (
-    IMPACT_DAMPING,
-    IMPACT_EXPONENT,
-    IMPACT_STIFFNESS,
-    AbstractCompliantLaw,
-    Scalars,
-    power_law_contact_time,
-)
+from vibrojax.contact.base import IMPACT_DAMPING, IMPACT_EXPONENT, IMPACT_STIFFNESS, AbstractCompliantLaw, power_law_contact_time
 from vibrojax.parameters import Parameter
+from vibrojax.shapes import Scalars, Value
 
 
 class HuntCrossley(AbstractCompliantLaw):
@@ -22,15 +15,22 @@ class HuntCrossley(AbstractCompliantLaw):
 
     F = k_i delta^n (1 + lambda_i delta'), never negative.
 
-    Restitution e against approach speed v0 obeys a (1 + e) = ln((1 + a) / (1 - a e)), a = lambda_i v0, whatever mass, k_i and n.
-    Differentiable everywhere but on the line 1 + lambda_i delta' = 0, where the clipping acts.
+    Restitution e against approach speed v0 obeys a (1 + e) = ln((1 + a) / (1 - a e)), a = lambda_i v0, whatever mass, k_i and n; solved,
+    e = (1 + W(-(1 + a) exp(-1 - a))) / a with Lambert's W (principal branch).
+    Differentiable everywhere but on the line 1 + lambda_i delta' = 0, where the clipping acts; at delta = 0 all derivatives are taken
+    as zero, which is the true slope for n > 1.
+
+    Arguments:
+        impact_stiffness: k_i > 0, N/m^n.
+        impact_exponent: n > 0, 1; 1.5 for spheres.
+        impact_damping: lambda_i >= 0, s/m.
 
     Source: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975)
-    440-445, eq. 5 with their damping coefficient written as k_i lambda_i.
+    440-445; their damping force b x^p x'^q with p = n, q = 1 and b = k_i lambda_i, clipped at zero.
 
     Example:
         >>> law = HuntCrossley(impact_stiffness=2.1e8, impact_exponent=1.6, impact_damping=0.6)
-        >>> float(law.force(jnp.asarray(1e-4), jnp.asarray(0.0), jnp.asarray(0.1)).round(1))
+        >>> round(float(law.force(jnp.asarray(1e-4), jnp.asarray(0.0), jnp.asarray(0.1))), 1)
         83.6
     """
 
@@ -38,9 +38,9 @@ class HuntCrossley(AbstractCompliantLaw):
     title: ClassVar[str] = "Hunt–Crossley (1975)"
     parameters: ClassVar[tuple[Parameter, ...]] = (IMPACT_STIFFNESS, IMPACT_EXPONENT, IMPACT_DAMPING)
 
-    impact_stiffness: float | Float[Array, ""]
-    impact_exponent: float | Float[Array, ""]
-    impact_damping: float | Float[Array, ""]
+    impact_stiffness: Value
+    impact_exponent: Value
+    impact_damping: Value
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i delta^n max(1 + lambda_i delta', 0), N."""

@@ -7,9 +7,8 @@ To add one: write a file with a final subclass of `AbstractBaseMotion` (implemen
 import abc
 
 import equinox as eqx
-from jaxtyping import Array, Float
 
-Scalars = Float[Array, "..."]
+from vibrojax.shapes import Scalars
 
 
 class AbstractBaseMotion(eqx.Module):

@@ -1,23 +1,31 @@
 """A cart driven by a pure sine, or at rest."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from vibrojax import smooth
-from vibrojax.excitation.base import AbstractBaseMotion, Scalars
+from vibrojax.excitation.base import AbstractBaseMotion
+from vibrojax.shapes import Scalars, Value
 
 
 class Harmonic(AbstractBaseMotion):
-    """y = A0 sin(2 pi f t + base_phase); amplitude 0 is a cart at rest.
+    """A cart driven by a pure sine; amplitude 0 is a cart at rest.
+
+    y = A0 sin(Omega t + base_phase), Omega = 2 pi f. Differentiable everywhere.
+
+    Arguments:
+        base_amplitude: A0, m.
+        base_phase: rad.
+        frequency_hz: f, Hz.
 
     Example:
-        >>> Harmonic(base_amplitude=jnp.asarray(0.002), base_phase=jnp.asarray(0.0), frequency_hz=5.0).displacement(jnp.asarray(0.05)).round(6)
-        Array(0.002, dtype=float64)
+        >>> base = Harmonic(base_amplitude=0.002, base_phase=0.0, frequency_hz=5.0)
+        >>> round(float(base.displacement(jnp.asarray(0.05))), 6)
+        0.002
     """
 
-    base_amplitude: float | Float[Array, ""]
-    base_phase: float | Float[Array, ""]
-    frequency_hz: float | Float[Array, ""]
+    base_amplitude: Value
+    base_phase: Value
+    frequency_hz: Value
 
     def displacement(self, t: Scalars) -> Scalars:
         """A0 sin, m."""

@@ -4,22 +4,32 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from vibrojax.excitation.base import AbstractAppliedForce, AbstractBaseMotion, Scalars
+from vibrojax.excitation.base import AbstractAppliedForce, AbstractBaseMotion
+from vibrojax.shapes import Scalars
 
 
 class CubicSignal(eqx.Module):
     """Piecewise cubic function of time; beyond the first and last knot the outer pieces go on.
 
+    Differentiable in t as often as its pieces join smoothly; at a knot the derivative is that of the piece on its right.
+
     Arguments:
-        knots: times, s, strictly increasing.
+        knots: times, s, strictly increasing, one more than pieces.
         coefficients: of (t - knot)^3, ^2, ^1, ^0 on each piece, in the order of `scipy.interpolate.PPoly`.
+
+    Example:
+        >>> signal = CubicSignal(knots=jnp.asarray([0.0, 1.0]), coefficients=jnp.asarray([[1.0], [0.0], [0.0], [2.0]]))
+        >>> float(signal(jnp.asarray(2.0))), float(signal(jnp.asarray(2.0), 1))
+        (10.0, 12.0)
     """
 
-    knots: Float[Array, " knots"]
-    coefficients: Float[Array, "4 pieces"]
+    knots: Float[Array, "*batch knots"]
+    coefficients: Float[Array, "*batch 4 pieces"]
 
     def __call__(self, t: Scalars, derivative: int = 0) -> Scalars:
-        """Value, first or second derivative at t."""
+        """Value (`derivative` 0), first (1) or second (2) derivative at t."""
+        if derivative not in (0, 1, 2):
+            raise ValueError(f"derivative is {derivative}; a cubic signal gives 0, 1 or 2")
         piece = jnp.clip(jnp.searchsorted(self.knots, t, side="right") - 1, 0, self.coefficients.shape[1] - 1)
         s = t - self.knots[piece]
         c3, c2, c1, c0 = self.coefficients[:, piece]

@@ -2,7 +2,8 @@
 
 import jax.numpy as jnp
 
-from vibrojax.excitation.base import AbstractAppliedForce, Scalars
+from vibrojax.excitation.base import AbstractAppliedForce
+from vibrojax.shapes import Scalars
 
 
 class Unforced(AbstractAppliedForce):

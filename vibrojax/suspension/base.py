@@ -7,13 +7,13 @@ then list it in `vibrojax/suspension/__init__.py`.
 import abc
 
 import equinox as eqx
-from jaxtyping import Array, Float
 
 from vibrojax.parameters import Parameter
+from vibrojax.shapes import Scalars
 
-Scalars = Float[Array, "..."]
-
-DAMPING_RATIO = Parameter(name="zeta", field="damping_ratio", symbol="ζ", unit="1", start=0.02, lower=1e-7, upper=2.0, meaning="damping ratio")
+DAMPING_RATIO = Parameter(
+    name="zeta", field="damping_ratio", symbol="ζ", unit="1", start=0.02, lower=1e-7, upper=2.0, meaning="damping ratio"
+)
 NATURAL_FREQUENCY = Parameter(
     name="f_n", field="natural_frequency_hz", symbol="f_n", unit="Hz", start=3.0, lower=1e-3, upper=1e4, meaning="natural frequency"
 )

@@ -3,11 +3,20 @@
 from typing import ClassVar
 
 from vibrojax.parameters import Parameter
-from vibrojax.suspension.base import AbstractSuspension, Scalars
+from vibrojax.shapes import Scalars
+from vibrojax.suspension.base import AbstractSuspension
 
 
 class Free(AbstractSuspension):
-    """u'' = drive: a body that moves freely between impacts, such as a rider on an air track."""
+    """No spring, no damper: a body that moves freely between impacts, such as a rider on an air track.
+
+    u'' = drive. Differentiable everywhere.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> float(Free().acceleration(jnp.asarray(1.0), jnp.asarray(2.0), jnp.asarray(3.0)))
+        3.0
+    """
 
     name: ClassVar[str] = "free"
     parameters: ClassVar[tuple[Parameter, ...]] = ()

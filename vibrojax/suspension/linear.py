@@ -3,27 +3,34 @@
 from typing import ClassVar
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from vibrojax.parameters import Parameter
-from vibrojax.suspension.base import DAMPING_RATIO, NATURAL_FREQUENCY, AbstractSuspension, Scalars
+from vibrojax.shapes import Scalars, Value
+from vibrojax.suspension.base import DAMPING_RATIO, NATURAL_FREQUENCY, AbstractSuspension
 
 
 class Linear(AbstractSuspension):
-    """u'' = -2 zeta omega_n u' - omega_n^2 u + drive, with omega_n = 2 pi f_n.
+    """Linear spring and dashpot between hammer and cart.
+
+    u'' = -2 zeta omega_n u' - omega_n^2 u + drive, with omega_n = 2 pi f_n. Differentiable everywhere.
+
+    Arguments:
+        damping_ratio: zeta >= 0, 1.
+        natural_frequency_hz: f_n > 0, Hz.
 
     Source: thesis section 3.4 (beam springs), in modal form.
 
     Example:
-        >>> Linear(damping_ratio=0.0, natural_frequency_hz=0.5).acceleration(jnp.asarray(1.0), jnp.asarray(0.0), jnp.asarray(0.0)).round(4)
-        Array(-9.8696, dtype=float64)
+        >>> suspension = Linear(damping_ratio=0.0, natural_frequency_hz=0.5)
+        >>> round(float(suspension.acceleration(jnp.asarray(1.0), jnp.asarray(0.0), jnp.asarray(0.0))), 4)
+        -9.8696
     """
 
     name: ClassVar[str] = "linear"
     parameters: ClassVar[tuple[Parameter, ...]] = (DAMPING_RATIO, NATURAL_FREQUENCY)
 
-    damping_ratio: float | Float[Array, ""]
-    natural_frequency_hz: float | Float[Array, ""]
+    damping_ratio: Value
+    natural_frequency_hz: Value
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
         """Relative acceleration, m/s^2."""

@@ -4,29 +4,40 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from vibrojax.parameters import Parameter
-from vibrojax.suspension.base import DAMPING_RATIO, NATURAL_FREQUENCY, AbstractSuspension, Scalars
+from vibrojax.shapes import Scalars, Value
+from vibrojax.suspension.base import DAMPING_RATIO, NATURAL_FREQUENCY, AbstractSuspension
 
 
 class Pendulum(AbstractSuspension):
-    """Pendulum of length L in a cart that moves horizontally, written in the horizontal displacement u = L sin(phi).
+    """Pendulum in a cart that moves horizontally, written in the horizontal displacement u = L sin(phi).
 
     L phi'' + 2 zeta omega_n L phi' + omega_n^2 L sin(phi) = drive cos(phi), hence with s = u / L and c = sqrt(1 - s^2)
     u'' = c^2 drive - 2 zeta omega_n u' - omega_n^2 c u - s u'^2 / (L c^2).
 
     omega_n^2 is g / L for a point mass on light wires and is estimated, so that a real body's inertia is covered. Valid for |u| < L
-    (the wire short of horizontal); beyond, the square root is cut at 1e-6 to stay finite and the motion means nothing.
+    (the wire short of horizontal); beyond, c^2 is cut at 1e-6 to stay finite and the motion means nothing. For small u / L this is
+    `Linear`; the restoring acceleration at u is weaker by the factor c. Differentiable for |u| < L sqrt(1 - 1e-6).
+
+    Arguments:
+        damping_ratio: zeta >= 0, 1.
+        natural_frequency_hz: f_n > 0 of small swings, Hz.
+        length: L > 0, m; known, not estimated.
 
     Source: Lagrange's equation for the wires of thesis section 3.3, damping proportional to the angular rate; ours.
+
+    Example:
+        >>> suspension = Pendulum(damping_ratio=0.0, natural_frequency_hz=0.5, length=2.0)
+        >>> round(float(suspension.acceleration(jnp.asarray(1.0), jnp.asarray(0.0), jnp.asarray(0.0))), 4)
+        -8.5473
     """
 
     name: ClassVar[str] = "pendulum"
     parameters: ClassVar[tuple[Parameter, ...]] = (DAMPING_RATIO, NATURAL_FREQUENCY)
 
-    damping_ratio: float | Float[Array, ""]
-    natural_frequency_hz: float | Float[Array, ""]
+    damping_ratio: Value
+    natural_frequency_hz: Value
     length: float = eqx.field(static=True)
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
