@@ -1,0 +1,24 @@
+"""Experiments in: folders with `experiment.toml` and record files become checked SI arrays; no physics is known here."""
+
+from identification.experiment.channels import CHANNELS, KINDS, si_unit
+from identification.experiment.errors import ExperimentError
+from identification.experiment.experiment import Experiment
+from identification.experiment.load import load_experiment
+from identification.experiment.noise import estimate_noise
+from identification.experiment.record import Record
+from identification.experiment.rig import ParameterOption, Suspension
+from identification.experiment.sensor import Sensor
+
+__all__ = [
+    "CHANNELS",
+    "KINDS",
+    "Experiment",
+    "ExperimentError",
+    "ParameterOption",
+    "Record",
+    "Sensor",
+    "Suspension",
+    "estimate_noise",
+    "load_experiment",
+    "si_unit",
+]

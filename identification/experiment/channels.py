@@ -1,0 +1,34 @@
+"""The channels a record may hold, their dimensions, and the kinds of record."""
+
+from identification.experiment.units import SI_UNITS
+
+TIME = "time"
+
+# relative_displacement is u = x - y, for rigs that measure only the distance between hammer and cart.
+CHANNELS: dict[str, str] = {
+    "hammer_displacement": "displacement",
+    "cart_displacement": "displacement",
+    "relative_displacement": "displacement",
+    "hammer_acceleration": "acceleration",
+    "cart_acceleration": "acceleration",
+    "impact_force": "force",
+    "applied_force": "force",
+}
+CART_CHANNELS = ("cart_displacement", "cart_acceleration")
+KINDS = ("drop-test", "cart-excitation", "free-decay", "forced")
+
+
+def si_unit(channel: str) -> str:
+    """Name the SI unit of a channel.
+
+    Args:
+        channel: a key of `CHANNELS`.
+
+    Returns:
+        "m", "m/s^2" or "N".
+
+    Example:
+        >>> si_unit("impact_force")
+        'N'
+    """
+    return SI_UNITS[CHANNELS[channel]]

@@ -1,0 +1,82 @@
+"""The one error of this layer: an experiment that cannot be used as it stands."""
+
+import difflib
+from collections.abc import Iterable
+
+SHOWN_LENGTH = 60
+
+
+class ExperimentError(ValueError):
+    r"""An experiment or one of its records is not as the format asks.
+
+    The message is always one line: what was given, what was expected, what to do. White space of any kind in it,
+    line breaks that a file name or a library's own message brought along included, is folded to single blanks.
+
+    Args:
+        message: the sentence to show.
+
+    Example:
+        >>> str(ExperimentError("two\nlines"))
+        'two lines'
+    """
+
+    def __init__(self, message: str) -> None:
+        """Fold the message to one line and keep it."""
+        ValueError.__init__(self, " ".join(message.split()))
+
+
+def shown(value: object) -> str:
+    """Write a value as it may appear in a message: quoted, without control characters, shortened.
+
+    Args:
+        value: anything that was read from a file.
+
+    Returns:
+        At most about 60 characters, on one line.
+
+    Example:
+        >>> shown("a" * 100)[-5:]
+        "aaa…'"
+    """
+    if isinstance(value, str):
+        return repr(value if len(value) <= SHOWN_LENGTH else value[:SHOWN_LENGTH] + "…")
+    text = repr(value)
+    return text if len(text) <= SHOWN_LENGTH else text[:SHOWN_LENGTH] + "…"
+
+
+def suggestion(given: str, accepted: Iterable[str]) -> str:
+    """Say which accepted word was probably meant, or list them all.
+
+    Args:
+        given: the word as written.
+        accepted: the words that would have been right.
+
+    Returns:
+        The end of a message, beginning with a colon.
+
+    Example:
+        >>> suggestion("gapp", ["gap", "kind"])
+        ": did you mean 'gap'?"
+    """
+    words = list(accepted)
+    near = difflib.get_close_matches(given, words, n=1, cutoff=0.6)
+    return f": did you mean {shown(near[0])}?" if near else f": expected one of {listed(words)}"
+
+
+def listed(words: Iterable[str], most: int = 20) -> str:
+    """Join words for a message; beyond `most` only their count is told.
+
+    Args:
+        words: what to list.
+        most: how many are written out.
+
+    Returns:
+        The words, separated by commas.
+
+    Example:
+        >>> listed(["m", "mm"])
+        'm, mm'
+    """
+    every = [word if word.isprintable() and len(word) <= SHOWN_LENGTH else shown(word) for word in words]
+    rest = len(every) - most
+    return ", ".join(every[:most]) + (f" and {rest} more" if rest > 0 else "")

@@ -1,0 +1,91 @@
+"""From an experiment folder to an experiment."""
+
+from os import PathLike
+from pathlib import Path, PurePosixPath
+
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.experiment import Experiment
+from identification.experiment.load_record import load_record
+from identification.experiment.noise_table import with_noise
+from identification.experiment.readers import stem_of
+from identification.experiment.record_settings import RecordSettings, read_record_settings
+from identification.experiment.rig_settings import read_parameters, read_sensors, read_suspension
+from identification.experiment.schema import Table
+from identification.experiment.toml_file import find_experiment_file, parse_toml
+
+SCHEMA = 1
+TABLES = ("experiment", "hammer", "suspension", "contact", "parameters", "sensors")
+
+
+def load_experiment(path: str | PathLike[str], *, need_files: bool = True) -> Experiment:
+    """Read an experiment and all its records.
+
+    Args:
+        path: a folder with `experiment.toml`, or such a file.
+        need_files: False, for simulation, lets a record go without its file if it gives `duration` and `sampling_frequency`, or without
+            channels; where the file is there, its time stamps are used.
+
+    Returns:
+        The experiment, SI throughout; what was found odd stands in the notices of the records.
+
+    Raises:
+        ExperimentError: the experiment cannot be used as it stands; the message is one line.
+
+    Example:
+        >>> load_experiment("nowhere")
+        Traceback (most recent call last):
+        identification.experiment.errors.ExperimentError: nowhere does not exist: expected an experiment's folder or its \
+experiment.toml; check the path
+    """
+    file = find_experiment_file(Path(path))
+    values, digest = parse_toml(file)
+    top = Table(values=values, where=file.name)
+    top.allow("schema", *TABLES, "record")
+    _check_schema(values.get("schema"), file.name)
+    tables = {key: top.table(key, f"[{key}]") for key in TABLES}
+    for key, known in {"experiment": ("name",), "hammer": ("mass", "estimate_mass"), "contact": ("law",)}.items():
+        tables[key].allow(*known)
+    mass = tables["hammer"].needed_number("mass", unit="kg", positive=True)
+    suspension = read_suspension(tables["suspension"])
+    sensors = read_sensors(tables["sensors"])
+    settings = _record_settings(values.get("record"), file.name)
+    records = [load_record(each, file.parent, sensors, need_file=need_files) for each in settings]
+    return Experiment(
+        name=tables["experiment"].string("name") or file.parent.resolve().name,
+        folder=file.parent,
+        mass=mass,
+        mass_is_known=not tables["hammer"].flag("estimate_mass"),
+        suspension=suspension,
+        law=tables["contact"].string("law"),
+        parameters=read_parameters(tables["parameters"]),
+        sensors=sensors,
+        records=with_noise(records, sensors, needed=need_files),
+        sha256=digest,
+    )
+
+
+def _check_schema(schema: object, name: str) -> None:
+    """Only one version of the format exists."""
+    if schema is None:
+        raise ExperimentError(f"schema is missing in {name}: expected {SCHEMA}; add a first line 'schema = {SCHEMA}'")
+    if isinstance(schema, bool) or schema != SCHEMA:
+        raise ExperimentError(f"schema in {name} is {shown(schema)}: expected {SCHEMA}; correct it, or update the program")
+
+
+def _record_settings(tables: object, name: str) -> list[RecordSettings]:
+    """Check all `[[record]]` tables, and that no two of them mean one file or would write one result file."""
+    if isinstance(tables, dict):
+        raise ExperimentError(f"[record] in {name} is a single table: expected one for each record; write [[record]]")
+    if not isinstance(tables, list) or not tables:
+        raise ExperimentError(f"{name} has no record: expected at least one table [[record]] with file, kind and gap; add it")
+    settings = [read_record_settings(values, number) for number, values in enumerate(tables, start=1)]
+    for place, each in enumerate(settings):
+        for earlier in settings[:place]:
+            if PurePosixPath(each.file) == PurePosixPath(earlier.file):
+                raise ExperimentError(f"{each.where} is there twice: expected every file once; remove one of the two tables")
+            if stem_of(each.file) == stem_of(earlier.file):
+                raise ExperimentError(
+                    f"{each.where} and {earlier.where} have one name but for folder or suffix: expected different names, "
+                    "because results bear them; rename one"
+                )
+    return settings

@@ -1,0 +1,82 @@
+"""The noise of every channel of every record: declared, estimated, or borrowed where neither is possible."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identification.experiment.channels import CHANNELS, si_unit
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.noise import estimate_noise
+from identification.experiment.record import Record
+from identification.experiment.sensor import Sensor
+
+# Below this share of the channel's span no measurement is that quiet.
+COMPUTED = 1e-7
+
+
+def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed: bool = True) -> tuple[Record, ...]:
+    """Fill in `noise` and `noise_estimated` of all records.
+
+    A channel that stands still, or has too few samples, tells no noise: it borrows the largest estimate of the same channel in another
+    record, else of a channel of the same dimension.
+
+    Args:
+        records: with their channels.
+        sensors: with the declared noise.
+        needed: False leaves a channel out of `noise` where True would raise.
+
+    Returns:
+        The records with noise, and a notice on every estimate.
+
+    Raises:
+        ExperimentError: a channel's noise is not declared and can neither be estimated nor borrowed.
+    """
+    estimates = [
+        {channel: estimate_noise(values) for channel, values in record.channels.items() if sensors[channel].noise is None}
+        for record in records
+    ]
+    filled = tuple(_filled(record, own, estimates, sensors) for record, own in zip(records, estimates, strict=True))
+    for record in filled:
+        for channel in record.channels:
+            if needed and channel not in record.noise:
+                raise ExperimentError(
+                    f"{channel} stands still in record {shown(record.file)}, so its noise cannot be estimated: expected a declared noise; "
+                    f"add 'noise = …' in {si_unit(channel)} to [sensors.{channel}], or remove that table"
+                )
+    return filled
+
+
+def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> Record:
+    """Fill in one record."""
+    noise: dict[str, float] = {}
+    notices = list(record.notices)
+    for channel, values in record.channels.items():
+        declared = sensors[channel].noise
+        if declared is not None:
+            noise[channel] = declared
+            continue
+        estimate = own[channel]
+        if estimate is None:
+            borrowed, source = _borrowed(channel, estimates, sensors)
+            if borrowed is not None:
+                noise[channel] = borrowed
+                notices.append(f"{channel}: this record tells no noise; {borrowed:.3g} {si_unit(channel)} taken from {source}.")
+            continue
+        noise[channel] = estimate
+        notices.append(f"{channel}: noise not declared, estimated as {estimate:.3g} {si_unit(channel)}, taking it for white.")
+        if estimate < COMPUTED * float(np.nanmax(values) - np.nanmin(values)):
+            notices.append(f"{channel}: so little noise looks computed, not measured; declare 'noise' in [sensors.{channel}].")
+    return replace(record, noise=noise, noise_estimated=frozenset(channel for channel in own if channel in noise), notices=tuple(notices))
+
+
+def _borrowed(channel: str, estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> tuple[float | None, str]:
+    """Find noise for a channel that tells none itself, and say where it comes from."""
+    alike = [other for other in sensors if CHANNELS[other] == CHANNELS[channel] and other != channel]
+    for candidate in (channel, *alike):
+        found = [table[candidate] for table in estimates if table.get(candidate) is not None]
+        declared = sensors[candidate].noise
+        if found or declared is not None:
+            value = declared if declared is not None else max(value for value in found if value is not None)
+            return value, "the other records" if candidate == channel else candidate
+    return None, ""

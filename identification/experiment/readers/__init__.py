@@ -1,0 +1,80 @@
+"""Readers of record files, chosen by suffix."""
+
+from collections.abc import Set as AbstractSet
+from pathlib import Path, PurePath
+
+from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.readers.base import AbstractReader, Columns
+from identification.experiment.readers.delimited import DelimitedReader
+from identification.experiment.readers.hdf5 import Hdf5Reader
+from identification.experiment.readers.mat import MatReader
+from identification.experiment.readers.npz import NpzReader
+from identification.experiment.readers.unavailable import UnavailableReader
+
+READERS: tuple[AbstractReader, ...] = (DelimitedReader(), Hdf5Reader(), MatReader(), NpzReader(), UnavailableReader())
+
+__all__ = ["READERS", "AbstractReader", "Columns", "check_suffix", "read_columns", "stem_of"]
+
+
+def check_suffix(file: str) -> tuple[AbstractReader, str]:
+    """Find the reader of a file by its name.
+
+    Args:
+        file: name or path; upper and lower case are one.
+
+    Returns:
+        The reader and the suffix that chose it.
+
+    Raises:
+        ExperimentError: no reader has such a suffix.
+
+    Example:
+        >>> check_suffix("march/cart1.CSV.gz")[1]
+        '.csv.gz'
+    """
+    by_suffix = {suffix: reader for reader in READERS for suffix in reader.suffixes}
+    for suffix in sorted(by_suffix, key=len, reverse=True):
+        if file.lower().endswith(suffix):
+            return by_suffix[suffix], suffix
+    raise ExperimentError(f"record {shown(file)} has an unknown suffix: expected one of {listed(by_suffix)}; export it to one of these")
+
+
+def stem_of(file: str) -> str:
+    """Strip folder and suffix from a record's path.
+
+    Args:
+        file: path of a record.
+
+    Returns:
+        The bare name.
+
+    Example:
+        >>> stem_of("march/cart1.csv.gz")
+        'cart1'
+    """
+    name = PurePath(file).name
+    return name[: -len(check_suffix(file)[1])]
+
+
+def read_columns(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
+    """Read the wanted columns of a record file, whatever its format.
+
+    Args:
+        path: an existing plain file.
+        wanted: names of columns, as the file bears them.
+        file: the record's name for messages.
+
+    Returns:
+        The file's column names and the wanted columns, float64, shape (samples,) each.
+
+    Raises:
+        ExperimentError: the file is damaged or not as its format asks.
+    """
+    reader, _ = check_suffix(file)
+    try:
+        return reader.read(path, wanted)
+    except ExperimentError as error:
+        raise ExperimentError(f"record {shown(file)}: {error}") from error
+    except Exception as error:  # whatever a library finds wrong in a damaged file
+        reason = (str(error) or type(error).__name__)[:200]
+        raise ExperimentError(f"record {shown(file)} cannot be read as {reader.format} ({reason}): export it again") from error

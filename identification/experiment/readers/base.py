@@ -1,0 +1,104 @@
+"""What a reader of one file format provides.
+
+A reader turns a file into named columns of float64 numbers. It converts no unit and knows no channel: names are those of the file.
+It refuses, before it allocates, a file that claims more than `limits` allows.
+
+To add one: implement this one method, `read`, and name its `suffixes` and `format`, then list it in `readers/__init__.py`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float64, Shaped
+
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.readers.limits import check_samples
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Columns:
+    """What a file holds.
+
+    Attributes:
+        names: every column of the file, in its order, wanted or not.
+        values: the wanted columns that the file holds, float64, shape (samples,) each; their lengths may differ.
+    """
+
+    names: tuple[str, ...]
+    values: dict[str, Float64[np.ndarray, " _"]]
+
+
+class AbstractReader(ABC):
+    """Reads one file format."""
+
+    suffixes: ClassVar[tuple[str, ...]]
+    format: ClassVar[str]
+
+    @abstractmethod
+    def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
+        """Read the wanted columns of a file.
+
+        Args:
+            path: an existing plain file.
+            wanted: names of the columns to read; those that the file lacks are left out of the result.
+
+        Returns:
+            The file's column names and the wanted columns.
+
+        Raises:
+            ExperimentError: the content is not as it should be. Any other exception is taken for a damaged file.
+        """
+
+
+def as_column(array: Shaped[np.ndarray, "..."], name: str) -> Float64[np.ndarray, " samples"]:
+    """Turn an array of a binary file into a column.
+
+    Args:
+        array: one-dimensional, or with one dimension longer than 1, of integers or real numbers.
+        name: the column's name, for messages.
+
+    Returns:
+        The numbers, float64, shape (samples,), freshly allocated.
+
+    Raises:
+        ExperimentError: too many samples, another shape, or no real numbers.
+    """
+    check_shape(array.shape, name)
+    check_numeric(array.dtype, name)
+    return np.array(array, dtype=np.float64).reshape(-1)
+
+
+def check_shape(shape: tuple[int, ...], name: str) -> None:
+    """Refuse a shape that is no column, before anything is allocated.
+
+    Args:
+        shape: as the file claims.
+        name: the column's name.
+
+    Raises:
+        ExperimentError: more than one dimension longer than 1, or too many samples.
+    """
+    samples = 1
+    for length in shape:
+        samples *= int(length)
+    check_samples(samples, f"column {shown(name)}")
+    if len(shape) == 0 or (samples > 0 and max(shape) != samples):
+        raise ExperimentError(f"column {shown(name)} has shape {tuple(shape)}: expected one dimension; store one array per channel")
+
+
+def check_numeric(dtype: np.dtype, name: str) -> None:
+    """Refuse a type that holds no real numbers.
+
+    Args:
+        dtype: as the file declares.
+        name: the column's name.
+
+    Raises:
+        ExperimentError: text, objects, complex or logical values, structures.
+    """
+    if dtype.kind not in "iuf":
+        raise ExperimentError(f"column {shown(name)} holds {dtype}: expected integers or real numbers; store it as float64")

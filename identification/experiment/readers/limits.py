@@ -1,0 +1,57 @@
+"""How much a record file may claim before anything is allocated for it."""
+
+from identification.experiment.errors import ExperimentError
+
+MAX_SAMPLES = 50_000_000
+MAX_TEXT_BYTES = 4 * 2**30
+# A measured signal carries noise and never shrinks a hundredfold; small files are let through whatever their ratio.
+MAX_RATIO = 100
+FREE_BYTES = 64 * 2**20
+
+
+def allowed_bytes(stored_bytes: int) -> int:
+    """Tell how many bytes a file may unfold to.
+
+    Args:
+        stored_bytes: the file's own size.
+
+    Returns:
+        The limit in bytes.
+
+    Example:
+        >>> allowed_bytes(10) == FREE_BYTES
+        True
+    """
+    return max(FREE_BYTES, MAX_RATIO * stored_bytes)
+
+
+def check_samples(samples: int, what: str) -> None:
+    """Refuse more samples than a record may have.
+
+    Args:
+        samples: as the file claims.
+        what: for the message.
+
+    Raises:
+        ExperimentError: more than `MAX_SAMPLES`.
+    """
+    if samples > MAX_SAMPLES:
+        raise ExperimentError(f"{what} claims {samples} samples: expected at most {MAX_SAMPLES}; cut or decimate the record")
+
+
+def check_claim(claimed_bytes: int, stored_bytes: int, what: str) -> None:
+    """Refuse a claim that the file's own size cannot back.
+
+    Args:
+        claimed_bytes: memory that reading would take.
+        stored_bytes: size of the file.
+        what: for the message.
+
+    Raises:
+        ExperimentError: the claim is beyond `allowed_bytes`.
+    """
+    if claimed_bytes > allowed_bytes(stored_bytes):
+        raise ExperimentError(
+            f"{what} claims {claimed_bytes} bytes in a file of {stored_bytes} bytes: expected at most {allowed_bytes(stored_bytes)}; "
+            "the file is damaged, export it again"
+        )

@@ -1,0 +1,56 @@
+"""One record as the rest of the program sees it: SI, float64, every oddity told."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float64
+
+from identification.experiment.readers import stem_of
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    """One record of an experiment.
+
+    Attributes:
+        file: path of the record inside the experiment's folder, as written there.
+        kind: "drop-test", "cart-excitation", "free-decay" or "forced".
+        gap: clearance between hammer and stop at rest, m, as set by the operator.
+        excitation_frequency: Hz, as set; None where the record has no drive or the drive is the measured motion.
+        base: "sine", or "measured" where the recorded cart motion drives the model.
+        base_amplitude: A0 of y = A0 sin(2 pi f t + base_phase), m, or None.
+        base_phase: rad, or None.
+        initial_displacement: hammer minus cart at the first sample, m, or None.
+        initial_velocity: hammer minus cart at the first sample, m/s, or None.
+        duration: s, as declared, or None.
+        sampling_frequency: Hz, as declared, or None.
+        time: time stamps in s, finite and strictly increasing, shape (samples,).
+        channels: recorded channels in SI, float64, shape (samples,); NaN where a sample is not usable.
+        noise: standard deviation of each recorded channel, SI, above 0: declared, else estimated.
+        noise_estimated: the channels whose noise was estimated.
+        sha256: of the file's bytes, hexadecimal; None where there is no file.
+        notices: sentences for the operator on everything that was found odd or handled.
+    """
+
+    file: str
+    kind: str
+    gap: float
+    time: Float64[np.ndarray, " samples"]
+    excitation_frequency: float | None = None
+    base: str = "sine"
+    base_amplitude: float | None = None
+    base_phase: float | None = None
+    initial_displacement: float | None = None
+    initial_velocity: float | None = None
+    duration: float | None = None
+    sampling_frequency: float | None = None
+    channels: dict[str, Float64[np.ndarray, " samples"]] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)
+    noise_estimated: frozenset[str] = frozenset()
+    sha256: str | None = None
+    notices: tuple[str, ...] = ()
+
+    @property
+    def stem(self) -> str:
+        """File name without folder and suffix ("cart1" for "march/cart1.csv.gz"); unique within an experiment."""
+        return stem_of(self.file)

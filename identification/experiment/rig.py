@@ -1,0 +1,29 @@
+"""What the experiment file says about the rig itself."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Suspension:
+    """How the hammer hangs on the cart.
+
+    Attributes:
+        kind: "linear" (spring and damper), "pendulum" (wires, full geometry) or "free" (neither spring nor damper).
+        length: length of the pendulum in m, above 0; None for the other kinds.
+    """
+
+    kind: str
+    length: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterOption:
+    """What the operator wants of one parameter of the fit.
+
+    Attributes:
+        start: first guess, in the parameter's own unit; None leaves the choice to the fit.
+        fixed: True keeps the parameter at `start`.
+    """
+
+    start: float | None = None
+    fixed: bool = False

@@ -1,0 +1,159 @@
+"""Typed access to one table of the experiment file, with messages that say what to do."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from identification.experiment.errors import ExperimentError, listed, shown, suggestion
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """One TOML table and the words that place it.
+
+    Attributes:
+        values: the table as parsed.
+        where: how a message names it, for instance "[hammer]" or "record 'cart1.csv'".
+    """
+
+    values: dict[str, object]
+    where: str
+
+    def allow(self, *known: str, noun: str = "key") -> None:
+        """Refuse every key that is not `known`, with the nearest known one as a hint.
+
+        Args:
+            known: the accepted keys.
+            noun: what a key is called here.
+
+        Raises:
+            ExperimentError: a key is unknown.
+        """
+        for key in self.values:
+            if key not in known:
+                raise ExperimentError(f"unknown {noun} {shown(key)} in {self.where}{suggestion(key, known)}")
+
+    def number(self, key: str, *, unit: str = "", positive: bool = False) -> float | None:
+        """Read an optional number.
+
+        Args:
+            key: its name.
+            unit: for the message.
+            positive: whether it must lie above 0.
+
+        Returns:
+            The number, finite; None where the key is absent.
+
+        Raises:
+            ExperimentError: it is not a number, not finite, or not above 0.
+        """
+        if key not in self.values:
+            return None
+        return finite(self.values[key], f"{key} in {self.where}", unit=unit, positive=positive)
+
+    def needed_number(self, key: str, *, unit: str, positive: bool = False) -> float:
+        """Read a number that must be there; arguments and errors as for `number`."""
+        value = self.number(key, unit=unit, positive=positive)
+        if value is None:
+            raise ExperimentError(f"{key} is missing in {self.where}: expected {_wanted(unit, positive)}; add a line '{key} = …'")
+        return value
+
+    def string(self, key: str, choices: Iterable[str] | None = None) -> str | None:
+        """Read an optional, non-empty string, one of `choices` where these are given.
+
+        Args:
+            key: its name.
+            choices: the accepted words, or None for any.
+
+        Returns:
+            The string; None where the key is absent.
+
+        Raises:
+            ExperimentError: it is not a string, empty, or not among the choices.
+        """
+        if key not in self.values:
+            return None
+        value = self.values[key]
+        if not isinstance(value, str) or not value.strip():
+            raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected a text in quotes; correct it")
+        words = None if choices is None else list(choices)
+        if words is not None and value not in words:
+            raise ExperimentError(f"unknown {key} {shown(value)} in {self.where}{suggestion(value, words)}")
+        return value
+
+    def needed_string(self, key: str, choices: Iterable[str] | None = None) -> str:
+        """Read a string that must be there; arguments and errors as for `string`."""
+        words = None if choices is None else list(choices)
+        value = self.string(key, words)
+        if value is None:
+            wanted = "a text in quotes" if words is None else f"one of {listed(words)}"
+            raise ExperimentError(f"{key} is missing in {self.where}: expected {wanted}; add a line '{key} = \"…\"'")
+        return value
+
+    def flag(self, key: str) -> bool:
+        """Read an optional true or false (absent: False).
+
+        Args:
+            key: its name.
+
+        Returns:
+            The flag.
+
+        Raises:
+            ExperimentError: it is neither true nor false.
+        """
+        value = self.values.get(key, False)
+        if not isinstance(value, bool):
+            raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected true or false, without quotes; correct it")
+        return value
+
+    def table(self, key: str, where: str) -> "Table":
+        """Enter a table below this one (absent: empty).
+
+        Args:
+            key: its name.
+            where: how messages name it.
+
+        Returns:
+            The table.
+
+        Raises:
+            ExperimentError: the value is not a table.
+        """
+        value = self.values.get(key, {})
+        if not isinstance(value, dict):
+            raise ExperimentError(f"{where} is {shown(value)}: expected a table; write a line '{where}' and its keys below")
+        return Table(values=value, where=where)
+
+
+def finite(value: object, what: str, *, unit: str = "", positive: bool = False) -> float:
+    """Check that a parsed value is a finite number; neither true nor "1" is one.
+
+    Args:
+        value: as parsed.
+        what: how a message names it.
+        unit: for the message.
+        positive: whether it must lie above 0.
+
+    Returns:
+        The number as a float.
+
+    Raises:
+        ExperimentError: it is not such a number.
+
+    Example:
+        >>> finite(2, "mass", positive=True)
+        2.0
+    """
+    number = math.nan
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
+        number = float(value)
+    if not math.isfinite(number) or (positive and number <= 0.0):
+        remedy = "write the bare number" if isinstance(value, str | bool) else "correct it"
+        raise ExperimentError(f"{what} is {shown(value)}: expected {_wanted(unit, positive)}; {remedy}")
+    return number
+
+
+def _wanted(unit: str, positive: bool) -> str:
+    """Describe the number that would have been right."""
+    return "a finite number" + (" above 0" if positive else "") + (f" in {unit}" if unit else "")

@@ -1,0 +1,18 @@
+"""One sensor of the rig: the unit its readings are written in, its noise and its range."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """What the experiment file declares about one channel.
+
+    Attributes:
+        unit: unit of the recorded numbers, for instance "mm"; they are converted to SI on reading.
+        noise: standard deviation in SI, above 0; None where it is to be estimated from each record.
+        range: lowest and highest value, in SI, that the sensor can tell; samples at or beyond it are not usable. None: unlimited.
+    """
+
+    unit: str
+    noise: float | None = None
+    range: tuple[float, float] | None = None

@@ -1,0 +1,71 @@
+"""Time stamps: those of a file, checked, or those that a record declares."""
+
+import numpy as np
+from jaxtyping import Float64
+
+from identification.experiment.errors import ExperimentError
+from identification.experiment.readers.limits import check_samples
+
+MIN_SAMPLES = 16
+IRREGULAR_SPREAD = 0.01
+
+
+def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
+    """Check the time stamps of a record.
+
+    Args:
+        time: s, shape (samples,).
+        where: the record, for messages.
+
+    Returns:
+        A notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
+
+    Raises:
+        ExperimentError: no or too few samples, a time that is not finite, or that does not grow.
+    """
+    if time.size < MIN_SAMPLES:
+        count = f"only {time.size} samples" if time.size else "no samples, it is empty"
+        raise ExperimentError(f"{where} has {count}: expected at least {MIN_SAMPLES}; record longer or remove the record")
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        raise ExperimentError(f"time of {where} is not finite at sample {bad[0] + 1}: expected a number in every row; correct it there")
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0.0)
+    if back.size:
+        i = int(back[0])
+        raise ExperimentError(
+            f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
+            "expected strictly increasing time stamps; sort them or remove the repetition"
+        )
+    smallest, median, largest = float(steps.min()), float(np.median(steps)), float(steps.max())
+    if largest - smallest <= IRREGULAR_SPREAD * median:
+        return ()
+    at = time[int(np.argmax(steps))]
+    return (f"The sampling is irregular: steps of {smallest:.4g} to {largest:.4g} s, median {median:.4g}; the longest follows {at:.6g} s.",)
+
+
+def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:
+    """Make the time stamps of a record that has no file.
+
+    Args:
+        duration: s, above 0.
+        sampling_frequency: Hz, above 0.
+        where: the record, for messages.
+
+    Returns:
+        Stamps from 0 to `duration` inclusive, s, shape (samples,).
+
+    Raises:
+        ExperimentError: one of the two is missing, or they give fewer than two or too many samples.
+
+    Example:
+        >>> declared_time(0.5, 4.0, "record 'a.csv'")
+        array([0.  , 0.25, 0.5 ])
+    """
+    if duration is None or sampling_frequency is None:
+        raise ExperimentError(f"{where} has no file: expected its file, or duration and sampling_frequency; add them")
+    steps = np.floor(duration * sampling_frequency * (1.0 + 1e-12) + 1e-9)
+    if steps < 1.0:
+        raise ExperimentError(f"duration of {where} is shorter than one sampling step: expected at least one; lengthen it")
+    check_samples(int(min(steps, 1e18)) + 1, where)
+    return np.arange(int(steps) + 1) / sampling_frequency
