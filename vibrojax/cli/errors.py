@@ -18,11 +18,20 @@ def run(app: typer.Typer) -> NoReturn:
     """
     try:
         app()
-    except InputError as error:
+    except ValueError as error:
+        if not _is_bad_input(error):
+            raise
         _fail(error, BAD_INPUT)
     except NoConvergenceError as error:
         _fail(error, NO_CONVERGENCE)
     sys.exit(0)
+
+
+def _is_bad_input(error: ValueError) -> bool:
+    """Only now is the reader of experiments worth importing."""
+    from identification.experiment import ExperimentError
+
+    return isinstance(error, InputError | ExperimentError)
 
 
 def _fail(error: Exception, status: int) -> NoReturn:

@@ -8,14 +8,25 @@ from vibrojax import __version__
 from vibrojax.cli import fit, simulate
 from vibrojax.cli.errors import run
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, epilog=fit.EXAMPLE.replace("fit-parameters", "vibrojax fit"))
-app.command("fit", epilog=fit.EXAMPLE.replace("fit-parameters", "vibrojax fit"))(fit.fit)
+FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
+
+
+def _print_version(wanted: bool) -> bool:
+    """Eager, so that it needs no subcommand."""
+    if wanted:
+        typer.echo(f"vibrojax {__version__}")
+        raise typer.Exit
+    return wanted
+
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
+app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 
 
 @app.callback()
 def options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", callback=lambda on: _print_version(on), is_eager=True)] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True)] = False,
 ) -> None:
     """Identify and simulate a hammer that hits a stop."""
 
@@ -23,10 +34,3 @@ def options(
 def main() -> NoReturn:
     """Entry point of `vibrojax`."""
     run(app)
-
-
-def _print_version(wanted: bool) -> None:
-    """Eager, so that it needs no subcommand."""
-    if wanted:
-        typer.echo(f"vibrojax {__version__}")
-        raise typer.Exit

@@ -1,0 +1,39 @@
+"""What every test runs under: shapes and types checked at each call, double precision, no silent promotion."""
+
+from pathlib import Path
+
+import jaxtyping
+
+# Before either package is imported: a module that is already loaded stays unchecked.
+jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
+
+import jax  # noqa: E402
+import pytest  # noqa: E402
+
+ROOT = Path(__file__).resolve().parent.parent
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_numpy_rank_promotion", "raise")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compiled programs outlive the run: a second run of the suite compiles nothing."""
+    jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The repository."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of recordings and development cases beside the repository; the test is skipped without it."""
+    folder = ROOT.parent / "shared"
+    if not folder.is_dir():
+        pytest.skip("needs the folder of shared recordings beside the repository")
+    return folder

@@ -1,0 +1,106 @@
+"""The house rules that a machine can check: who imports whom, sizes, names, docstrings, no side effects."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+MODULE_LINES = 400
+FUNCTION_LINES = 60
+
+PACKAGES = ("vibrojax", "identification", "benchmarks")
+MODULES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+each_module = pytest.mark.parametrize("module", MODULES, ids=str)
+
+
+def parse(module: Path) -> ast.Module:
+    return ast.parse((ROOT / module).read_text(encoding="utf-8"))
+
+
+def imported(tree: ast.Module) -> set[str]:
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            found.add(node.module)
+    return found
+
+
+def length_without_docstring(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    docstring = ast.get_docstring(function, clean=False)
+    return function.end_lineno - function.lineno + 1 - (docstring.count("\n") + 1 if docstring else 0)
+
+
+def test_both_packages_are_looked_at():
+    assert {module.parts[0] for module in MODULES} >= {"vibrojax", "identification"}
+
+
+@each_module
+def test_imports_go_one_way(module):
+    packages = {name.split(".")[0] for name in imported(parse(module))}
+    if module.parts[0] == "vibrojax" and module.parts[1] != "cli":
+        assert not packages & {"identification", "benchmarks"}, f"{module} imports from a layer that builds on it"
+    if module.parts[0] in ("vibrojax", "identification"):
+        assert not packages & {"tests", "benchmarks", "data"}, f"{module} imports what is not installed with it"
+
+
+@each_module
+def test_a_module_fits_one_sitting(module):
+    assert len((ROOT / module).read_text(encoding="utf-8").splitlines()) <= MODULE_LINES
+
+
+@each_module
+def test_a_function_fits_one_screen(module):
+    functions = [node for node in ast.walk(parse(module)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    too_long = {f.name: length_without_docstring(f) for f in functions if length_without_docstring(f) > FUNCTION_LINES}
+    assert not too_long
+
+
+@each_module
+def test_a_module_is_named_after_what_it_holds(module):
+    assert module.stem not in {"utils", "util", "helpers", "helper", "misc", "common"}
+
+
+@each_module
+def test_public_names_have_a_docstring(module):
+    tree = parse(module)
+    public = [
+        node
+        for node in tree.body
+        if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and not node.name.startswith("_")
+    ]
+    assert ast.get_docstring(tree), f"{module} says nothing about itself"
+    assert not [node.name for node in public if not ast.get_docstring(node)]
+
+
+@each_module
+def test_annotations_are_evaluated(module):
+    # Otherwise shapes are strings that the import hook cannot check.
+    assert "__future__" not in imported(parse(module))
+
+
+IMPORT_EVERYTHING = """
+import importlib, json, os, pkgutil, sys
+before = dict(os.environ)
+import vibrojax
+jax_came_along = "jax" in sys.modules
+for found in pkgutil.walk_packages(vibrojax.__path__, "vibrojax."):
+    importlib.import_module(found.name)
+import jax
+json.dump({"jax_came_along": jax_came_along, "x64": jax.config.jax_enable_x64, "environment_kept": before == dict(os.environ),
+           "backends": list(jax._src.xla_bridge._backends)}, sys.stderr)
+"""
+
+
+def test_importing_has_no_side_effect(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", IMPORT_EVERYTHING], capture_output=True, text=True, cwd=tmp_path, timeout=120
+    )
+    assert done.stdout == ""
+    assert json.loads(done.stderr) == {"jax_came_along": False, "x64": False, "environment_kept": True, "backends": []}
+    assert list(tmp_path.iterdir()) == []
