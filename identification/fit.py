@@ -3,20 +3,26 @@
 import dataclasses
 from collections.abc import Callable
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
+from identification.kinematics import Kinematics
 from identification.layout import Active, Estimate, free_nuisances
 from identification.levenberg_marquardt import Equations, LevenbergMarquardt, Outcome, settle
 from identification.prepare import Prepared
 from identification.residual import normal_equations
 from identification.windows import Windows
 from vibrojax.integrate import Landing
+from vibrojax.model import Model
 
 Progress = Callable[[str, int, float], None]
 _STEPS_PER_PERIOD = 150.0
 _OUT_OF_REACH = 1e3
 """m"""
+_CLEAR_OF_CONTACT = 8
+"""Samples left out before a contact."""
 
 
 def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
@@ -28,9 +34,9 @@ def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
 
 def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], Equations]:
     """Function from a point of the fit to the normal equations of all windows."""
-    model, layout = _as_arrays(prepared), prepared.layout
+    model, layout = as_arrays(prepared.model), prepared.layout
     sizes = np.cumsum([len(group.record) for group in prepared.groups])[:-1]
-    groups = [_on_device(group) for group in prepared.groups]
+    groups = [on_device(group) for group in prepared.groups]
 
     def evaluate(estimate: Estimate) -> Equations:
         locals_ = np.split(estimate.local(prepared.record), sizes)
@@ -47,16 +53,15 @@ def fit(prepared: Prepared, *, method: LevenbergMarquardt | None = None, progres
     integrator = integrator_for(prepared)
     estimate = prepared.start
     in_law = _mask(prepared, {p.name for p in prepared.model.law.parameters})
-    held = _mask(prepared, set(prepared.fixed))
-    nuisances = free_nuisances(list(prepared.experiment.records), any_contact=_touched(prepared))
-    bounds = _bounds(prepared)
+    whole = free_unknowns(prepared)
+    limits = bounds(prepared)
     rough = dataclasses.replace(method, tolerance=10 * method.tolerance, most_iterations=8)
 
     flights = prepared.with_groups(flight_only(prepared))
     stages = [
-        ("free flight", flights, Active(shared=~in_law & ~held, nuisances=nuisances & np.array([True, True, False])), rough),
-        ("impacts", prepared, Active(shared=in_law & ~held, nuisances=nuisances & np.array([False, False, True])), rough),
-        ("all", prepared, Active(shared=~held, nuisances=nuisances), method),
+        ("free flight", flights, Active(shared=~in_law & whole.shared, nuisances=whole.nuisances & np.array([True, True, False])), rough),
+        ("impacts", prepared, Active(shared=in_law & whole.shared, nuisances=whole.nuisances & np.array([False, False, True])), rough),
+        ("all", prepared, whole, method),
     ]
     for name, data, active, control in stages:
         if name != "all" and not active.shared.any():
@@ -65,56 +70,60 @@ def fit(prepared: Prepared, *, method: LevenbergMarquardt | None = None, progres
         if name != "free flight":
             estimate = settle(evaluate, estimate)
         outcome = control(
-            evaluate, estimate, active, bounds, lambda i, cost, name=name: progress(name, i, cost)
+            evaluate, estimate, active, limits, lambda i, cost, name=name: progress(name, i, cost)
         )
         estimate = outcome.estimate
     return outcome
 
 
+def free_unknowns(prepared: Prepared) -> Active:
+    """Everything that the whole fit estimates."""
+    held = _mask(prepared, set(prepared.fixed))
+    return Active(shared=~held, nuisances=free_nuisances(list(prepared.experiment.records), any_contact=touched_records(prepared)))
+
+
 def flight_only(prepared: Prepared) -> tuple[Windows, ...]:
     """The windows with every sample from their first contact on left out, and the stop out of reach: a linear problem."""
     return tuple(
-        dataclasses.replace(group, weight=_before_contact(group, prepared.touching), gap=group.gap + _OUT_OF_REACH)
+        dataclasses.replace(group, weight=_before_contact(group, prepared.motions), gap=group.gap + _OUT_OF_REACH)
         for group in prepared.groups
     )
 
 
-def _before_contact(group: Windows, touching: tuple[np.ndarray | None, ...]) -> np.ndarray:
+def _before_contact(group: Windows, motions: tuple[Kinematics | None, ...]) -> np.ndarray:
     weight = group.weight.copy()
     for lane, (record, first, length) in enumerate(zip(group.record, group.first, group.lengths, strict=True)):
-        contact = touching[record]
-        if contact is not None and contact[first : first + length].any():
-            weight[lane, max(int(np.argmax(contact[first : first + length])) - 8, 0) :] = 0.0
+        motion = motions[record]
+        contact = np.zeros(1, bool) if motion is None else motion.touching[first : first + length]
+        if contact.any():
+            weight[lane, max(int(np.argmax(contact)) - _CLEAR_OF_CONTACT, 0) :] = 0.0
     return weight
 
 
-def _touched(prepared: Prepared) -> np.ndarray:
+def touched_records(prepared: Prepared) -> np.ndarray:
     """(records,) bool: the hammer met the stop; taken as true where the motion was not recorded, except for a free decay."""
+    touched = [None if motion is None else motion.touching for motion in prepared.motions]
     kinds = [record.kind for record in prepared.experiment.records]
-    return np.array([kind != "free-decay" if t is None else bool(t.any()) for t, kind in zip(prepared.touching, kinds, strict=True)])
+    return np.array([kind != "free-decay" if t is None else bool(t.any()) for t, kind in zip(touched, kinds, strict=True)])
 
 
 def _mask(prepared: Prepared, names: set[str]) -> np.ndarray:
     return np.array([p.name in names for p in prepared.layout.parameters])
 
 
-def _bounds(prepared: Prepared) -> tuple[np.ndarray, np.ndarray]:
+def bounds(prepared: Prepared) -> tuple[np.ndarray, np.ndarray]:
     """Range of every shared parameter in internal coordinates."""
     parameters = prepared.layout.parameters
     low = np.array([p.to_internal(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in parameters])
     return low, np.array([p.to_internal(p.upper) for p in parameters])
 
 
-def _as_arrays(prepared: Prepared):
+def as_arrays(model: Model) -> Model:
     """The model with array leaves, so that compiled code does not depend on its numbers."""
-    import equinox as eqx
-    import jax
-
-    arrays = jax.tree.map(jnp.asarray, eqx.filter(prepared.model, eqx.is_inexact_array_like))
-    return eqx.combine(arrays, prepared.model)
+    arrays = jax.tree.map(jnp.asarray, eqx.filter(model, eqx.is_inexact_array_like))
+    return eqx.combine(arrays, model)
 
 
-def _on_device(group: Windows) -> Windows:
-    import jax
-
+def on_device(group: Windows) -> Windows:
+    """The windows as JAX arrays."""
     return jax.tree.map(jnp.asarray, group)

@@ -21,8 +21,10 @@ class Kinematics:
     v: np.ndarray
     a: np.ndarray
     base_acceleration: np.ndarray
-    force: np.ndarray
-    """Measured contact force, or the force that the inertia asks for where none was measured, N."""
+    force: np.ndarray | None
+    """Contact force of the load cell, N; None without one."""
+    inertia: np.ndarray
+    """-m x'', N: the contact force and that of the suspension."""
     touching: np.ndarray
 
 
@@ -56,17 +58,17 @@ def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) ->
     dt = float(np.median(np.diff(record.time)))
     half = int(np.clip(round(_HALF_WINDOW_S / dt), 3, len(u) // 4))
     smooth, v, a = (savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt) for order in range(3))
-    force, noise = _force(record, mass, a + base_acceleration)
-    touching = force > _CONTACT_SIGNIFICANCE * noise
-    touching &= smooth > record.gap - 0.05 * np.ptp(smooth)
-    return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, touching=touching)
-
-
-def _force(record: Record, mass: float, absolute_acceleration: np.ndarray) -> tuple[np.ndarray, float]:
-    """Contact force and its noise: of the load cell, else minus mass times acceleration (which still holds the suspension's force)."""
-    if "impact_force" in record.channels:
-        return bridged(record.time, record.channels["impact_force"]), record.noise["impact_force"]
     acceleration = record.channels.get("hammer_acceleration")
-    force = -mass * (absolute_acceleration if acceleration is None else bridged(record.time, acceleration))
-    spread = 1.4826 * np.median(np.abs(force - np.median(force)))
-    return force - np.median(force), spread
+    inertia = -mass * (a + base_acceleration if acceleration is None else bridged(record.time, acceleration))
+    force, touching = None, _stands_out(inertia)
+    if "impact_force" in record.channels:
+        force = bridged(record.time, record.channels["impact_force"])
+        touching = force > _CONTACT_SIGNIFICANCE * record.noise["impact_force"]
+    touching &= smooth > record.gap - 0.05 * np.ptp(smooth)
+    return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, inertia=inertia, touching=touching)
+
+
+def _stands_out(inertia: np.ndarray) -> np.ndarray:
+    """Where the inertia force is far above its usual range, as only an impact makes it."""
+    middle = np.median(inertia)
+    return inertia - middle > _CONTACT_SIGNIFICANCE * 1.4826 * np.median(np.abs(inertia - middle))

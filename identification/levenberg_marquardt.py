@@ -56,11 +56,14 @@ class Outcome:
 class LevenbergMarquardt:
     """Trust-region control of the iteration.
 
-    Converged when the whole remaining Gauss-Newton step is shorter than `tolerance` standard errors. A step is cut so that no
+    Converged when the whole remaining Gauss-Newton step is shorter than `tolerance` standard errors, or when steps no longer lower
+    the cost by as much as they promise because it is flat to within the rounding of the integration. A step is cut so that no
     shared parameter moves by more than `longest_step` (a factor of e^0.7 for those estimated by their logarithm).
     """
 
     tolerance: float = 0.03
+    flat: float = 1e-6
+    """Relative change of the cost that counts as none."""
     longest_step: float = 0.7
     most_iterations: int = 40
 
@@ -86,17 +89,15 @@ class LevenbergMarquardt:
             trial = self._trial(estimate, equations, active, bounds, damping)
             after = evaluate(trial)
             new_cost = after.total(trial)
+            flat = abs(new_cost - cost) <= self.flat * cost and decrement <= 2.0 * self.flat * cost
             if new_cost < cost:
-                stalled = cost - new_cost < 1e-9 * cost and damping > 1.0
                 estimate, equations, cost = trial, after, new_cost
                 damping, growth = max(damping / 10.0, 1e-9), 2.0
-                if stalled:
-                    break
             else:
                 damping, growth = damping * growth, growth * 2.0
-                if damping > 1e12:
-                    break
-        converged = decrement < max(self.tolerance, 0.1) ** 2
+            if flat or damping > 1e12:
+                break
+        converged = decrement <= max(self.tolerance**2, 2.0 * self.flat * cost)
         return Outcome(
             estimate=estimate, equations=equations, cost=cost, converged=converged, iterations=iteration, decrement=float(decrement)
         )

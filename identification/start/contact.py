@@ -14,22 +14,23 @@ _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
 
 
 def contact_start(
-    model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...]
+    model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...], *, load_cell: bool
 ) -> tuple[dict[str, float], np.ndarray]:
     """Parameters of the contact law, and each record's gap setting error, m, that best explain force against indentation.
 
-    Every sample in contact gives one equation F = law(u - gap - error, u', v-), with F measured or, without a load cell, the inertia
-    force less that of the suspension. No motion is integrated, so this is quick and has no trouble with many impacts; smoothing the
-    record biases it by a few per cent, which the fit removes.
+    Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so this is quick and has no
+    trouble with many impacts; smoothing the record biases it by a few per cent, which the fit removes. Empty where there is no contact,
+    or no load cell to read.
 
     Arguments:
         model: with the suspension's first guess in place.
         records: of the experiment.
         motions: smoothed motion of each, None where there is none.
         names: the law's parameters that are to be estimated.
+        load_cell: take F from the load cell; otherwise from the hammer's inertia, less the force of the suspension.
     """
     errors = np.zeros(len(records))
-    samples = _samples(model, records, motions)
+    samples = _samples(model, records, motions, load_cell)
     if samples is None or not names:
         return {}, errors
     specs = {p.name: p for p in model.law.parameters}
@@ -79,16 +80,14 @@ def _residual(model: Model, names, samples, owners, scale):
     return lambda x: (np.asarray(predicted(x)) - samples["force"]) / scale
 
 
-def _samples(model: Model, records: list[Record], motions: list[Kinematics | None]) -> dict[str, np.ndarray] | None:
+def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
     """Force, indentation, its rate, approach speed and record of (a fair selection of) all samples in contact."""
     parts = []
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
-        if motion is None or not motion.touching.any():
+        if motion is None or not motion.touching.any() or (load_cell and motion.force is None):
             continue
-        force = motion.force
-        if "impact_force" not in record.channels:
-            free = model.suspension.acceleration(motion.u, motion.v, -motion.base_acceleration)
-            force = force + model.mass * np.asarray(free + motion.base_acceleration)
+        free = model.suspension.acceleration(motion.u, motion.v, -motion.base_acceleration) + motion.base_acceleration
+        force = motion.force if load_cell else motion.inertia + model.mass * np.asarray(free)
         begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])
         last_touch = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
         approach = np.maximum(np.abs(motion.v[np.maximum(last_touch - 1, 0)]), 1e-3)

@@ -1,0 +1,190 @@
+"""One call from an experiment to a fit with errors, verdicts and checks."""
+
+import dataclasses
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.stats import chi2
+
+from identification.experiment import Experiment
+from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
+from identification.layout import Active, Estimate, Layout
+from identification.levenberg_marquardt import Equations, Outcome, reduce, solve
+from identification.multistart import Multistart
+from identification.prepare import Prepared, prepare
+from identification.records import record_fits
+from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate
+from identification.uncertainty import Uncertainty, interval, uncertainty
+from identification.windows import Windows
+
+_FALSE_ALARM = 1e-3
+_MODELLED_NOISE = 0.1
+"""Relative excess of chi-square that quantisation and an imperfect noise figure may cause."""
+
+Progress = Callable[[str], None]
+
+
+def fit_experiment(
+    experiment: Experiment, *, law: str | None = None, starts: int | None = None, seed: int = 0, progress: Progress = lambda stage: None
+) -> FitResult:
+    """Fit the nominal model to an experiment.
+
+    Arguments:
+        experiment: as loaded.
+        law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        starts: how many starts are screened; 1 trusts the one read from the records.
+        seed: of the random starts.
+        progress: told each stage by a line of text.
+    """
+    seconds, clock = {}, _Clock()
+    progress("reading first guesses from the records")
+    prepared = prepare(experiment, law=law)
+    seconds["prepare"] = clock.lap()
+    progress(f"screening starts on single impacts ({len(prepared.record)} windows follow)")
+    screening = Multistart() if starts is None else Multistart(count=starts)
+    best, outcomes = screening(prepared, seed=seed)
+    prepared = dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=best))
+    seconds["screen"] = clock.lap()
+    outcome = fit(prepared, progress=lambda stage, iteration, cost: progress(f"fitting, {stage}: step {iteration}, chi-square {2 * cost:.6g}"))
+    seconds["fit"] = clock.lap()
+    progress("standard errors and intervals")
+    evaluate = evaluator(prepared, integrator_for(prepared))
+    active = free_unknowns(prepared)
+    degrees = degrees_of_freedom(prepared, active)
+    reduced_chi2 = 2.0 * outcome.cost / max(degrees, 1)
+    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=adequacy_limit(degrees))
+    known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
+    parameters = tuple(
+        _parameter(prepared, outcome, known, spread, index, evaluate) for index in range(prepared.layout.shared)
+    )
+    seconds["errors"] = clock.lap()
+    progress("checking the step size")
+    shift = discretisation_shift(prepared, outcome, known, spread)
+    records = record_fits(prepared, integrator_for(prepared), outcome.estimate, _nuisance_errors(prepared, spread, active))
+    seconds["records"] = clock.lap()
+    values = prepared.layout.physical(outcome.estimate.shared)
+    chosen = np.flatnonzero(known.shared)
+    return FitResult(
+        experiment=experiment,
+        model=prepared.model.replace(values),
+        parameters=parameters,
+        derived=_derived(prepared.layout, values, experiment.mass, spread, known),
+        correlation=spread.correlation(chosen),
+        correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
+        chi2_reduced=reduced_chi2,
+        degrees=degrees,
+        records=records,
+        starts=outcomes,
+        converged=outcome.converged,
+        iterations=outcome.iterations,
+        discretisation=shift,
+        warnings=_warnings(outcome, spread, reduced_chi2, shift),
+        seed=seed,
+        seconds=seconds,
+    )
+
+
+def adequacy_limit(degrees: int) -> float:
+    """Reduced chi-square above which the misfit is more than the stated noise can be."""
+    return float(chi2.isf(_FALSE_ALARM, degrees) / degrees) * (1.0 + _MODELLED_NOISE)
+
+
+def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
+    """Samples that count, less estimated numbers."""
+    counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
+    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - 2 * len(prepared.record)
+
+
+def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> float:
+    """Largest shift of a shared parameter, in standard errors, when all steps are halved (one Gauss-Newton step from the optimum)."""
+    fine = evaluator(prepared, integrator_for(prepared, refinement=2.0))(outcome.estimate)
+    step = lambda equations: solve(reduce(equations, outcome.estimate, active, 0.0), equations, outcome.estimate)[0]
+    sigma = spread.stderr[: prepared.layout.shared]
+    moved = np.abs(step(fine) - step(outcome.equations))[active.shared]
+    return float(np.max(moved / sigma[active.shared], initial=0.0))
+
+
+def _parameter(
+    prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]
+) -> ParameterEstimate:
+    """One row of the table."""
+    spec = prepared.layout.parameters[index]
+    internal = outcome.estimate.shared[index]
+    value, initial = spec.to_physical(internal), spec.to_physical(prepared.start.shared[index])
+    blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=initial, status=OK)
+    if spec.name in prepared.fixed:
+        return dataclasses.replace(blank, status=FIXED, reason="held at the value given in [parameters]")
+    if not spread.identifiable[index]:
+        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
+    low, high = (limit[index] for limit in bounds(prepared))
+    if internal <= low or internal >= high:
+        return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g} {spec.unit}, the edge of its range")
+    sigma = spread.stderr[index]
+    left, right, kind = interval(evaluate, outcome.equations, outcome.estimate, active, spread, index)
+    stderr = value * sigma if spec.logarithmic else sigma
+    return dataclasses.replace(
+        blank, stderr=float(stderr), ci95=(spec.to_physical(left), spec.to_physical(right)), interval=kind
+    )
+
+
+def _why_not(prepared: Prepared, name: str) -> str:
+    """Reason for a missing error."""
+    in_law = name in {p.name for p in prepared.model.law.parameters}
+    touched = any(motion is None or motion.touching.any() for motion in prepared.motions)
+    if in_law and not touched:
+        return "the hammer does not touch the stop in any record"
+    return "the records determine it to no better than a factor of e"
+
+
+def _derived(layout: Layout, values: dict[str, float], mass: float, spread: Uncertainty, active: Active) -> tuple[Derived, ...]:
+    """Stiffness k = m omega_n^2 and damping c = 2 zeta omega_n m, with errors to first order."""
+    if "f_n" not in values:
+        return ()
+    mass = values.get("m", mass)
+    omega = 2 * np.pi * values["f_n"]
+
+    def row(name: str, unit: str, value: float, slopes: dict[str, float]) -> Derived:
+        at = {layout.index(key): slope for key, slope in slopes.items() if key in values}
+        known = all(active.shared[i] for i in at if layout.parameters[i].name != "m")
+        vector = np.array([at.get(i, 0.0) for i in range(layout.shared)])
+        variance = vector @ spread.covariance[: layout.shared, : layout.shared] @ vector
+        return Derived(name=name, symbol=name, unit=unit, value=float(value), stderr=float(value * np.sqrt(variance)) if known else None)
+
+    return (
+        row("k", "N/m", mass * omega**2, {"f_n": 2.0, "m": 1.0}),
+        row("c", "N s/m", 2 * values["zeta"] * omega * mass, {"zeta": 1.0, "f_n": 1.0, "m": 1.0}),
+    )
+
+
+def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) -> np.ndarray:
+    """(records, 3) standard errors, NaN where not estimated."""
+    errors = spread.stderr[prepared.layout.shared :].reshape(active.nuisances.shape)
+    return np.where(active.nuisances, errors, np.nan)
+
+
+def _warnings(outcome: Outcome, spread: Uncertainty, reduced_chi2: float, shift: float) -> tuple[str, ...]:
+    """What the reader of the result must know."""
+    found = []
+    if not outcome.converged:
+        found.append(f"the iteration stopped after {outcome.iterations} steps without converging")
+    if spread.clustered:
+        found.append(
+            f"the model does not explain the records to their noise (reduced chi-square {reduced_chi2:.3g});"
+            " the errors are taken from the scatter between windows and do not cover what the model leaves out"
+        )
+    if shift > 0.1:
+        found.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
+    return tuple(found)
+
+
+class _Clock:
+    """Seconds between laps."""
+
+    def __init__(self) -> None:
+        self._last = time.perf_counter()
+
+    def lap(self) -> float:
+        """Seconds since the last lap."""
+        last, self._last = self._last, time.perf_counter()
+        return self._last - last

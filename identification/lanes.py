@@ -1,0 +1,80 @@
+"""Windows as arrays: one lane each, stacked by kind of excitation."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import jax
+import numpy as np
+
+from identification import measured_input
+from identification.experiment import Record
+from identification.kinematics import Kinematics
+from identification.windows import FITTED_CHANNELS, Windows
+from vibrojax.excitation import SampledMotion
+
+
+def lane(index: int, record: Record, first: int, length: int, samples: int, motion: SampledMotion | None) -> Windows:
+    """One window of a record, padded to `samples`; `motion` is that of the cart where it was measured and drives the model."""
+    present = np.arange(first, first + length)
+    dt = float(np.median(np.diff(record.time)))
+    ts = record.time[present[-1]] + dt * np.arange(1 - length, samples - length + 1)
+    ts[:length] = record.time[present]
+    measured, weight = np.zeros((samples, len(FITTED_CHANNELS))), np.zeros((samples, len(FITTED_CHANNELS)))
+    for column, name in enumerate(FITTED_CHANNELS):
+        if name not in record.channels or (name.startswith("cart") and motion is not None):
+            continue
+        values = record.channels[name][present]
+        usable = np.isfinite(values)
+        measured[:length, column] = np.where(usable, values, 0.0)
+        weight[:length, column] = usable / record.noise[name]
+    driven = record.kind == "cart-excitation" and motion is None
+    return Windows(
+        record=np.asarray(index),
+        first=np.asarray(first),
+        lengths=np.asarray(length),
+        ts=ts,
+        measured=measured,
+        weight=weight,
+        gap=np.asarray(record.gap),
+        frequency_hz=np.asarray(record.excitation_frequency if driven else 0.0),
+        motion=None
+        if motion is None
+        else SampledMotion(
+            position=measured_input.part(motion.position, first, samples),
+            second_derivative=measured_input.part(motion.second_derivative, first, samples),
+        ),
+        applied=None
+        if record.kind != "forced"
+        else type(force := measured_input.measured_force(record))(signal=measured_input.part(force.signal, first, samples)),
+        channels=FITTED_CHANNELS,
+    )
+
+
+def grouped(lanes: list[Windows]) -> tuple[Windows, ...]:
+    """Windows of one kind of excitation stacked, channels that none of them holds left out."""
+    kinds: dict[tuple[bool, bool], list[Windows]] = {}
+    for lane in lanes:
+        kinds.setdefault((lane.motion is None, lane.applied is None), []).append(lane)
+    stacked = [jax.tree.map(lambda *leaves: np.stack(leaves), *group) for group in kinds.values()]
+    return tuple(_without_empty(group) for group in stacked)
+
+
+def _without_empty(group: Windows) -> Windows:
+    """The group with only those channels that count somewhere."""
+    used = np.flatnonzero(group.weight.any(axis=(0, 1)))
+    return dataclasses.replace(
+        group,
+        measured=group.measured[:, :, used],
+        weight=group.weight[:, :, used],
+        channels=tuple(group.channels[column] for column in used),
+    )
+
+
+def initial_states(group: Windows, motions: Sequence[Kinematics | None]) -> np.ndarray:
+    """Initial state of every window, read off the smoothed record; zero where that is not known."""
+    states = np.zeros((len(group.record), 2))
+    for lane, (record, first) in enumerate(zip(group.record, group.first, strict=True)):
+        motion = motions[record]
+        if motion is not None:
+            states[lane] = motion.u[first], motion.v[first]
+    return states

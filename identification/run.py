@@ -1,0 +1,52 @@
+"""What the commands do, from paths to files; nothing here prints."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from identification.estimate import fit_experiment
+from identification.experiment import load_experiment
+from identification.reference import read_reference
+from identification.report import write_report
+from identification.result_json import provenance, write_fit_json
+from identification.simulate import simulate_record
+from vibrojax.errors import NoConvergenceError
+from vibrojax.model_file import read_model, write_model
+
+Progress = Callable[[str], None]
+
+
+def run_fit(
+    experiment: Path,
+    folder: Path,
+    *,
+    law: str | None = None,
+    reference: Path | None = None,
+    starts: int | None = None,
+    seed: int = 0,
+    progress: Progress = lambda stage: None,
+):
+    """Fit an experiment and write fit.json, model.json, report.html and plots into `folder`; returns the result."""
+    progress("reading the records")
+    loaded = load_experiment(experiment)
+    table = None if reference is None else read_reference(reference)
+    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
+    if not result.converged:
+        raise NoConvergenceError(f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}")
+    progress("drawing the report")
+    origin = provenance(result)
+    write_fit_json(result, folder / "fit.json", origin)
+    write_model(result.model, folder / "model.json", provenance=origin)
+    write_report(result, folder, reference=table, provenance=origin)
+    return result
+
+
+def run_simulate(model: Path, experiment: Path, folder: Path) -> None:
+    """Simulate every record of an experiment and write one CSV each into `folder`."""
+    fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)
+    for record in loaded.records:
+        series = simulate_record(fitted, record)
+        np.savetxt(
+            folder / f"{record.stem}.csv", np.stack(list(series.values()), axis=1), fmt="%.10g", delimiter=",", header=",".join(series), comments=""
+        )

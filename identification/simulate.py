@@ -1,0 +1,76 @@
+"""A model run along the records of an experiment."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from identification import measured_input
+from identification.experiment import ExperimentError, Record
+from identification.kinematics import kinematics
+from identification.start import harmonic_start
+from vibrojax.channels import CHANNELS, channels
+from vibrojax.errors import NoConvergenceError
+from vibrojax.excitation import Harmonic, Unforced, at_rest
+from vibrojax.integrate import RESULT_MESSAGES, SUCCESS, Landing
+from vibrojax.model import Model
+from vibrojax.system import System
+
+_CONTACT_STEPS = 100.0
+_STEPS_PER_PERIOD = 200.0
+
+
+def simulate_record(model: Model, record: Record) -> dict[str, np.ndarray]:
+    """`time` and every model channel of one record, SI, each of shape (samples,).
+
+    The initial state and the sine of the cart are those that the record states; what it does not state is read off its channels, as the
+    first guess of a fit is. Raises `ExperimentError` where neither gives them, `NoConvergenceError` where the integration fails.
+    """
+    amplitude, phase = _base(record)
+    system = _system(model, record, amplitude, phase)
+    state = _state(model, record, amplitude, phase)
+    values = model.values()
+    fastest = max(record.excitation_frequency or 0.0, float(values.get("f_n", 0.0)))
+    flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else 2e-3
+    trajectory = Landing(contact_steps=_CONTACT_STEPS, flight_step=flight)(system, jnp.asarray(record.time), jnp.asarray(state))
+    result = int(trajectory.result)
+    if result != SUCCESS:
+        raise NoConvergenceError(f"record {record.file!r} cannot be simulated: {RESULT_MESSAGES[result]}")
+    readings = channels(system, trajectory)
+    return {"time": record.time} | {name: np.asarray(readings[name]) for name in CHANNELS}
+
+
+def _base(record: Record) -> tuple[float, float]:
+    """Amplitude and phase of the cart's sine, stated or read."""
+    if record.kind != "cart-excitation" or record.base == "measured":
+        return 0.0, 0.0
+    if record.base_amplitude is not None:
+        return record.base_amplitude, record.base_phase or 0.0
+    if "cart_displacement" in record.channels or "cart_acceleration" in record.channels:
+        return harmonic_start(record)
+    raise ExperimentError(f"record {record.file!r} states no base_amplitude and holds no cart channel: add base_amplitude (m) and base_phase (rad)")
+
+
+def _system(model: Model, record: Record, amplitude: float, phase: float) -> System:
+    """The rig in this record."""
+    base = at_rest()
+    if record.base == "measured":
+        base = measured_input.measured_motion(record)
+    elif record.kind == "cart-excitation":
+        base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=record.excitation_frequency)
+    applied = measured_input.measured_force(record) if record.kind == "forced" else Unforced()
+    return model.system(gap=record.gap, base=base, applied=applied)
+
+
+def _state(model: Model, record: Record, amplitude: float, phase: float) -> np.ndarray:
+    """Initial displacement and velocity of the hammer relative to the cart, stated or read."""
+    stated = (record.initial_displacement, record.initial_velocity)
+    if None not in stated:
+        return np.array(stated)
+    omega = 2 * np.pi * (record.excitation_frequency or 0.0)
+    acceleration = -amplitude * omega**2 * np.sin(omega * record.time + phase)
+    motion = kinematics(record, mass=float(model.mass), base_acceleration=acceleration) if record.channels else None
+    if motion is None:
+        raise ExperimentError(
+            f"record {record.file!r} states no initial_displacement and initial_velocity and its channels do not show them:"
+            " add both (m and m/s, hammer minus cart)"
+        )
+    return np.array([motion.u[0] if stated[0] is None else stated[0], motion.v[0] if stated[1] is None else stated[1]])
