@@ -23,7 +23,7 @@ class LankaraniNikravesh(AbstractCompliantLaw):
     F = k_i delta^n (1 + 3 (1 - e^2) / 4 delta' / v0), never negative.
 
     The restitution that results is Hunt and Crossley's with a = 3 (1 - e^2) / 4, whatever the speed. It exceeds the wanted e by
-    (1 - e)^2 / 2 as e -> 1 (0.9 gives 0.913, 0.8 gives 0.847) and never falls below 0.663: 0.5 gives 0.725.
+    3 (1 - e)^2 / 2 as e -> 1 (0.9 gives 0.913, 0.8 gives 0.847) and never falls below 0.663: 0.5 gives 0.725.
     Differentiable everywhere but where the clipping acts, and at an approach speed of `SLOWEST_APPROACH`, below which v0 is taken as that.
 
     Arguments:

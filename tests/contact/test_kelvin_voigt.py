@@ -1,0 +1,28 @@
+"""Linear spring and dashpot: half a period of a damped oscillator."""
+
+import numpy as np
+import pytest
+
+from tests.contact.single_impact import single_impact
+from vibrojax.contact import KelvinVoigt
+
+MASS, STIFFNESS = 0.4, 1e6
+OMEGA = np.sqrt(STIFFNESS / MASS)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.05, 0.3, 0.8])
+@pytest.mark.parametrize("speed", [0.05, 1.0])
+def test_restitution_and_duration(zeta, speed):
+    impact = single_impact(KelvinVoigt(impact_stiffness=STIFFNESS, impact_damping=2 * zeta / OMEGA), MASS, speed)
+    root = np.sqrt(1 - zeta**2)
+    assert impact.restitution == pytest.approx(np.exp(-np.pi * zeta / root), rel=1e-9)
+    assert impact.duration == pytest.approx(np.pi / (OMEGA * root), rel=1e-9)
+    assert impact.deepest == pytest.approx(speed / OMEGA * np.exp(-zeta / root * np.arccos(zeta)), rel=1e-9)
+    assert impact.loop_area == pytest.approx(0.5 * MASS * speed**2 * (1 - impact.restitution**2), rel=1e-8, abs=1e-10 * speed**2)
+
+
+def test_pulls_while_leaving_by_what_the_dashpot_holds():
+    law = KelvinVoigt(impact_stiffness=STIFFNESS, impact_damping=2 * 0.3 / OMEGA)
+    impact = single_impact(law, MASS, 0.5)
+    held = -STIFFNESS * law.impact_damping * impact.restitution * 0.5
+    assert impact.smallest_force <= held < 0.0
