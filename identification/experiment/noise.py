@@ -37,13 +37,13 @@ def estimate_noise(values: Float64[np.ndarray, " samples"]) -> float | None:
     if differences.size < MIN_DIFFERENCES:
         return None
     spread = MAD_TO_STD * float(np.median(np.abs(differences))) / sqrt(comb(2 * ORDER, ORDER))
-    step = _smallest_change(values) if spread == 0.0 else _repeated_step(values)
+    step = _smallest_change(values) if spread == 0.0 else quantisation_step(values)
     estimate = max(spread, step / sqrt(12.0))
     return estimate if estimate > 0.0 and np.isfinite(estimate) else None
 
 
-def _repeated_step(values: Float64[np.ndarray, " samples"]) -> float:
-    """Quantisation step: the distance of the closest two levels, if samples repeat so often that there are levels; else 0."""
+def quantisation_step(values: Float64[np.ndarray, " samples"]) -> float:
+    """Distance of the closest two levels of a channel, if its samples repeat so often that there are levels; else 0."""
     usable = values[np.isfinite(values)][:LEVELS_FROM]
     levels = np.unique(usable)
     return float(np.diff(levels).min()) if 1 < levels.size < LEVELS_SHARE * usable.size else 0.0

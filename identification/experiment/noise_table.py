@@ -2,22 +2,26 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import hypot, sqrt
 
 import numpy as np
 
 from identification.experiment.channels import CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.noise import estimate_noise
+from identification.experiment.noise import estimate_noise, quantisation_step
 from identification.experiment.record import Record
 from identification.experiment.sensor import Sensor
 
 # Below this share of the channel's span no measurement is that quiet.
 COMPUTED = 1e-7
+# A quantisation that raises the noise by more than this factor is told.
+TELLING = 1.02
 
 
 def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed: bool = True) -> tuple[Record, ...]:
     """Fill in `noise` and `noise_estimated` of all records.
 
+    A declared noise is the sensor's; the quantisation of the record, a variance of step^2 / 12, is added to it.
     A channel that stands still, or has too few samples, tells no noise: it borrows the largest estimate of the same channel in another
     record, else of a channel of the same dimension.
 
@@ -54,7 +58,13 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
     for channel, values in record.channels.items():
         declared = sensors[channel].noise
         if declared is not None:
-            noise[channel] = declared
+            step = quantisation_step(values)
+            noise[channel] = hypot(declared, step / sqrt(12.0))
+            if noise[channel] > TELLING * declared:
+                notices.append(
+                    f"{channel}: its steps of {step:.3g} {si_unit(channel)} raise the declared noise from {declared:.3g} to "
+                    f"{noise[channel]:.3g} {si_unit(channel)}."
+                )
             continue
         estimate = own[channel]
         if estimate is None:

@@ -26,7 +26,7 @@ class Record:
         sampling_frequency: Hz, as declared, or None.
         time: time stamps in s, finite and strictly increasing, shape (samples,).
         channels: recorded channels in SI, float64, shape (samples,); NaN where a sample is not usable.
-        noise: standard deviation of each recorded channel, SI, above 0: declared, else estimated.
+        noise: standard deviation of each recorded channel, SI, above 0: declared plus quantisation, else estimated.
         noise_estimated: the channels whose noise was estimated.
         sha256: of the file's bytes, hexadecimal; None where there is no file.
         notices: sentences for the operator on everything that was found odd or handled.
