@@ -7,16 +7,16 @@ from collections.abc import Callable
 import numpy as np
 from scipy.stats import chi2
 
+from identification.block_arrow import Equations, reduce, solve
 from identification.experiment import Experiment
 from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
 from identification.layout import Active, Estimate, Layout
-from identification.levenberg_marquardt import Equations, Outcome, reduce, solve
+from identification.levenberg_marquardt import Outcome
 from identification.multistart import Multistart
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
 from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate
 from identification.uncertainty import Uncertainty, interval, uncertainty
-from identification.windows import Windows
 
 _FALSE_ALARM = 1e-3
 _MODELLED_NOISE = 0.1
@@ -46,7 +46,7 @@ def fit_experiment(
     best, outcomes = screening(prepared, seed=seed)
     prepared = dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=best))
     seconds["screen"] = clock.lap()
-    outcome = fit(prepared, progress=lambda stage, iteration, cost: progress(f"fitting, {stage}: step {iteration}, chi-square {2 * cost:.6g}"))
+    outcome = fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
     seconds["fit"] = clock.lap()
     progress("standard errors and intervals")
     evaluate = evaluator(prepared, integrator_for(prepared))
@@ -55,9 +55,7 @@ def fit_experiment(
     reduced_chi2 = 2.0 * outcome.cost / max(degrees, 1)
     spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=adequacy_limit(degrees))
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
-    parameters = tuple(
-        _parameter(prepared, outcome, known, spread, index, evaluate) for index in range(prepared.layout.shared)
-    )
+    parameters = tuple(_parameter(prepared, outcome, known, spread, index, evaluate) for index in range(prepared.layout.shared))
     seconds["errors"] = clock.lap()
     progress("checking the step size")
     shift = discretisation_shift(prepared, outcome, known, spread)
@@ -99,9 +97,11 @@ def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
 def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> float:
     """Largest shift of a shared parameter, in standard errors, when all steps are halved (one Gauss-Newton step from the optimum)."""
     fine = evaluator(prepared, integrator_for(prepared, refinement=2.0))(outcome.estimate)
-    step = lambda equations: solve(reduce(equations, outcome.estimate, active, 0.0), equations, outcome.estimate)[0]
+    coarse, finer = (
+        solve(reduce(equations, outcome.estimate, active, 0.0), equations, outcome.estimate)[0] for equations in (outcome.equations, fine)
+    )
     sigma = spread.stderr[: prepared.layout.shared]
-    moved = np.abs(step(fine) - step(outcome.equations))[active.shared]
+    moved = np.abs(finer - coarse)[active.shared]
     return float(np.max(moved / sigma[active.shared], initial=0.0))
 
 
@@ -123,9 +123,7 @@ def _parameter(
     sigma = spread.stderr[index]
     left, right, kind = interval(evaluate, outcome.equations, outcome.estimate, active, spread, index)
     stderr = value * sigma if spec.logarithmic else sigma
-    return dataclasses.replace(
-        blank, stderr=float(stderr), ci95=(spec.to_physical(left), spec.to_physical(right)), interval=kind
-    )
+    return dataclasses.replace(blank, stderr=float(stderr), ci95=(spec.to_physical(left), spec.to_physical(right)), interval=kind)
 
 
 def _why_not(prepared: Prepared, name: str) -> str:

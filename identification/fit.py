@@ -8,9 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from identification.block_arrow import Equations
 from identification.kinematics import Kinematics
 from identification.layout import Active, Estimate, free_nuisances
-from identification.levenberg_marquardt import Equations, LevenbergMarquardt, Outcome, settle
+from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from identification.prepare import Prepared
 from identification.residual import normal_equations
 from identification.windows import Windows
@@ -41,13 +42,15 @@ def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], E
     def evaluate(estimate: Estimate) -> Equations:
         locals_ = np.split(estimate.local(prepared.record), sizes)
         parts = [normal_equations(model, layout, integrator, g, jnp.asarray(v)) for g, v in zip(groups, locals_, strict=True)]
-        join = lambda name: np.concatenate([np.asarray(getattr(part, name)) for part in parts])
-        return Equations(hessian=join("hessian"), gradient=join("gradient"), cost=join("cost"), record=prepared.record)
+        joined = jax.tree.map(lambda *leaves: np.concatenate([np.asarray(leaf) for leaf in leaves]), *parts)
+        return Equations(hessian=joined.hessian, gradient=joined.gradient, cost=joined.cost, record=prepared.record)
 
     return evaluate
 
 
-def fit(prepared: Prepared, *, method: LevenbergMarquardt | None = None, progress: Progress = lambda stage, iteration, cost: None) -> Outcome:
+def fit(
+    prepared: Prepared, *, method: LevenbergMarquardt | None = None, progress: Progress = lambda stage, iteration, cost: None
+) -> Outcome:
     """Estimate everything from `prepared.start` on; the stages share one compiled program and differ in weights and free parameters."""
     method = method or LevenbergMarquardt()
     integrator = integrator_for(prepared)
@@ -69,9 +72,7 @@ def fit(prepared: Prepared, *, method: LevenbergMarquardt | None = None, progres
         evaluate = evaluator(data, integrator)
         if name != "free flight":
             estimate = settle(evaluate, estimate)
-        outcome = control(
-            evaluate, estimate, active, limits, lambda i, cost, name=name: progress(name, i, cost)
-        )
+        outcome = control(evaluate, estimate, active, limits, lambda i, cost, name=name: progress(name, i, cost))
         estimate = outcome.estimate
     return outcome
 

@@ -1,42 +1,12 @@
-"""Levenberg-Marquardt on block-arrow normal equations: window states are eliminated, the rest is a small dense system."""
+"""Levenberg-Marquardt with a trust region, and a first settling of the windows' initial states."""
 
 import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 
-from identification.layout import NUISANCES, Active, Estimate
-
-GAP_PRIOR_STD = 1e-3
-"""m; wide enough not to be felt where impacts show the gap, narrow enough to hold it where they do not."""
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Equations:
-    """Gauss-Newton quantities of every window as host arrays; see `residual.Normal`."""
-
-    hessian: np.ndarray
-    gradient: np.ndarray
-    cost: np.ndarray
-    record: np.ndarray
-
-    def total(self, estimate: Estimate) -> float:
-        """Cost of all windows and of the prior on the gap errors."""
-        return float(self.cost.sum() + 0.5 * np.sum((estimate.nuisances[:, 2] / GAP_PRIOR_STD) ** 2))
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Reduced:
-    """Normal equations after the window states are eliminated: unknowns are shared parameters, then the nuisances record by record."""
-
-    hessian: np.ndarray
-    gradient: np.ndarray
-    scores: np.ndarray
-    """(windows, unknowns): what each window adds to `gradient`."""
-    active: np.ndarray
-    """(unknowns,) bool"""
-    eliminated: tuple[np.ndarray, np.ndarray]
-    """(windows, 2, 2) inverse of the state blocks, (windows, 2, size - 2) coupling."""
+from identification.block_arrow import Equations, diagonal, newton_decrement, reduce, solve
+from identification.layout import Active, Estimate
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -119,81 +89,19 @@ def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, ite
     damping = np.full(len(equations.cost), 1e-3)
     for _ in range(iterations):
         block = equations.hessian[:, -2:, -2:]
-        damped = block + damping[:, None, None] * _diagonal(block) + 1e-300 * np.eye(2)
+        damped = block + damping[:, None, None] * diagonal(block) + 1e-300 * np.eye(2)
         step = -np.linalg.solve(damped, equations.gradient[:, -2:, None])[..., 0]
         trial = dataclasses.replace(estimate, states=estimate.states + np.where(np.isfinite(step), step, 0.0))
         after = evaluate(trial)
         better = after.cost < equations.cost
         if np.all(np.abs(after.cost - equations.cost) < 0.5):
             break
-        pick = lambda new, old: np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
-        estimate = dataclasses.replace(estimate, states=pick(trial.states, estimate.states))
-        equations = dataclasses.replace(
-            equations,
-            hessian=pick(after.hessian, equations.hessian),
-            gradient=pick(after.gradient, equations.gradient),
-            cost=pick(after.cost, equations.cost),
+        estimate = dataclasses.replace(estimate, states=np.where(better[:, None], trial.states, estimate.states))
+        equations = Equations(
+            hessian=np.where(better[:, None, None], after.hessian, equations.hessian),
+            gradient=np.where(better[:, None], after.gradient, equations.gradient),
+            cost=np.where(better, after.cost, equations.cost),
+            record=equations.record,
         )
         damping = np.where(better, damping / 10.0, damping * 10.0)
     return estimate
-
-
-def reduce(equations: Equations, estimate: Estimate, active: Active, damping: float) -> Reduced:
-    """Eliminate the window states and sum the windows."""
-    count = equations.hessian.shape[2] - 2
-    hessian = equations.hessian + damping * _diagonal(equations.hessian)
-    state = hessian[:, count:, count:]
-    scale = np.trace(state, axis1=1, axis2=2)[:, None, None]
-    inverse = np.linalg.pinv(state / np.where(scale > 0, scale, 1.0), hermitian=True) / np.where(scale > 0, scale, 1.0)
-    coupling = hessian[:, count:, :count]
-    local_hessian = hessian[:, :count, :count] - np.einsum("lsi,lst,ltj->lij", coupling, inverse, coupling)
-    local_gradient = equations.gradient[:, :count] - np.einsum("lsi,lst,lt->li", coupling, inverse, equations.gradient[:, count:])
-
-    shared, records = len(estimate.shared), len(estimate.nuisances)
-    width = len(NUISANCES)
-    size = shared + width * records
-    columns = np.concatenate(
-        [np.broadcast_to(np.arange(shared), (len(count_of := equations.record), shared)), shared + width * count_of[:, None] + np.arange(width)],
-        axis=1,
-    )
-    total, scores = np.zeros((size, size)), np.zeros((len(columns), size))
-    np.add.at(total, (columns[:, :, None], columns[:, None, :]), local_hessian)
-    np.put_along_axis(scores, columns, local_gradient, axis=1)
-    gaps = shared + width * np.arange(records) + 2
-    total[gaps, gaps] += (1.0 + damping) / GAP_PRIOR_STD**2
-    gradient = scores.sum(axis=0)
-    gradient[gaps] += estimate.nuisances[:, 2] / GAP_PRIOR_STD**2
-    flags = np.concatenate([active.shared, active.nuisances.ravel()])
-    return Reduced(hessian=total, gradient=gradient, scores=scores, active=flags, eliminated=(inverse, coupling))
-
-
-def solve(reduced: Reduced, equations: Equations, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Step of shared parameters, nuisances and window states; unknowns that are not active or not determined stay."""
-    step = np.zeros(len(reduced.gradient))
-    part = reduced.active
-    step[part] = -covariance(reduced.hessian[np.ix_(part, part)]) @ reduced.gradient[part]
-    shared = len(estimate.shared)
-    nuisances = step[shared:].reshape(estimate.nuisances.shape)
-    local = np.concatenate([np.broadcast_to(step[:shared], (len(equations.record), shared)), nuisances[equations.record]], axis=1)
-    inverse, coupling = reduced.eliminated
-    right = equations.gradient[:, -2:] + np.einsum("lsi,li->ls", coupling, local)
-    return step[:shared], nuisances, -np.einsum("lst,lt->ls", inverse, right)
-
-
-def covariance(hessian: np.ndarray) -> np.ndarray:
-    """Inverse of a positive semi-definite matrix after scaling its diagonal to one; directions below 1e-12 are left out."""
-    scale = np.sqrt(np.diag(hessian))
-    scale = np.where(scale > 0, scale, 1.0)
-    return np.linalg.pinv(hessian / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
-
-
-def newton_decrement(reduced: Reduced) -> float:
-    """g' H^-1 g of the active unknowns."""
-    part = reduced.active
-    gradient = reduced.gradient[part]
-    return float(gradient @ covariance(reduced.hessian[np.ix_(part, part)]) @ gradient)
-
-
-def _diagonal(matrices: np.ndarray) -> np.ndarray:
-    """The diagonals of a stack of matrices, as matrices."""
-    return matrices * np.eye(matrices.shape[-1])

@@ -8,7 +8,8 @@ import numpy as np
 import optax
 
 from identification.fit import as_arrays, bounds, integrator_for
-from identification.prepare import Prepared, impact_windows
+from identification.impacts import impact_windows
+from identification.prepare import Prepared
 from identification.residual import normal_equations
 from identification.result import StartOutcome
 from identification.windows import Windows

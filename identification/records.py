@@ -27,9 +27,7 @@ def _predict(model, layout, integrator: Landing, windows: Windows, local):
 def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, errors: np.ndarray) -> tuple[RecordFit, ...]:
     """One `RecordFit` a record; `errors` are the standard errors of the nuisances, (records, 3), NaN where not estimated."""
     names = ("relative_velocity", "in_contact", "window")
-    series = [
-        {name: np.full(len(record.time), np.nan) for name in (*CHANNELS, *names)} for record in prepared.experiment.records
-    ]
+    series = [{name: np.full(len(record.time), np.nan) for name in (*CHANNELS, *names)} for record in prepared.experiment.records]
     model, begin = as_arrays(prepared.model), 0
     for group in prepared.groups:
         windows = range(begin, begin + len(group.record))

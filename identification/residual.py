@@ -1,5 +1,7 @@
 """Residuals of all windows and their derivatives: the only place where the fit meets the solver."""
 
+from functools import partial
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -69,14 +71,10 @@ def normal_equations(model: Model, layout: Layout, integrator: Landing, windows:
 
     def along(direction):
         tangent = jnp.broadcast_to(direction, local.shape)
-        at = lambda vector: weighted_residual(model, layout, integrator, windows, vector)
-        return jax.jvp(at, (local,), (tangent,), has_aux=True)
+        return jax.jvp(partial(weighted_residual, model, layout, integrator, windows), (local,), (tangent,), has_aux=True)
 
     residual, derivative, result = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
     lanes = residual.shape[0]
     flat, jacobian = residual.reshape(lanes, -1), derivative.reshape(lanes, layout.size, -1)
     cost = jnp.where(result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
-    return Normal(
-        hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian), gradient=jnp.einsum("lis,ls->li", jacobian, flat), cost=cost
-    )
-
+    return Normal(hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian), gradient=jnp.einsum("lis,ls->li", jacobian, flat), cost=cost)

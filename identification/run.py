@@ -47,6 +47,5 @@ def run_simulate(model: Path, experiment: Path, folder: Path) -> None:
     fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)
     for record in loaded.records:
         series = simulate_record(fitted, record)
-        np.savetxt(
-            folder / f"{record.stem}.csv", np.stack(list(series.values()), axis=1), fmt="%.10g", delimiter=",", header=",".join(series), comments=""
-        )
+        table, header = np.stack(list(series.values()), axis=1), ",".join(series)
+        np.savetxt(folder / f"{record.stem}.csv", table, fmt="%.10g", delimiter=",", header=header, comments="")

@@ -46,7 +46,9 @@ def _base(record: Record) -> tuple[float, float]:
         return record.base_amplitude, record.base_phase or 0.0
     if "cart_displacement" in record.channels or "cart_acceleration" in record.channels:
         return harmonic_start(record)
-    raise ExperimentError(f"record {record.file!r} states no base_amplitude and holds no cart channel: add base_amplitude (m) and base_phase (rad)")
+    raise ExperimentError(
+        f"record {record.file!r} states no base_amplitude and holds no cart channel: add base_amplitude (m) and base_phase (rad)"
+    )
 
 
 def _system(model: Model, record: Record, amplitude: float, phase: float) -> System:

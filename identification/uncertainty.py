@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.stats import chi2, norm
 
+from identification.block_arrow import Equations, Reduced, covariance, reduce, solve
 from identification.layout import Active, Estimate
-from identification.levenberg_marquardt import Equations, Reduced, covariance, reduce, solve
 
 CHI2_95 = float(chi2.ppf(0.95, 1))
 _SIGMAS_95 = float(norm.ppf(0.975))

@@ -1,0 +1,29 @@
+"""All first guesses of an experiment, by where they were read."""
+
+import numpy as np
+
+from identification.experiment import Experiment
+from identification.kinematics import Kinematics
+from identification.start.contact import contact_start
+from identification.start.suspension import suspension_start
+from vibrojax.model import MASS, Model
+
+
+def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> dict[str, tuple[dict[str, float], np.ndarray]]:
+    """Every shared parameter by name, and the gap errors of the records, m, by origin of the guess, the most trusted first.
+
+    A parameter takes the operator's value where there is one, else that of the data, else its order of magnitude.
+    """
+    records = list(experiment.records)
+    wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
+    suspension, mass = suspension_start(records, motions, mass=experiment.mass if experiment.mass_is_known else None)
+    listed = {p.name for p in model.suspension.parameters}
+    values = {name: float(value) for name, value in model.values().items()} | {k: v for k, v in suspension.items() if k in listed}
+    if not experiment.mass_is_known:
+        values[MASS.name] = mass if mass is not None else experiment.mass
+    values |= wanted
+    model = model.replace(values)
+    free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
+    found = {origin: contact_start(model, records, motions, free, load_cell=origin == "load cell") for origin in ("load cell", "inertia")}
+    guesses = {origin: (values | contact, gap_errors) for origin, (contact, gap_errors) in found.items() if contact}
+    return guesses or {"usual values": (values, np.zeros(len(records)))}
