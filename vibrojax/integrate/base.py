@@ -11,11 +11,12 @@ from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.system import System
 
-SUCCESS, STEP_LIMIT, NOT_FINITE = 0, 1, 2
+SUCCESS, STEP_LIMIT, NOT_FINITE, CHATTER = 0, 1, 2, 3
 RESULT_MESSAGES = {
     SUCCESS: "success",
     STEP_LIMIT: "the step limit was reached (chatter, or steps too short for the record)",
     NOT_FINITE: "the solution is not finite",
+    CHATTER: "impacts on the rigid stop accumulate (chatter)",
 }
 
 

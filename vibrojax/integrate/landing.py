@@ -9,7 +9,9 @@ from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
+from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.crossing import crossing, landing_correction
 from vibrojax.system import System
 
 _Lanes = Float[Array, " lanes"]
@@ -66,9 +68,7 @@ class Landing(AbstractIntegrator):
         """Integrate one trajectory; see `AbstractIntegrator`."""
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype)[None], system)
         many = self.batch(system, ts[None], state[None], jnp.full((1,), ts.shape[0]))
-        return Trajectory(
-            ts, many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps
-        )
+        return Trajectory(ts, many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps)
 
     def batch(
         self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes 2"], lengths: Int[Array, " lanes"]
@@ -101,12 +101,13 @@ class Landing(AbstractIntegrator):
     def _start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes 2"]) -> _Carry:
         u, v = states[:, 0], states[:, 1]
         lanes = u.shape[0]
-        touching = lax.stop_gradient(jax.vmap(lambda system, u: system.indentation(u))(systems, u)) > 0
+        rigid = isinstance(systems.law, AbstractInstantaneousLaw)
+        touching = (lax.stop_gradient(jax.vmap(lambda system, u: system.indentation(u))(systems, u)) > 0) & (not rigid)
         return _Carry(
             t=ts[:, 0] + 0.0 * u,
             u=u,
             v=v,
-            approach_speed=jnp.abs(v),
+            approach_speed=jnp.maximum(jnp.abs(v), _SLOWEST_TOUCH),
             in_contact=touching,
             landing=jnp.zeros(lanes, bool),
             h_landing=jnp.zeros(lanes, u.dtype),
@@ -120,15 +121,17 @@ class Landing(AbstractIntegrator):
         h = jnp.where(carry.landing, carry.h_landing, to_sample / jnp.maximum(pieces, 1.0))
         u1, v1, a1 = self._runge_kutta(system, carry, h)
         before, after = system.indentation(carry.u), system.indentation(u1)
-        crosses = ~carry.landing & jnp.where(carry.in_contact, after < 0, after > 0)
-        h_landing = lax.stop_gradient(_time_to_boundary(before, carry.v, after, v1, h))
+        outward = jnp.where(carry.in_contact, -1.0, 1.0)
+        crosses, h_landing = crossing(outward * before, outward * carry.v, outward * after, outward * v1, h)
+        crosses &= ~carry.landing
 
-        correction = jnp.where(carry.landing, _first_order(after, v1), 0.0)
+        correction = jnp.where(carry.landing, landing_correction(after, v1), 0.0)
         t1, u1, v1 = carry.t + h + correction, u1 + v1 * correction, v1 + a1 * correction
         touches = carry.landing & ~carry.in_contact
-        approach_speed = jnp.where(touches, v1, carry.approach_speed)
+        v_touch = jnp.maximum(v1, SLOWEST_APPROACH)
+        approach_speed = jnp.where(touches, v_touch, carry.approach_speed)
         if isinstance(system.law, AbstractInstantaneousLaw):
-            v1 = jnp.where(touches, -system.law.rebound_speed(v1), v1)
+            v1 = jnp.where(touches, -system.law.rebound_speed(v_touch), v1)
             in_contact = carry.in_contact
         else:
             in_contact = carry.in_contact ^ carry.landing
@@ -141,7 +144,7 @@ class Landing(AbstractIntegrator):
             in_contact=in_contact,
             landing=jnp.zeros_like(crosses),
             h_landing=h_landing,
-            sample=carry.sample + arrives,
+            sample=carry.sample + arrives.astype(int),
         )
         rejected = carry._replace(landing=jnp.ones_like(crosses), h_landing=h_landing)
         return jax.tree.map(lambda yes, no: jnp.where(crosses, yes, no), rejected, accepted)
@@ -172,32 +175,6 @@ class Landing(AbstractIntegrator):
         return u + h / 6 * (v + 2 * v_2 + 2 * v_3 + v_4), v + h / 6 * (a_1 + 2 * a_2 + 2 * a_3 + a_4), a_4
 
 
-def _first_order(indentation: Float[Array, ""], rate: Float[Array, ""]) -> Float[Array, ""]:
-    """Newton correction of a landing time: its value is rounding error, its derivative is that of the landing time."""
-    moving = jnp.abs(rate) > 1e-9
-    return jnp.where(moving, -indentation / jnp.where(moving, rate, 1.0), 0.0)
-
-
-def _time_to_boundary(before, rate_before, after, rate_after, h):
-    """Time at which the cubic through both ends of a step is zero; the whole step where it starts beyond the boundary already."""
-    bracketed = before * after < 0
-    low, high = jnp.zeros_like(h), jnp.ones_like(h)
-    s = jnp.clip(before / jnp.where(bracketed, before - after, 1.0), 0.0, 1.0)
-    for _ in range(6):
-        value, slope = _hermite(s, before, h * rate_before, after, h * rate_after)
-        same = value * before > 0
-        low, high = jnp.where(same, s, low), jnp.where(same, high, s)
-        newton = s - value / jnp.where(slope == 0, 1.0, slope)
-        s = jnp.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
-    return jnp.where(bracketed, s * h, h)
-
-
-def _hermite(s, p0, m0, p1, m1):
-    """Cubic Hermite polynomial and its slope on [0, 1]."""
-    c2, c3 = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
-    return p0 + s * (m0 + s * (c2 + s * c3)), m0 + s * (2 * c2 + 3 * s * c3)
-
-
 def _row(carry: _Carry) -> _Row:
     return _Row(carry.u, carry.v, carry.approach_speed, carry.in_contact, carry.sample)
 
@@ -214,6 +191,4 @@ def _at_samples(history: _Row, count, last: _Carry, ts, lengths) -> Trajectory:
 
     finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
     result = jnp.where(finite, jnp.where(last.sample >= lengths, SUCCESS, STEP_LIMIT), NOT_FINITE)
-    return Trajectory(
-        ts, pick(history.u), pick(history.v), pick(history.in_contact), pick(history.approach_speed), result, count
-    )
+    return Trajectory(ts, pick(history.u), pick(history.v), pick(history.in_contact), pick(history.approach_speed), result, count)

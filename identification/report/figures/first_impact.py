@@ -1,0 +1,47 @@
+"""Force and acceleration of the first impact of a drop test against time, as thesis figures 3.8 to 3.10 show them."""
+
+from collections.abc import Iterator
+
+from identification.report.channel_labels import label
+from identification.report.figures.base import ACCENT, MODEL, Picture, few_ticks, new_figure, share_label
+from identification.report.numbers import significant
+from identification.report.record_view import impacts, strength
+from identification.result import FitResult, RecordFit
+
+_SHOWN = ("impact_force", "hammer_acceleration")
+
+
+def first_impact(result: FitResult) -> Iterator[Picture]:
+    """One picture for the first drop test, or where there is none for the first record with contact."""
+    touching = [record for record in result.records if impacts(record)]
+    drops = [record for record in touching if record.kind == "drop-test"]
+    for record in (drops or touching)[:1]:
+        yield _picture(result, record)
+
+
+def _picture(result: FitResult, record: RecordFit) -> Picture:
+    impact = impacts(record)[0]
+    part = impact.around(len(record.time), before=0.6, after=0.8)
+    since = 1e3 * (record.time[part] - record.time[impact.first])
+    figure = new_figure(3.9)
+    axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"left": 0.125, "right": 0.985, "bottom": 0.11, "top": 0.96, "hspace": 0.12})
+    for one, channel in zip(axes, _SHOWN, strict=True):
+        look = label(channel, result.experiment)
+        if channel in record.measured:
+            one.plot(since, look.factor * record.measured[channel][part], "o", color=ACCENT, markersize=3.5, label="measured")
+        one.plot(since, look.factor * record.predicted[channel][part], color=MODEL, linewidth=1.3, label="model")
+        one.set_ylabel(f"{look.words} {look.axis}" if len(look.words) < 14 else look.axis)
+        one.legend(loc="best")
+        few_ticks(one, x=8, y=5)
+        if channel not in record.measured:
+            one.text(0.02, 0.05, f"{look.words} was not recorded", transform=one.transAxes, fontsize=8, color="#555555")
+    share_label(list(axes), "time since touch (ms)")
+    peak = significant(strength(record, impact))
+    return Picture(
+        name="first-impact",
+        section="contact",
+        record=record.file,
+        caption=f"First impact of {record.file}: force and acceleration against time, measured (blue dots) and model (orange).",
+        alt=f"Force and acceleration of the first impact of {record.file} against time; the model's force peaks at {peak} newtons.",
+        figure=figure,
+    )

@@ -1,0 +1,67 @@
+"""Are the residuals noise? Their distribution and their memory, channel by channel over all records."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import norm
+
+from identification.report.channel_labels import spoken
+from identification.report.figures.base import BAND, SERIES, Picture, few_ticks, new_figure
+from identification.report.record_view import residual
+from identification.result import FitResult
+
+_LAGS = 40
+_DASHES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 2, 1, 2)), (0, (3, 1)), "-")
+
+
+def residuals(result: FitResult) -> Iterator[Picture]:
+    """One picture: histogram against the normal density, and autocorrelation."""
+    by_channel: dict[str, list[np.ndarray]] = {}
+    for record in result.records:
+        for channel in record.chi2_reduced:
+            by_channel.setdefault(channel, []).append(residual(record, channel))
+    if not by_channel:
+        return
+    figure = new_figure(3.1)
+    left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.1, "right": 0.985, "bottom": 0.15, "top": 0.78, "wspace": 0.3})
+    edges = np.linspace(-5, 5, 51)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    left.fill_between(middle, norm.pdf(middle), color=BAND, linewidth=0, label="noise alone")
+    samples = 1
+    for (channel, series), colour, dashes in zip(by_channel.items(), SERIES * 2, _DASHES * 2, strict=False):
+        pooled = np.concatenate(series)
+        pooled = pooled[np.isfinite(pooled)]
+        samples = max(samples, len(pooled))
+        share = np.histogram(np.clip(pooled, -5, 5), bins=edges)[0] / max(len(pooled), 1) / (edges[1] - edges[0])
+        left.plot(middle, share, color=colour, linestyle=dashes, linewidth=1.2, label=spoken(channel))
+        right.plot(np.arange(_LAGS + 1), autocorrelation(series, _LAGS), color=colour, linestyle=dashes, linewidth=1.2)
+    right.axhspan(-1.96 / samples**0.5, 1.96 / samples**0.5, color=BAND, linewidth=0)
+    left.set_xlabel("residual r (σ); ends hold all beyond")
+    left.set_ylabel("density")
+    right.set_xlabel("lag (samples)")
+    right.set_ylabel("autocorrelation")
+    few_ticks(left, x=6)
+    few_ticks(right, x=6)
+    figure.legend(loc="upper center", ncols=3, handlelength=2.6)
+    yield Picture(
+        name="residuals",
+        section="residuals",
+        record=None,
+        caption="Residuals of all records by channel. Left: distribution, with that of noise alone in grey. Right: autocorrelation, with the"
+        " 95 % band of white noise in grey. A model that leaves nothing out follows the grey in both.",
+        alt="Distribution and autocorrelation of the residuals of " + ", ".join(spoken(c) for c in by_channel) + ".",
+        figure=figure,
+    )
+
+
+def autocorrelation(series: list[np.ndarray], lags: int) -> Float[np.ndarray, " lags"]:
+    """Mean product of residuals so many samples apart over their mean square; all records together, gaps left out.
+
+    Example:
+        >>> autocorrelation([np.array([1.0, -1.0, 1.0, -1.0])], 1).round(2).tolist()
+        [1.0, -1.0]
+    """
+    products = [[one[lag:] * one[: len(one) - lag] for one in series if len(one) > lag] for lag in range(lags + 1)]
+    means = np.array([np.nanmean(np.concatenate(p)) if p and np.isfinite(np.concatenate(p)).any() else np.nan for p in products])
+    return means / means[0]

@@ -1,0 +1,144 @@
+"""Is the fit good? One sentence, and the record and channel that speak most against it."""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.stats import chi2
+
+from identification.report.channel_labels import spoken
+from identification.report.numbers import significant
+from identification.report.record_view import residual
+from identification.result import FitResult
+
+GOOD, PARTLY, POOR = "good", "partly", "poor"
+_FALSE_ALARM = 1e-3
+_MODELLED_NOISE = 0.1
+"""Relative excess of chi-square that quantisation and an imperfect noise figure may cause in all records together."""
+_ONE_CHANNEL = 0.21
+"""The same in one channel alone, where nothing averages it out: 10 % in the standard deviation."""
+_COLOUR = 0.15
+"""Correlation between neighbouring residuals above which they are not called white."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Part:
+    """Residuals of one channel of one record, in flight or in contact.
+
+    Attributes:
+        file: of the record.
+        channel: its name.
+        phase: "flight" or "contact".
+        samples: that counted.
+        chi2: mean squared residual over the noise variance.
+        neighbours: correlation between neighbouring residuals.
+    """
+
+    file: str
+    channel: str
+    phase: str
+    samples: int
+    chi2: float
+    neighbours: float
+
+    @property
+    def times_noise(self) -> float:
+        """Root mean square of the residual over the noise."""
+        return math.sqrt(self.chi2)
+
+    @property
+    def excess(self) -> float:
+        """Chi-square over what noise could make of it."""
+        return self.chi2 / _limit(self.samples, _ONE_CHANNEL)
+
+    @property
+    def words(self) -> str:
+        """For a sentence: "impact force in contact of cart1.csv"."""
+        return f"{spoken(self.channel)} in {self.phase} of {self.file}"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """How good a fit is.
+
+    Attributes:
+        level: `GOOD`, `PARTLY` or `POOR`.
+        sentence: for the reader.
+        remarks: further sentences.
+        worst: the part of the records with the largest excess of chi-square; None without records.
+    """
+
+    level: str
+    sentence: str
+    remarks: tuple[str, ...]
+    worst: Part | None
+
+
+def judge(result: FitResult) -> Verdict:
+    """Weigh the reduced chi-square of all records together, and of each channel of each record in flight and in contact."""
+    found = list(parts(result))
+    worst = max(found, key=lambda part: part.excess, default=None)
+    times = math.sqrt(result.chi2_reduced) if result.chi2_reduced >= 0 else math.nan
+    overall = f"reduced chi-square {significant(result.chi2_reduced)}"
+    remarks = _remarks(result, found)
+    if not result.chi2_reduced <= _limit(result.degrees, _MODELLED_NOISE):
+        sentence = f"The model does NOT explain the records: the misfit is {_times(times)} the noise ({overall})"
+        level = POOR
+    elif worst is not None and worst.excess > 1.0:
+        sentence = f"The model explains the records on the whole ({overall}), but not everywhere"
+        level = PARTLY
+    else:
+        sentence, level, worst_words = f"The model explains the records to the noise ({overall})", GOOD, ""
+    if level != GOOD:
+        worst_words = f"; worst is {worst.words}, {_times(worst.times_noise)} the noise" if worst is not None else ""
+    if not result.converged:
+        sentence, level = f"The iteration did NOT converge, and the numbers below are where it stopped. {sentence}", POOR
+    if level == GOOD and any("white" in remark for remark in remarks):
+        level = PARTLY
+    return Verdict(level=level, sentence=f"{sentence}{worst_words}.", remarks=remarks, worst=worst)
+
+
+def parts(result: FitResult) -> Iterator[Part]:
+    """Every channel that was fitted, in flight and in contact."""
+    for record in result.records:
+        for channel in record.chi2_reduced:
+            r = residual(record, channel)
+            for phase, chosen in (("flight", ~record.in_contact), ("contact", record.in_contact)):
+                usable = chosen & np.isfinite(r)
+                if usable.sum() >= 8:
+                    part = r[usable]
+                    yield Part(
+                        file=record.file,
+                        channel=channel,
+                        phase=phase,
+                        samples=len(part),
+                        chi2=float(np.mean(part**2)),
+                        neighbours=float(np.mean(part[1:] * part[:-1]) / max(float(np.mean(part**2)), 1e-300)),
+                    )
+
+
+def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
+    remarks = []
+    coloured = [part for part in found if part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
+    if coloured:
+        most = max(coloured, key=lambda part: part.neighbours)
+        remarks.append(
+            f"Residuals are not white: neighbouring ones of {most.words} correlate by {significant(most.neighbours, 2)}."
+            " Either something systematic is left, or that sensor's noise is coloured."
+        )
+    if result.chi2_reduced < 0.5:
+        remarks.append("The misfit is well below the stated noise: the noise is stated too large, and the standard errors with it.")
+    estimated = sorted({spoken(channel) for record in result.experiment.records for channel in record.noise_estimated})
+    if estimated:
+        remarks.append(f"Not declared, but estimated from the records themselves, is the noise of {', '.join(estimated)}.")
+    return tuple(remarks)
+
+
+def _limit(degrees: int, allowance: float) -> float:
+    """Reduced chi-square that noise exceeds once in a thousand fits, with an allowance for what is known of the noise."""
+    return float(chi2.isf(_FALSE_ALARM, max(degrees, 1)) / max(degrees, 1)) * (1.0 + allowance)
+
+
+def _times(number: float) -> str:
+    return f"{significant(number, 2)} times"
