@@ -16,7 +16,7 @@ def impact_windows(prepared: Prepared, count: int) -> tuple[Windows, np.ndarray]
     for index, (motion, cart) in enumerate(zip(prepared.motions, prepared.carts, strict=True)):
         if motion is None or cart is not None or prepared.experiment.records[index].kind == "forced":
             continue
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], motion.touching, [False]]).astype(int)))
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], motion.touching, [False]]).astype(int))).tolist()
         whole = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a > 0 and b < len(motion.u)]
         found += [(float(motion.inertia[a:b].max()), index, a, b) for a, b in whole]
     if not found:

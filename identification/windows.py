@@ -64,7 +64,7 @@ def cut(record: Record, motion: Kinematics | None, samples: int) -> list[tuple[i
     borders = np.linspace(0, len(record.time), count + 1).round().astype(int)
     if motion is not None:
         reach = max(1, samples // 4)
-        borders[1:-1] = [_quietest(motion.touching, border, reach) for border in borders[1:-1]]
+        borders[1:-1] = [_quietest(motion.touching, int(border), reach) for border in borders[1:-1]]
     borders = np.unique(borders)
     return [(int(a), int(b - a)) for a, b in zip(borders[:-1], borders[1:], strict=True)]
 

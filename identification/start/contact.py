@@ -86,8 +86,9 @@ def _samples(model: Model, records: list[Record], motions: list[Kinematics | Non
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
         if motion is None or not motion.touching.any() or (load_cell and motion.force is None):
             continue
-        free = model.suspension.acceleration(motion.u, motion.v, -motion.base_acceleration) + motion.base_acceleration
-        force = motion.force if load_cell else motion.inertia + model.mass * np.asarray(free)
+        u, v, base = (jnp.asarray(values) for values in (motion.u, motion.v, motion.base_acceleration))
+        free = np.asarray(model.suspension.acceleration(u, v, -base) + base)
+        force = motion.force if load_cell else motion.inertia + model.mass * free
         begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])
         last_touch = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
         approach = np.maximum(np.abs(motion.v[np.maximum(last_touch - 1, 0)]), 1e-3)

@@ -43,7 +43,7 @@ def _rows(record: Record, motion: Kinematics) -> list[tuple[float, ...]]:
     rows = []
     for start, stop in _flights(motion.touching):
         for length in (n for n in _SUPPORTS if n <= stop - start):
-            half = 0.5 * length * dt
+            half = 0.5 * (length - 1) * dt
             s = np.linspace(-1, 1, length)
             bump, slope, curve = (1 - s**2) ** 4, -8 * s * (1 - s**2) ** 3 / half, (56 * s**2 - 8) * (1 - s**2) ** 2 / half**2
             weight = 1.0 / np.sqrt(np.sum(curve**2))
@@ -57,5 +57,5 @@ def _rows(record: Record, motion: Kinematics) -> list[tuple[float, ...]]:
 def _flights(touching: np.ndarray) -> list[tuple[int, int]]:
     """Stretches without contact, a few samples away from it: (first, one past the last)."""
     near = np.convolve(touching, np.ones(9), "same") > 0
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], near, [True]]).astype(int)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], near, [True]]).astype(int))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
