@@ -55,8 +55,8 @@ SENSORS = tuple(
         (
             {"unit": "mm", "per_si": 1e3, "digits": 6},
             {"unit": "mm", "per_si": 1e3, "digits": 6},
-            {},
-            {"unit": "g", "per_si": 1.0 / _G, "digits": 5},
+            {"full_scale": 500.0, "digits": 5},
+            {"unit": "g", "per_si": 1.0 / _G, "full_scale": 50.0 * _G, "digits": 6},
         ),
         strict=True,
     )

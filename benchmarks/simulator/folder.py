@@ -36,9 +36,20 @@ def write_table(path: Path, channels: dict[str, np.ndarray], sensors: tuple[Sens
 
 def settings(name: str, rig: Rig, plans: tuple[RecordPlan, ...], sensors: tuple[Sensor, ...]) -> str:
     """Text of `experiment.toml`."""
-    lines = ["schema = 1", "", "[experiment]", f'name = "{name}"', "", "[hammer]", f"mass = {rig.m:.17g}", "", "[suspension]", 'kind = "linear"']
+    lines = [
+        "schema = 1",
+        "",
+        "[experiment]",
+        f'name = "{name}"',
+        "",
+        "[hammer]",
+        f"mass = {rig.m:.17g}",
+        "",
+        "[suspension]",
+        'kind = "linear"',
+    ]
     for sensor in sensors:
-        lines += ["", f"[sensors.{sensor.channel}]", f'unit = "{sensor.unit}"', f"noise = {sensor.declared_noise}"]
+        lines += ["", f"[sensors.{sensor.channel}]", f'unit = "{sensor.unit}"', f"noise = {sensor.noise}"]
     for plan in plans:
         lines += ["", "[[record]]", f'file = "{plan.file}"', f'kind = "{plan.kind}"', f"gap = {plan.gap}"]
         if plan.excitation_frequency > 0.0:

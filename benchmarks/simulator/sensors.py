@@ -14,7 +14,7 @@ class Sensor:
 
     channel: str
     noise: float
-    """Standard deviation before the converter, SI."""
+    """Standard deviation before the converter, SI; what the operator declares."""
     full_scale: float
     """The converter reads from minus this to plus this, SI."""
     unit: str
@@ -22,11 +22,6 @@ class Sensor:
     """How many of `unit` make one SI unit."""
     digits: int = 7
     """Significant digits in the file."""
-
-    @property
-    def declared_noise(self) -> float:
-        """Standard deviation of what is recorded: noise and quantisation, SI, to four digits."""
-        return float(f"{np.hypot(self.noise, self.full_scale / _LEVELS / np.sqrt(12.0)):.4g}")
 
     def read(self, signal: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """What the recorder writes for a true signal in SI, in SI."""
