@@ -53,8 +53,8 @@ SENSORS = tuple(
     for sensor, change in zip(
         standard_sensors(),
         (
-            {"unit": "mm", "per_si": 1e3, "digits": 6},
-            {"unit": "mm", "per_si": 1e3, "digits": 6},
+            {"unit": "mm", "per_si": 1e3, "full_scale": 0.05, "digits": 6},
+            {"unit": "mm", "per_si": 1e3, "full_scale": 0.05, "digits": 6},
             {"full_scale": 500.0, "digits": 5},
             {"unit": "g", "per_si": 1.0 / _G, "full_scale": 50.0 * _G, "digits": 6},
         ),

@@ -33,8 +33,8 @@ class Sensor:
 def standard_sensors(*, force: bool = True, acceleration: bool = True) -> tuple[Sensor, ...]:
     """Displacements of hammer and cart, and the load cell and the accelerometer if wanted."""
     chosen: Sequence[Sensor] = (
-        Sensor(channel="hammer_displacement", noise=1e-5, full_scale=0.05, unit="m"),
-        Sensor(channel="cart_displacement", noise=1e-5, full_scale=0.05, unit="m"),
+        Sensor(channel="hammer_displacement", noise=1e-5, full_scale=0.1, unit="m"),
+        Sensor(channel="cart_displacement", noise=1e-5, full_scale=0.1, unit="m"),
         Sensor(channel="impact_force", noise=0.15, full_scale=2000.0, unit="N", digits=4),
         Sensor(channel="hammer_acceleration", noise=0.05, full_scale=2000.0, unit="m/s^2", digits=4),
     )
