@@ -72,9 +72,11 @@ def significant(number: float | None, digits: int = 3) -> str:
     """A number to so many digits: "0.0123", "1.2 × 10⁻⁷"."""
     if number is None or not math.isfinite(number):
         return NONE
+    if number == 0:
+        return "0"
     number = float(f"{number:.{digits - 1}e}")
     exponent = _exponent(abs(number))
-    power = math.floor(math.log10(abs(number))) if number else 0
+    power = math.floor(math.log10(abs(number)))
     decimals = max(digits - 1 - (power - exponent), 0)
     return Rounded(value=_fixed(number / 10.0**exponent, decimals), error="", exponent=exponent, decimals=decimals).text
 

@@ -55,13 +55,13 @@ def misfit(record: RecordFit, impact: Impact) -> float:
     return float(usable.mean()) if len(usable) else 0.0
 
 
-def notable(record: RecordFit, count: int = 3) -> list[Impact]:
-    """The first, the strongest and the worst-fitted impact, then others, in order of time and without repetition."""
+def notable(record: RecordFit) -> list[Impact]:
+    """The strongest and the worst-fitted impact, in order of time; where they are one, the first or the last as well."""
     found = impacts(record)
     if not found:
         return []
-    chosen = [found[0], max(found, key=lambda i: strength(record, i)), max(found, key=lambda i: misfit(record, i)), *found]
-    distinct = list({impact.first: impact for impact in chosen}.values())[:count]
+    chosen = [max(found, key=lambda i: strength(record, i)), max(found, key=lambda i: misfit(record, i)), found[0], found[-1]]
+    distinct = list({impact.first: impact for impact in chosen}.values())[:2]
     return sorted(distinct, key=lambda impact: impact.first)
 
 

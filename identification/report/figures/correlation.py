@@ -16,9 +16,10 @@ def correlation(result: FitResult) -> Iterator[Picture]:
         return
     symbols = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
     names = [symbols.get(name, name) for name in result.correlated]
-    side = min(0.55 * count, 4.6)
-    figure = new_figure(side + 0.55)
-    axes = figure.add_axes((0.14, 0.08, side / 6.2, side / (side + 0.55)))
+    side = min(0.52 * count, 4.6)
+    width, height = side + 1.45, side + 0.45
+    figure = new_figure(height, width)
+    axes = figure.add_axes((0.5 / width, 0.35 / height, side / width, side / height))
     image = axes.imshow(result.correlation, cmap="PuOr_r", vmin=-1, vmax=1)
     axes.set_xticks(range(count), names)
     axes.set_yticks(range(count), names)
@@ -27,8 +28,8 @@ def correlation(result: FitResult) -> Iterator[Picture]:
     for (row, column), value in np.ndenumerate(result.correlation):
         if np.isfinite(value) and count <= 10:
             colour = "white" if abs(value) > 0.7 else "black"
-            axes.text(column, row, f"{value:.2f}".replace("-", "−"), ha="center", va="center", fontsize=8, color=colour)
-    bar = figure.colorbar(image, ax=axes, fraction=0.05, pad=0.04)
+            axes.text(column, row, _short(value), ha="center", va="center", fontsize=7.5, color=colour)
+    bar = figure.colorbar(image, cax=figure.add_axes(((side + 0.6) / width, 0.35 / height, 0.12 / width, side / height)), ticks=[-1, 0, 1])
     bar.set_label("correlation")
     off = np.abs(result.correlation - np.eye(count))
     first, second = np.unravel_index(int(np.nanargmax(off)), off.shape)
@@ -41,3 +42,9 @@ def correlation(result: FitResult) -> Iterator[Picture]:
         alt=f"Correlation matrix of {', '.join(names)}; the largest is between {largest}.",
         figure=figure,
     )
+
+
+def _short(value: float) -> str:
+    """Two decimals; a third where two would make it look like unity."""
+    text = f"{value:.3f}" if 0.995 <= abs(value) < 0.9995 else f"{value:.2f}"
+    return "0" if float(text) == 0.0 else text.replace("-", "−")

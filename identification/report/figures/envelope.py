@@ -31,5 +31,5 @@ def envelope(
     lowest = np.where(usable, bins_y, np.inf).argmin(axis=1)
     highest = np.where(usable, bins_y, -np.inf).argmax(axis=1)
     chosen = np.sort(np.stack([lowest, highest], axis=1), axis=1)
-    values = np.where(usable.any(axis=1)[:, None], bins_y[rows, chosen], np.nan)
+    values = np.where(usable.any(axis=1, keepdims=True), bins_y[rows, chosen], np.nan)
     return bins_x[rows, chosen].ravel(), values.ravel()

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from identification.report.channel_labels import label
-from identification.report.figures.base import ACCENT, MODEL, Picture, few_ticks, new_figure, share_label
+from identification.report.figures.base import ACCENT, MODEL, Picture, few_ticks, new_figure
 from identification.report.numbers import significant
 from identification.report.record_view import impacts, strength
 from identification.result import FitResult, RecordFit
@@ -29,13 +29,18 @@ def _picture(result: FitResult, record: RecordFit) -> Picture:
         look = label(channel, result.experiment)
         if channel in record.measured:
             one.plot(since, look.factor * record.measured[channel][part], "o", color=ACCENT, markersize=3.5, label="measured")
-        one.plot(since, look.factor * record.predicted[channel][part], color=MODEL, linewidth=1.3, label="model")
+        one.plot(
+            since,
+            look.factor * record.predicted[channel][part],
+            color=MODEL,
+            linewidth=1.3,
+            label="model" if channel in record.measured else "model (not recorded)",
+        )
         one.set_ylabel(f"{look.words} {look.axis}" if len(look.words) < 14 else look.axis)
         one.legend(loc="best")
         few_ticks(one, x=8, y=5)
-        if channel not in record.measured:
-            one.text(0.02, 0.05, f"{look.words} was not recorded", transform=one.transAxes, fontsize=8, color="#555555")
-    share_label(list(axes), "time since touch (ms)")
+    axes[0].tick_params(labelbottom=False)
+    axes[1].set_xlabel("time since touch (ms)")
     peak = significant(strength(record, impact))
     return Picture(
         name="first-impact",

@@ -4,52 +4,42 @@ from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from identification.report.channel_labels import label
-from identification.report.figures.base import BAND, MEASURED, MODEL, Picture, few_ticks, new_figure
+from identification.report.figures.base import CONTACT, DOTS, MODEL, Picture, few_ticks, residual_panel, signal_rows
 from identification.report.figures.chosen import drawn_records
 from identification.report.record_view import Impact, notable, residual
 from identification.result import FitResult, RecordFit
 
 
 def impact_closeups(result: FitResult) -> Iterator[Picture]:
-    """One picture a record with contact: first, strongest and worst-fitted impact, one a column."""
+    """One picture a record with contact: the strongest and the worst-fitted impact side by side."""
     for number, record in drawn_records(result):
-        chosen, channels = notable(record), [c for c in record.chi2_reduced if not c.startswith("cart")] or list(record.chi2_reduced)
+        chosen = notable(record)
+        channels = [c for c in record.chi2_reduced if not c.startswith("cart")] or list(record.chi2_reduced)
         if not chosen or not channels:
             continue
-        height = 0.75 + 1.75 * len(channels)
-        figure = new_figure(height)
-        grid = figure.subplots(
-            2 * len(channels),
-            len(chosen),
-            squeeze=False,
-            sharex="col",
-            sharey="row",
-            gridspec_kw={
-                "height_ratios": [2.2, 1.0] * len(channels),
-                "left": 0.125,
-                "right": 0.985,
-                "bottom": 0.42 / height,
-                "top": 1 - 0.42 / height,
-                "hspace": 0.25,
-                "wspace": 0.08,
-            },
-        )
-        for column, impact in enumerate(chosen):
-            for row, channel in enumerate(channels):
-                _channel(grid[2 * row, column], grid[2 * row + 1, column], record, channel, impact, result)
-            grid[0, column].set_title(f"impact at {record.time[impact.first]:.4g} s", pad=4)
-            grid[-1, column].set_xlabel("time since touch (ms)" if len(chosen) < 3 else "since touch (ms)")
-        for row, channel in enumerate(channels):
-            grid[2 * row, 0].set_ylabel(label(channel, result.experiment).axis)
-            grid[2 * row + 1, 0].set_ylabel("r (σ)")
+        figure, rows = signal_rows(0.3, len(channels), len(chosen))
+        for row, channel in zip(rows, channels, strict=True):
+            shown = [impact.around(len(record.time)) for impact in chosen]
+            r = [residual(record, channel)[part] for part in shown]
+            for _, lower in row:
+                residual_panel(lower, max(float(np.nanmax(np.abs(one), initial=0.0)) for one in r))
+            row[0][0].set_ylabel(label(channel, result.experiment).axis)
+            for _, lower in row[1:]:
+                lower.set_ylabel("")
+            for (upper, lower), impact in zip(row, chosen, strict=True):
+                _channel(upper, lower, record, channel, impact, result)
+        for (upper, _), (_, lower), impact in zip(rows[0], rows[-1], chosen, strict=True):
+            upper.set_title(f"impact at {record.time[impact.first]:.4g} s", pad=4)
+            lower.set_xlabel("time since touch (ms)")
         times = ", ".join(f"{record.time[impact.first]:.4g} s" for impact in chosen)
         yield Picture(
             name=f"record-{number:02d}-impacts",
             section="records",
             record=record.file,
-            caption=f"{record.file}: impacts close up (among them the first, the strongest and the worst-fitted): measured (grey dots),"
+            caption=f"{record.file}: impacts close up, the strongest and the worst-fitted among them: measured (grey dots),"
             " model (orange), contact shaded; residual in units of the noise σ below.",
             alt=f"Close-up of {len(chosen)} impacts of {record.file}, at {times}: measured and modelled channels with residuals.",
             figure=figure,
@@ -61,13 +51,9 @@ def _channel(upper: Axes, lower: Axes, record: RecordFit, channel: str, impact: 
     since = 1e3 * (record.time[part] - record.time[impact.first])
     last = 1e3 * (record.time[min(impact.end, len(record.time) - 1)] - record.time[impact.first])
     for axes in (upper, lower):
-        axes.axvspan(0.0, float(last), color="#f3efe6", linewidth=0)
-    upper.plot(since, look.factor * record.measured[channel][part], ".", color="#6a6a6a", markersize=3.2)
+        axes.axvspan(0.0, float(last), color=CONTACT, linewidth=0)
+    upper.plot(since, look.factor * record.measured[channel][part], ".", color=DOTS, markersize=3.5)
     upper.plot(since, look.factor * record.predicted[channel][part], color=MODEL, linewidth=1.1)
-    lower.axhspan(-2, 2, color=BAND, linewidth=0)
-    r = residual(record, channel)[part]
-    lower.plot(since, r, color="black", marker=".", markersize=2, linewidth=0.5)
-    reach = 1.05 * max(float(np.nanmax(np.abs(r), initial=0.0)), 4.0, abs(lower.get_ylim()[1]) if lower.lines[1:] else 0.0)
-    lower.set_ylim(-reach, reach)
-    few_ticks(upper, x=4)
-    few_ticks(lower, x=4, y=2)
+    lower.plot(since, residual(record, channel)[part], color="black", marker=".", markersize=2, linewidth=0.5)
+    few_ticks(upper)
+    lower.xaxis.set_major_locator(MaxNLocator(6))

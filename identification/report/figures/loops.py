@@ -15,7 +15,8 @@ _MARKS = "os^D"
 
 def loops(result: FitResult) -> Iterator[Picture]:
     """One picture: a few impacts of all records, from the weakest to the strongest."""
-    found = [(record, impact) for record in result.records if _force(record, result) is not None for impact in impacts(record)]
+    forces = {record.file: force for record in result.records if (force := _force(record, result)) is not None}
+    found = [(record, impact) for record in result.records if record.file in forces for impact in impacts(record)]
     found = [(record, impact) for record, impact in found if impact.end - impact.first >= 4]
     if not found:
         return
@@ -24,14 +25,13 @@ def loops(result: FitResult) -> Iterator[Picture]:
     figure = new_figure(3.7)
     axes = figure.subplots(gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.125, "top": 0.97})
     for (record, impact), colour, mark in zip(chosen, SERIES, _MARKS, strict=False):
-        force = _force(record, result)
         part = slice(max(impact.first - 1, 0), impact.end + 1)
         measured = measured_displacement(record)
         across = record.relative_displacement if measured is None else measured
         speed = abs(float(record.relative_velocity[impact.first]))
-        axes.plot(1e6 * (across[part] - record.gap), force[part], mark, color=colour, markersize=3.5, fillstyle="none")
-        modelled = record.predicted["impact_force"]
-        axes.plot(1e6 * (record.relative_displacement[part] - record.gap), modelled[part], color=colour, label=f"{speed:.3g} m/s, {record.file}")
+        axes.plot(1e6 * (across[part] - record.gap), forces[record.file][part], mark, color=colour, markersize=3.5, fillstyle="none")
+        indentation, modelled = record.relative_displacement - record.gap, record.predicted["impact_force"]
+        axes.plot(1e6 * indentation[part], modelled[part], color=colour, label=f"{speed:.3g} m/s, {record.file}")
     axes.set_xlabel("indentation δ (µm)")
     axes.set_ylabel("impact force Fᵢ (N)")
     axes.legend(loc="upper left", title="touch at", title_fontsize=8, alignment="left")
@@ -42,7 +42,8 @@ def loops(result: FitResult) -> Iterator[Picture]:
         section="contact",
         record=None,
         caption=f"Force against indentation in {len(chosen)} impacts from the weakest to the strongest: measured (marks; force: {source},"
-        " indentation: measured displacement where recorded, less the fitted gap) and fitted law (lines). The loop's area is the energy lost.",
+        " indentation: measured displacement where recorded, less the fitted gap) and fitted law (lines)."
+        " A loop's area is the energy lost.",
         alt=f"Loops of impact force against indentation for {len(chosen)} impacts, measured marks on the fitted law's lines.",
         figure=figure,
     )
@@ -55,5 +56,3 @@ def _force(record: RecordFit, result: FitResult) -> Float[np.ndarray, " samples"
     if "hammer_acceleration" in record.measured:
         return -float(result.model.mass) * record.measured["hammer_acceleration"]
     return None
-
-

@@ -8,12 +8,12 @@ from scipy.signal import savgol_filter
 
 from identification.report.figures.base import MEASURED, MODEL, Picture, few_ticks, new_figure
 from identification.report.figures.chosen import drawn_records
-from identification.report.record_view import measured_displacement
+from identification.report.record_view import impacts, measured_displacement
 from identification.result import FitResult, RecordFit
 
-_POINTS = 4000
-_SMOOTHED = 9
-"""Samples of the sliding parabola that turns the measured displacement into a velocity."""
+_POINTS = 2500
+_SMOOTHED = (5, 15)
+"""Fewest and most samples of the sliding parabola that turns the measured displacement into a velocity: half a contact."""
 
 
 def phase_plane(result: FitResult) -> Iterator[Picture]:
@@ -33,7 +33,7 @@ def phase_plane(result: FitResult) -> Iterator[Picture]:
         shown = slice(0, _POINTS)
         measured = _measured(record)
         if measured is not None:
-            axes.plot(1e3 * measured[0][shown], measured[1][shown], ".", color=MEASURED, markersize=1.5, rasterized=True)
+            axes.plot(1e3 * measured[0][shown], measured[1][shown], ".", color=MEASURED, markersize=1.5)
         axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=MODEL, linewidth=0.7)
         axes.axvline(1e3 * record.gap, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
         axes.set_title(f"{record.file} ({record.kind})", pad=4)
@@ -48,10 +48,11 @@ def phase_plane(result: FitResult) -> Iterator[Picture]:
         name="phase-plane",
         section="contact",
         record=None,
-        caption="Phase plane of the hammer relative to the cart: measured displacement and its slope (grey dots), model (orange); the dashed"
-        f" line is the stop. At most the first {_POINTS} samples of each record.",
+        caption="Phase plane of the hammer relative to the cart: measured displacement and its slope (grey dots), model (orange); the"
+        f" dashed line is the stop. At most the first {_POINTS} samples of each record.",
         alt="Velocity against displacement of the hammer relative to the cart, measured and model, one panel for each of "
-        + ", ".join(record.file for record in records) + ".",
+        + ", ".join(record.file for record in records)
+        + ".",
         figure=figure,
     )
 
@@ -59,8 +60,10 @@ def phase_plane(result: FitResult) -> Iterator[Picture]:
 def _measured(record: RecordFit) -> tuple[Float[np.ndarray, " samples"], Float[np.ndarray, " samples"]] | None:
     """Displacement and the slope of a sliding parabola; gaps in the record are gaps in both."""
     u = measured_displacement(record)
-    if u is None or len(u) < _SMOOTHED:
+    lengths = [impact.end - impact.first for impact in impacts(record)]
+    window = int(np.clip(np.median(lengths) / 2 if lengths else _SMOOTHED[1], *_SMOOTHED)) // 2 * 2 + 1
+    if u is None or len(u) < window:
         return None
-    dt = float(np.median(np.diff(record.time)))
-    window = min(_SMOOTHED, len(u) - 1 + len(u) % 2)
-    return u, savgol_filter(u, window, 2, deriv=1, delta=dt)
+    slope = np.asarray(savgol_filter(u, window, 2, deriv=1, delta=float(np.median(np.diff(record.time))), mode="nearest"))
+    slope[: window // 2] = slope[-(window // 2) :] = np.nan
+    return u, slope

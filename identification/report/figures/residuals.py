@@ -7,16 +7,18 @@ from jaxtyping import Float
 from scipy.stats import norm
 
 from identification.report.channel_labels import spoken
-from identification.report.figures.base import BAND, SERIES, Picture, few_ticks, new_figure
+from identification.report.figures.base import SERIES, Picture, few_ticks, new_figure
 from identification.report.record_view import residual
 from identification.result import FitResult
 
 _LAGS = 40
+_FURTHEST = 6.0
+"""σ"""
 _DASHES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 2, 1, 2)), (0, (3, 1)), "-")
 
 
 def residuals(result: FitResult) -> Iterator[Picture]:
-    """One picture: histogram against the normal density, and autocorrelation."""
+    """One picture: share of residuals beyond so many standard deviations against the normal law, and autocorrelation."""
     by_channel: dict[str, list[np.ndarray]] = {}
     for record in result.records:
         for channel in record.chi2_reduced:
@@ -24,32 +26,36 @@ def residuals(result: FitResult) -> Iterator[Picture]:
     if not by_channel:
         return
     figure = new_figure(3.1)
-    left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.1, "right": 0.985, "bottom": 0.15, "top": 0.78, "wspace": 0.3})
-    edges = np.linspace(-5, 5, 51)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    left.fill_between(middle, norm.pdf(middle), color=BAND, linewidth=0, label="noise alone")
+    left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.105, "right": 0.985, "bottom": 0.15, "top": 0.8, "wspace": 0.32})
+    across = np.linspace(0.0, _FURTHEST, 121)
+    left.plot(across, 2 * norm.sf(across), color="#c4c4c4", linewidth=5, label="noise alone")
     samples = 1
     for (channel, series), colour, dashes in zip(by_channel.items(), SERIES * 2, _DASHES * 2, strict=False):
-        pooled = np.concatenate(series)
+        pooled = np.sort(np.abs(np.concatenate(series)))
         pooled = pooled[np.isfinite(pooled)]
         samples = max(samples, len(pooled))
-        share = np.histogram(np.clip(pooled, -5, 5), bins=edges)[0] / max(len(pooled), 1) / (edges[1] - edges[0])
-        left.plot(middle, share, color=colour, linestyle=dashes, linewidth=1.2, label=spoken(channel))
-        right.plot(np.arange(_LAGS + 1), autocorrelation(series, _LAGS), color=colour, linestyle=dashes, linewidth=1.2)
-    right.axhspan(-1.96 / samples**0.5, 1.96 / samples**0.5, color=BAND, linewidth=0)
-    left.set_xlabel("residual r (σ); ends hold all beyond")
-    left.set_ylabel("density")
+        beyond = 1.0 - np.searchsorted(pooled, across, side="right") / max(len(pooled), 1)
+        left.plot(across, np.where(beyond > 0, beyond, np.nan), color=colour, linestyle=dashes, linewidth=1.3, label=spoken(channel))
+        right.plot(np.arange(1, _LAGS + 1), autocorrelation(series, _LAGS)[1:], color=colour, linestyle=dashes, linewidth=1.3)
+    left.set_yscale("log")
+    left.set_ylim(max(0.3 / samples, 1e-7), 1.5)
+    left.set_xlim(0, _FURTHEST)
+    left.set_xlabel("|r| (σ)")
+    left.set_ylabel("share of residuals beyond")
+    right.axhspan(-1.96 / samples**0.5, 1.96 / samples**0.5, color="#c4c4c4", linewidth=0)
+    reach = max(0.1, *(abs(limit) for limit in right.get_ylim()))
+    right.set_ylim(-reach, reach)
     right.set_xlabel("lag (samples)")
-    right.set_ylabel("autocorrelation")
-    few_ticks(left, x=6)
+    right.set_ylabel("autocorrelation of r")
     few_ticks(right, x=6)
     figure.legend(loc="upper center", ncols=3, handlelength=2.6)
     yield Picture(
         name="residuals",
         section="residuals",
         record=None,
-        caption="Residuals of all records by channel. Left: distribution, with that of noise alone in grey. Right: autocorrelation, with the"
-        " 95 % band of white noise in grey. A model that leaves nothing out follows the grey in both.",
+        caption="Residuals of all records by channel. Left: share of them that is larger than so many σ, with that of noise"
+        " alone in grey. Right: autocorrelation, with the 95 % band of white noise in grey."
+        " A model that leaves nothing out follows the grey in both.",
         alt="Distribution and autocorrelation of the residuals of " + ", ".join(spoken(c) for c in by_channel) + ".",
         figure=figure,
     )

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
-from identification.report.figures.base import ACCENT, MEASURED, Picture, few_ticks, new_figure
+from identification.report.figures.base import ACCENT, MEASURED, Picture, new_figure
 from identification.result import FitResult
 
 
@@ -27,10 +28,10 @@ def waterfall(result: FitResult) -> Iterator[Picture]:
     axes.legend(loc="best")
     axes.set_xlim(0.5, len(starts) + 0.5)
     if len(starts) <= 12:
-        axes.set_xticks(order, [f"{start.origin}" for start in starts], rotation=0 if len(starts) < 7 else 60)
+        axes.set_xticks(order, [start.origin for start in starts], rotation=0 if len(starts) < 8 else 30)
         axes.set_xlabel("")
     else:
-        few_ticks(axes, x=8) if axes.get_yscale() == "linear" else axes.locator_params(axis="x", nbins=8)
+        axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     alike = int(np.sum(after <= after[0] * 1.01 + 1e-12))
     yield Picture(
         name="starts",

@@ -1,0 +1,103 @@
+"""`report.html`: one page that stands alone, with every image inside and no script."""
+
+import base64
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import jinja2
+
+from identification.experiment import Experiment
+from identification.reference import Reference, compare, unmatched
+from identification.report import rows
+from identification.report.numbers import significant, unit_text
+from identification.report.symbols import symbol_html
+from identification.report.verdict import judge
+from identification.result import FitResult, RecordFit
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Image:
+    """A picture as the page holds it."""
+
+    name: str
+    section: str
+    record: str | None
+    caption: str
+    alt: str
+    width: int
+    height: int
+    png: bytes
+
+    @property
+    def source(self) -> str:
+        """Address that holds the image itself."""
+        return "data:image/png;base64," + base64.b64encode(self.png).decode("ascii")
+
+
+def page(result: FitResult, images: list[Image], *, reference: Reference | None = None, provenance: Mapping[str, Any]) -> str:
+    """The whole page.
+
+    Args:
+        result: of the fit.
+        images: in the order in which they appear within their section.
+        reference: known values to set beside the fitted ones.
+        provenance: as in `fit.json`.
+
+    Returns:
+        HTML without any address outside itself.
+
+    Raises:
+        InputError: the reference does not suit the fit.
+    """
+    comparisons = compare(result, reference) if reference is not None else ()
+    return _template().render(
+        result=result,
+        verdict=judge(result),
+        parameters=rows.parameter_rows(result),
+        derived=rows.derived_rows(result),
+        reasons=rows.reasons(result),
+        reference=reference,
+        comparisons=rows.comparison_rows(comparisons),
+        not_compared=unmatched(comparisons, reference) if reference is not None else (),
+        records=[_record(record, result.experiment, images) for record in result.records],
+        samples=sum(len(record.time) for record in result.records),
+        windows=sum(rows.windows(record) for record in result.records),
+        correlations=rows.correlations(result),
+        worth_telling=rows.WORTH_TELLING,
+        starts=sorted(result.starts, key=lambda start: start.final_cost),
+        images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},
+        shift=significant(result.discretisation, 2),
+        seconds=sum(result.seconds.values()),
+        provenance=provenance,
+    )
+
+
+def _record(record: RecordFit, experiment: Experiment, images: list[Image]) -> dict[str, Any]:
+    """What the page says about one record."""
+    read = rows.recorded(record, experiment)
+    return {
+        "file": record.file,
+        "kind": record.kind,
+        "gap": rows.gap_in_mm(record),
+        "frequency": None if read is None else read.excitation_frequency,
+        "samples": len(record.time),
+        "windows": rows.windows(record),
+        "channels": rows.channel_rows(record, experiment),
+        "nuisances": rows.nuisance_rows(record),
+        "notices": record.notices,
+        "images": [image for image in images if image.section == "records" and image.record == record.file],
+    }
+
+
+def _template() -> jinja2.Template:
+    """The template, with what is not marked as HTML escaped and a misspelt name an error."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("identification.report", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"symbol": symbol_html, "number": significant, "unit": unit_text}
+    return environment.get_template("template.html")

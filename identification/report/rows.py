@@ -1,0 +1,171 @@
+"""A fit as rows of text, the same for the terminal and the page."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.experiment import Experiment, Record
+from identification.reference import Comparison
+from identification.report.channel_labels import label
+from identification.report.numbers import NONE, percent, rounded, significant, unit_text, with_unit
+from identification.result import OK, FitResult, ParameterEstimate, RecordFit
+
+WORTH_TELLING = 0.1
+"""Correlations below this are left out of lists."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ParameterRow:
+    """One parameter as printed."""
+
+    symbol: str
+    name: str
+    meaning: str
+    value: str
+    error: str
+    percent: str
+    interval: str
+    interval_from: str
+    initial: str
+    unit: str
+    status: str
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ChannelRow:
+    """One fitted channel of one record: its noise, and its misfit in terms of noise and of signal."""
+
+    channel: str
+    noise: str
+    noise_from: str
+    misfit: str
+    nrmse: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ComparisonRow:
+    """One parameter beside its reference value."""
+
+    symbol: str
+    fitted: str
+    reference: str
+    unit: str
+    sigmas: str
+    percent: str
+    remark: str
+
+
+def parameter_rows(result: FitResult) -> list[ParameterRow]:
+    """Shared parameters in the order of the fit."""
+    return [_parameter(estimate) for estimate in result.parameters]
+
+
+def derived_rows(result: FitResult) -> list[tuple[str, str, str]]:
+    """Symbol, value with error, and unit of what follows from the parameters."""
+    return [(d.symbol, rounded(d.value, d.stderr).text, unit_text(d.unit)) for d in result.derived]
+
+
+def reasons(result: FitResult) -> list[tuple[str, str, str]]:
+    """Symbol, status and reason of every parameter without a standard error."""
+    return [(p.spec.symbol, p.status, p.reason) for p in result.parameters if p.status != OK]
+
+
+def correlations(result: FitResult) -> list[tuple[str, str, float]]:
+    """Symbols and correlation of every pair that is worth telling, the strongest first."""
+    symbols = {p.spec.name: p.spec.symbol for p in result.parameters}
+    names = [symbols.get(name, name) for name in result.correlated]
+    pairs = [(names[i], names[j], float(result.correlation[i, j])) for i in range(len(names)) for j in range(i)]
+    return sorted((pair for pair in pairs if abs(pair[2]) > WORTH_TELLING), key=lambda pair: -abs(pair[2]))
+
+
+def channel_rows(record: RecordFit, experiment: Experiment) -> list[ChannelRow]:
+    """Fitted channels of a record."""
+    read = recorded(record, experiment)
+    estimated = read.noise_estimated if read is not None else frozenset()
+    looks = {channel: label(channel, experiment) for channel in record.chi2_reduced}
+    return [
+        ChannelRow(
+            channel=looks[channel].words,
+            noise=with_unit(significant(looks[channel].factor * record.noise[channel], 2), looks[channel].unit),
+            noise_from="estimated" if channel in estimated else "declared",
+            misfit=significant(chi2**0.5),
+            nrmse=significant(record.nrmse.get(channel, float("nan")), 2),
+        )
+        for channel, chi2 in record.chi2_reduced.items()
+    ]
+
+
+def recorded(record: RecordFit, experiment: Experiment) -> Record | None:
+    """The record as it was read."""
+    return next((read for read in experiment.records if read.file == record.file), None)
+
+
+def nuisance_rows(record: RecordFit) -> list[tuple[str, str, str]]:
+    """Name, value with error, and unit of the numbers estimated for one record only."""
+    found = []
+    for nuisance in record.nuisances:
+        factor, unit = _readable(nuisance.unit)
+        error = None if nuisance.stderr is None else factor * nuisance.stderr
+        found.append((nuisance.name.replace("_", " "), rounded(factor * nuisance.value, error).text, unit))
+    return found
+
+
+def gap_in_mm(record: RecordFit) -> str:
+    """Gap with the error of its estimate, mm."""
+    error = next((n.stderr for n in record.nuisances if n.name == "gap_error"), None)
+    return rounded(1e3 * record.gap, None if error is None else 1e3 * error).text
+
+
+def windows(record: RecordFit) -> int:
+    """How many windows a record was cut into."""
+    return len(np.unique(record.window))
+
+
+def comparison_rows(comparisons: tuple[Comparison, ...]) -> list[ComparisonRow]:
+    """Fitted values beside their references."""
+    return [
+        ComparisonRow(
+            symbol=row.symbol,
+            fitted=rounded(row.value, row.stderr).text,
+            reference=NONE if row.reference is None else rounded(row.reference, row.reference_stderr).text,
+            unit=unit_text(row.unit),
+            sigmas=_signed(row.sigmas, " σ"),
+            percent=_signed(row.percent, " %"),
+            remark=row.remark,
+        )
+        for row in comparisons
+    ]
+
+
+def _parameter(estimate: ParameterEstimate) -> ParameterRow:
+    shown = rounded(estimate.value, estimate.stderr)
+    interval = NONE
+    if estimate.ci95 is not None:
+        low, high = (shown.alike(limit) for limit in estimate.ci95)
+        interval = f"{low} … {high}{shown.times}"
+    return ParameterRow(
+        symbol=estimate.spec.symbol,
+        name=estimate.spec.name,
+        meaning=estimate.spec.meaning,
+        value=shown.value + shown.times,
+        error=f"{shown.error}{shown.times}" if shown.error else NONE,
+        percent=percent(estimate.stderr, estimate.value),
+        interval=interval,
+        interval_from=estimate.interval if estimate.ci95 is not None else "",
+        initial=significant(estimate.initial, 4),
+        unit=unit_text(estimate.spec.unit),
+        status=estimate.status,
+        reason=estimate.reason,
+    )
+
+
+def _readable(unit: str) -> tuple[float, str]:
+    """Metres are told in millimetres."""
+    return (1e3, "mm") if unit == "m" else (1.0, unit_text(unit))
+
+
+def _signed(number: float | None, unit: str) -> str:
+    if number is None:
+        return NONE
+    return ("+" if number > 0 else "") + significant(number, 2) + unit

@@ -1,0 +1,110 @@
+import dataclasses
+import io
+
+import matplotlib
+import numpy as np
+import pytest
+from PIL import Image
+
+from identification.report.figures import FIGURES, png, style
+from identification.report.figures.envelope import envelope
+from identification.report.figures.residuals import autocorrelation
+from identification.report.record_view import impacts, measured_displacement, notable
+from identification.report.write import draw
+from tests.identification.made_result import made_result
+
+EXPECTED = {
+    "first-impact",
+    "force-indentation",
+    "phase-plane",
+    "record-01-overlay",
+    "record-02-overlay",
+    "record-01-impacts",
+    "record-02-impacts",
+    "residuals",
+    "correlation",
+    "starts",
+}
+
+
+def test_every_kind_is_drawn_told_in_words_and_a_readable_image(good):
+    images = draw(good)
+    assert {image.name for image in images} == EXPECTED
+    for image in images:
+        assert len(image.alt) > 30
+        with Image.open(io.BytesIO(image.png)) as opened:
+            assert opened.size[0] > 300
+            assert len(np.unique(np.asarray(opened.convert("L")))) > 5, f"{image.name} is blank"
+            assert opened.convert("RGB").getpixel((1, 1)) == (255, 255, 255)
+
+
+def test_matplotlib_is_left_as_it_was(good):
+    before = dict(matplotlib.rcParams)
+    draw(good)
+    assert dict(matplotlib.rcParams) == before
+    assert "matplotlib.pyplot" not in vars(matplotlib) or not matplotlib.pyplot.get_fignums()
+
+
+@pytest.mark.parametrize(
+    "channels", [("hammer_displacement",), ("hammer_acceleration",), ("impact_force",), ("cart_displacement", "impact_force")]
+)
+def test_any_channel_may_be_missing(channels):
+    names = {image.name for image in draw(made_result(channels=channels, samples=600))}
+    assert {"first-impact", "phase-plane", "record-01-overlay"} <= names
+
+
+def test_records_without_contact_and_without_starts(good):
+    free = tuple(dataclasses.replace(r, in_contact=np.zeros_like(r.in_contact)) for r in good.records)
+    alone = dataclasses.replace(good, records=free, starts=good.starts[:1], correlated=("n",), correlation=np.eye(1))
+    assert {image.name for image in draw(alone)} == {"phase-plane", "record-01-overlay", "record-02-overlay", "residuals"}
+
+
+def test_gaps_in_a_record_are_drawn_as_gaps(good):
+    first = good.records[0]
+    holes = {name: np.where(np.arange(len(values)) % 7 < 3, np.nan, values) for name, values in first.measured.items()}
+    holed = dataclasses.replace(first, measured=holes)
+    assert len(draw(dataclasses.replace(good, records=(holed,)))) == len(EXPECTED) - 2
+
+
+def test_of_many_records_the_worst_are_drawn(good):
+    many = tuple(dataclasses.replace(good.records[1], file=f"cart{i}.csv", chi2_reduced={"impact_force": float(i)}) for i in range(12))
+    with style():
+        overlays = [p.record for p in FIGURES[3](dataclasses.replace(good, records=many))]
+    assert overlays == [f"cart{i}.csv" for i in range(4, 12)]
+
+
+def test_the_envelope_keeps_every_peak_and_every_gap():
+    t = np.arange(40_000.0)
+    y = np.sin(t / 500)
+    y[12345], y[20_000:20_400] = 9.0, np.nan
+    across, up = envelope(t, y, columns=500)
+    assert len(across) == len(up) <= 1000
+    assert (np.nanmax(up), np.nanmin(up)) == (9.0, np.nanmin(y))
+    assert np.isnan(up).any()
+    assert (np.diff(across) >= 0).all()
+
+
+def test_impacts_are_found_in_order_and_short_gaps_do_not_part_them(good):
+    contact = np.zeros(1500, dtype=bool)
+    contact[[10, 11, 13, 14, 40, 41]] = True
+    found = impacts(dataclasses.replace(good.records[0], in_contact=contact))
+    assert [(i.first, i.end) for i in found] == [(10, 15), (40, 42)]
+    first, second = notable(good.records[0])
+    assert first.first < second.first
+
+
+def test_the_measured_motion_is_relative_to_the_cart(good):
+    record = good.records[1]
+    assert np.abs(measured_displacement(record) - record.relative_displacement).max() < 1e-4
+
+
+def test_autocorrelation_of_noise_is_small_and_of_a_slow_wave_is_not():
+    noise = np.random.default_rng(0).standard_normal(20_000)
+    assert np.abs(autocorrelation([noise], 20)[1:]).max() < 0.03
+    assert autocorrelation([np.sin(np.arange(2000) / 100)], 5)[5] > 0.99
+
+
+def test_the_same_figure_gives_the_same_bytes(good):
+    with style():
+        once, again = (png(next(FIGURES[1](good)).figure) for _ in range(2))
+    assert once == again

@@ -1,0 +1,48 @@
+import io
+
+from rich.console import Console
+
+from identification.reference import read_reference
+from identification.report import fit_summary
+from tests.identification.made_result import with_unknown
+from vibrojax.data_files import data_path
+
+
+def printed(result, width=140, **options):
+    stream = io.StringIO()
+    Console(file=stream, width=width, force_terminal=False).print(fit_summary(result, **options))
+    return stream.getvalue()
+
+
+def test_what_an_experimenter_looks_for_is_there(good):
+    text = printed(good)
+    for piece in (
+        "explains the records",
+        "2.0000 × 10⁶",
+        "0.0020 × 10⁶ (0.10 %)",
+        "1.9960 … 2.0040 × 10⁶",
+        "N/mⁿ",
+        "lambda_i",
+        "s/m",
+        "ok",
+    ):
+        assert piece in text
+    assert "derived: k = 710.60 ± 0.50 N/m" in text
+    assert "correlations above 0.1: n–kᵢ +0.999" in text
+    assert "cart1.csv" in text
+
+
+def test_a_missing_error_has_its_reason_and_brackets_are_no_markup(good, poor):
+    assert "ζ: not identifiable from these records: nothing <moves> it" in printed(with_unknown(good, "zeta"))
+    assert "drop.csv: impact_force: one <odd> sample" in printed(poor)
+
+
+def test_it_stands_beside_a_reference(good):
+    text = printed(good, reference=read_reference(data_path("thesis", "figure_3_3.toml")))
+    assert "figure 3.3" in text
+    assert "2.1 × 10⁸" in text
+    assert "no reference value" in text
+
+
+def test_a_narrow_terminal_loses_no_number(good):
+    assert "2.0000" in printed(good, width=80).replace("\n", "")

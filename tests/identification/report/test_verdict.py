@@ -1,0 +1,50 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.report.verdict import GOOD, PARTLY, POOR, judge
+from tests.identification.made_result import made_result
+
+
+def test_a_complete_model_explains_its_records(good):
+    verdict = judge(good)
+    assert (verdict.level, verdict.remarks) == (GOOD, ())
+    assert verdict.sentence.startswith("The model explains the records to the noise (reduced chi-square ")
+
+
+def test_a_wrong_model_is_told_with_its_worst_place(poor):
+    verdict = judge(poor)
+    assert verdict.level == POOR
+    assert "does NOT explain the records: the misfit is" in verdict.sentence
+    assert "worst is impact force in contact of cart1.csv" in verdict.sentence
+    assert verdict.worst.times_noise > 5
+    assert any("not white" in remark for remark in verdict.remarks)
+
+
+def test_a_misfit_that_the_mean_hides_is_told():
+    result = made_result(misfit=0.01)
+    assert result.chi2_reduced < 1.1
+    verdict = judge(result)
+    assert verdict.level == PARTLY
+    assert "on the whole" in verdict.sentence
+    assert "worst is impact force in contact of cart1.csv" in verdict.sentence
+
+
+def test_no_convergence_is_never_good(good):
+    verdict = judge(dataclasses.replace(good, converged=False))
+    assert verdict.level == POOR
+    assert "did NOT converge" in verdict.sentence
+
+
+@pytest.mark.parametrize("chi2", [np.nan, np.inf])
+def test_a_number_that_is_none_is_poor(good, chi2):
+    assert judge(dataclasses.replace(good, chi2_reduced=chi2)).level == POOR
+
+
+def test_noise_stated_too_large_and_noise_estimated_are_told(good):
+    records = tuple(dataclasses.replace(r, noise_estimated=frozenset({"impact_force"})) for r in good.experiment.records)
+    experiment = dataclasses.replace(good.experiment, records=records)
+    remarks = judge(dataclasses.replace(good, chi2_reduced=0.2, experiment=experiment)).remarks
+    assert any("noise is stated too large" in remark for remark in remarks)
+    assert any("estimated from the records themselves, is the noise of impact force" in remark for remark in remarks)

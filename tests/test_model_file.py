@@ -1,0 +1,119 @@
+import json
+import math
+
+import jax.numpy as jnp
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrojax.contact import LAWS, HuntCrossley
+from vibrojax.errors import InputError
+from vibrojax.model import Model
+from vibrojax.model_file import model_document, read_model, write_model
+from vibrojax.suspension import Free, Linear, Pendulum
+
+LAW = HuntCrossley(impact_stiffness=2.1e8, impact_exponent=1.6, impact_damping=0.6)
+MODEL = Model(mass=0.1 + 0.2, suspension=Linear(damping_ratio=1 / 3, natural_frequency_hz=math.pi), law=LAW)
+PENDULUM = Pendulum(damping_ratio=0.0, natural_frequency_hz=1.7, length=0.09)
+
+
+@pytest.mark.parametrize("suspension", [MODEL.suspension, PENDULUM, Free()])
+@pytest.mark.parametrize("law", sorted(LAWS))
+def test_every_model_comes_back_exactly(suspension, law, tmp_path):
+    parameters = {p.field: p.start * (1 + 1e-15) for p in LAWS[law].parameters}
+    model = Model(mass=MODEL.mass, suspension=suspension, law=LAWS[law](**parameters))
+    write_model(model, tmp_path / "model.json", provenance={"seed": 3})
+    assert read_model(tmp_path / "model.json") == model
+
+
+@given(st.floats(min_value=1e-300, max_value=1e300))
+def test_numbers_keep_every_digit(tmp_path_factory, number):
+    path = tmp_path_factory.getbasetemp() / "digits.json"
+    write_model(MODEL.replace({"k_i": number, "m": number}), path)
+    again = read_model(path)
+    assert (again.values()["k_i"], again.mass) == (number, number)
+
+
+def test_array_leaves_are_written_as_numbers_and_units_stand_beside_them():
+    document = model_document(MODEL.replace({"n": jnp.asarray(1.5)}))
+    assert document["law"] == {"name": "hunt-crossley", "k_i": 2.1e8, "n": 1.5, "lambda_i": 0.6}
+    assert document["units"]["law"] == {"k_i": "N/m^n", "n": "1", "lambda_i": "s/m"}
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [(math.nan, "k_i is nan"), (jnp.asarray(math.inf), "k_i is inf"), (jnp.ones(2), r"k_i has shape \(2,\).*pick one lane")],
+)
+def test_what_is_no_model_is_not_written(value, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        write_model(MODEL.replace({"k_i": value}), tmp_path / "model.json")
+    assert list(tmp_path.iterdir()) == []
+
+
+def changed(**changes):
+    document = json.loads(json.dumps(model_document(MODEL)))
+    for place, value in changes.items():
+        *tables, key = place.split("__")
+        table = document
+        for name in tables:
+            table = table[name]
+        if value is None:
+            del table[key]
+        else:
+            table[key] = value
+    return json.dumps(document)
+
+
+MALFORMED = [
+    ("", "not valid JSON"),
+    ("[1]", "a list where an object"),
+    ("[" * 100_000, "not valid JSON"),
+    ('{"schema": 1, "schema": 1}', "'schema' is given twice"),
+    ("\n\n{", "not valid JSON"),
+    (changed(schema=2), "schema is 2: expected 1"),
+    (changed(schema=True), "schema is True: expected 1"),
+    (changed(mass=None), "'mass' is missing"),
+    (changed(mass=0), "mass is 0.0: expected a finite number above 0"),
+    (changed(mass="2"), "mass is '2': expected a finite number"),
+    (changed(mass=True), "mass is True: expected a finite number"),
+    (changed(mass=10**400), "mass is inf"),
+    (changed(mas=1), "unknown key 'mas': did you mean 'mass'"),
+    (changed(suspension=3), "suspension: a int where an object"),
+    (changed(suspension__kind="linaer"), "unknown kind 'linaer': did you mean 'linear'"),
+    (changed(suspension__kind=["linear"]), "unknown kind"),
+    (changed(suspension__kind="pendulum"), "'length' is missing"),
+    (changed(suspension__length=0.1), "unknown key 'length': expected one of kind, damping_ratio, natural_frequency_hz"),
+    (changed(suspension__damping_ratio=-0.1), "damping_ratio is -0.1: expected a finite number of at least 0"),
+    (changed(law__name="hunt-crosley"), "unknown name 'hunt-crosley': did you mean 'hunt-crossley'"),
+    (changed(law__name="spring"), "unknown name 'spring': expected one of hunt-crossley, "),
+    (changed(law__n=math.nan), "n is nan: expected a finite number above 0"),
+    (changed(law__n=0), "n is 0.0"),
+    (changed(law__k_1=1.0), "law: unknown key 'k_1': did you mean 'k_i'"),
+    (changed(units__mass="g"), "units are .*expected"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), MALFORMED)
+def test_a_malformed_file_gives_one_clear_line(text, message, tmp_path):
+    path = tmp_path / "model.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        read_model(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_a_file_that_is_not_there_or_not_text(tmp_path):
+    with pytest.raises(InputError, match=r"cannot be read \(No such file"):
+        read_model(tmp_path / "model.json")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_model(tmp_path)
+    (tmp_path / "bytes.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="not valid JSON"):
+        read_model(tmp_path / "bytes.json")
+
+
+def test_units_and_provenance_may_be_left_out(tmp_path):
+    path = tmp_path / "model.json"
+    path.write_text(changed(units=None, provenance=None))
+    assert read_model(path) == MODEL

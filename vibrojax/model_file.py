@@ -1,0 +1,192 @@
+"""A model on disk: `model.json`, written by a fit and read by `simulate`."""
+
+import dataclasses
+import difflib
+import json
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+
+import jax
+
+from vibrojax.contact import LAWS
+from vibrojax.errors import InputError
+from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
+from vibrojax.suspension import SUSPENSIONS
+
+SCHEMA = 1
+MAX_BYTES = 10_000_000
+_TOP = ("schema", "mass", "suspension", "law", "units", "provenance")
+
+
+def write_model(model: Model, path: Path, *, provenance: Mapping[str, Any] | None = None) -> None:
+    """Write a model as `model.json`; `read_model` gives back exactly the same numbers.
+
+    Args:
+        model: with one number per parameter, all finite.
+        path: of the file; replaced if it exists.
+        provenance: kept in the file for the reader's information.
+
+    Raises:
+        ValueError: a parameter is not finite, or is an array.
+    """
+    path.write_text(json.dumps(model_document(model, provenance=provenance), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """What `model.json` holds: mass in kg, suspension by field, law by parameter name, and the unit of each number.
+
+    Example:
+        >>> from vibrojax.suspension import Linear
+        >>> from vibrojax.contact import Hertz
+        >>> document = model_document(Model(mass=2.0, suspension=Linear(0.02, 5.0), law=Hertz(1e6)))
+        >>> document["suspension"]
+        {'kind': 'linear', 'damping_ratio': 0.02, 'natural_frequency_hz': 5.0}
+    """
+    suspension, law = model.suspension, model.law
+    numbers = {
+        "suspension": {p.field: _number(getattr(suspension, p.field), p.field) for p in suspension.parameters} | _geometry(suspension),
+        "law": {p.name: _number(getattr(law, p.field), p.name) for p in law.parameters},
+    }
+    return {
+        "schema": SCHEMA,
+        "mass": _number(model.mass, "mass"),
+        "suspension": {"kind": suspension.name} | numbers["suspension"],
+        "law": {"name": law.name} | numbers["law"],
+        "units": _units(type(suspension), type(law)),
+        "provenance": dict(provenance or {}),
+    }
+
+
+def read_model(path: Path) -> Model:
+    """Read a `model.json`.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The model, its parameters as floats.
+
+    Raises:
+        InputError: the file cannot be read, is not of this format, names an unknown law, suspension, key or unit, or holds a number
+            that is not finite or not possible; the message says which.
+    """
+    table = _Table(values=_parsed(path), where=str(path))
+    if table.needed("schema") != SCHEMA or isinstance(table.needed("schema"), bool):
+        table.refuse(f"schema is {table.needed('schema')!r}: expected {SCHEMA}; write the model again with this version")
+    table.allow(_TOP)
+    mass = table.number("mass", zero=False)
+    below = table.table("suspension")
+    kind: Any = SUSPENSIONS[below.choice("kind", SUSPENSIONS)]
+    geometry = ["length"] if _has_length(kind) else []
+    below.allow(["kind", *(p.field for p in kind.parameters), *geometry])
+    lengths = {name: below.number(name, zero=False) for name in geometry}
+    suspension = kind(**{p.field: below.number(p.field, zero=p.logarithmic) for p in kind.parameters}, **lengths)
+    below = table.table("law")
+    rule: Any = LAWS[below.choice("name", LAWS)]
+    below.allow(["name", *(p.name for p in rule.parameters)])
+    law = rule(**{p.field: below.number(p.name, zero=p.logarithmic) for p in rule.parameters})
+    if "units" in table.values and table.values["units"] != _units(kind, rule):
+        table.refuse(f"units are {table.values['units']}: expected {_units(kind, rule)}; give the numbers in these")
+    return Model(mass=mass, suspension=suspension, law=law)
+
+
+def _has_length(suspension: type) -> bool:
+    """Whether the suspension has a length that is known, not estimated."""
+    return "length" in suspension.__dataclass_fields__  # type: ignore[attr-defined]
+
+
+def _geometry(suspension: Any) -> dict[str, float]:
+    return {"length": _number(suspension.length, "length")} if _has_length(type(suspension)) else {}
+
+
+def _units(suspension: Any, law: Any) -> dict[str, Any]:
+    length = {"length": "m"} if _has_length(suspension) else {}
+    listed: dict[str, Iterable[Parameter]] = {"suspension": suspension.parameters, "law": law.parameters}
+    fields = {p.field: p.unit for p in listed["suspension"]}
+    return {"mass": MASS.unit, "suspension": fields | length, "law": {p.name: p.unit for p in listed["law"]}}
+
+
+def _number(value: Any, name: str) -> float:
+    """One finite number out of a leaf of the model."""
+    if isinstance(value, jax.Array) and value.shape != ():
+        raise ValueError(f"{name} has shape {value.shape}: a file holds one model; pick one lane before writing")
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name} is {number}: a model with such a parameter cannot be written")
+    return number
+
+
+def _parsed(path: Path) -> Any:
+    """The document, with what plain JSON parsing lets through refused."""
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror or error}): expected a model.json that a fit wrote") from error
+    if len(content) > MAX_BYTES:
+        raise InputError(f"{path} is larger than {MAX_BYTES} bytes: expected a model.json that a fit wrote")
+    try:
+        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_without_repetition)
+    except (ValueError, RecursionError) as error:
+        raise InputError(" ".join(f"{path} is not valid JSON ({error}): expected a model.json that a fit wrote".split())) from error
+
+
+def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    keys = [key for key, _ in pairs]
+    if repeated := sorted({key for key in keys if keys.count(key) > 1}):
+        raise ValueError(f"key {repeated[0]!r} is given twice")
+    return dict(pairs)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Table:
+    """One object of the document and the words that place it."""
+
+    values: Any
+    where: str
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.values, dict):
+            self.refuse(f"a {type(self.values).__name__} where an object {{…}} is expected; correct it")
+
+    def refuse(self, problem: str) -> NoReturn:
+        raise InputError(" ".join(f"{self.where}: {problem}".split()))
+
+    def needed(self, key: str) -> Any:
+        return self.values[key] if key in self.values else self.refuse(f"{key!r} is missing; expected a model.json that a fit wrote")
+
+    def allow(self, known: Iterable[str]) -> None:
+        for key in self.values:
+            if key not in known:
+                self.refuse(f"unknown key {key!r}{_suggestion(key, known)}")
+
+    def table(self, key: str) -> "_Table":
+        return _Table(values=self.needed(key), where=f"{self.where}, {key}")
+
+    def choice(self, key: str, known: Iterable[str]) -> str:
+        value = self.needed(key)
+        if not isinstance(value, str) or value not in known:
+            self.refuse(f"unknown {key} {value!r}{_suggestion(str(value), known)}")
+        return value
+
+    def number(self, key: str, *, zero: bool) -> float:
+        """A finite number above zero, or also zero itself."""
+        value = self.needed(key)
+        wanted = f"a finite number {'of at least' if zero else 'above'} 0"
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.refuse(f"{key} is {value!r}: expected {wanted}")
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
+            self.refuse(f"{key} is {number}: expected {wanted}")
+        return number
+
+
+def _suggestion(given: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(given, list(known), n=1)
+    return f": did you mean {near[0]!r}?" if near else f": expected one of {', '.join(known)}"
