@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from identification.block_arrow import Equations, reduce, solve
 from identification.experiment import Experiment
@@ -85,7 +85,7 @@ def fit_experiment(
 
 def adequacy_limit(degrees: int) -> float:
     """Reduced chi-square above which the misfit is more than the stated noise can be."""
-    return float(chi2.isf(_FALSE_ALARM, degrees) / degrees) * (1.0 + _MODELLED_NOISE)
+    return float(chdtri(degrees, _FALSE_ALARM) / degrees) * (1.0 + _MODELLED_NOISE)
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
@@ -115,11 +115,11 @@ def _parameter(
     blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=initial, status=OK)
     if spec.name in prepared.fixed:
         return dataclasses.replace(blank, status=FIXED, reason="held at the value given in [parameters]")
-    if not spread.identifiable[index]:
-        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
     low, high = (limit[index] for limit in bounds(prepared))
     if internal <= low or internal >= high:
         return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g} {spec.unit}, the edge of its range")
+    if not spread.identifiable[index]:
+        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
     sigma = spread.stderr[index]
     left, right, kind = interval(evaluate, outcome.equations, outcome.estimate, active, spread, index)
     stderr = value * sigma if spec.logarithmic else sigma

@@ -1,6 +1,7 @@
 """The fit: suspension from free flight, contact law from impacts, then all together."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import equinox as eqx
@@ -27,10 +28,15 @@ _CLEAR_OF_CONTACT = 8
 
 
 def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
-    """Steps short enough for these frequencies; `refinement` 2 halves every step."""
+    """Steps short enough for these frequencies; `refinement` 2 halves every step. Array leaves, so that all share one compilation."""
     fastest = max([float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.model.values().get("f_n", 0.0)])
     flight = 2e-3 if fastest <= 0 else 1.0 / (_STEPS_PER_PERIOD * fastest)
-    return Landing(contact_steps=40.0 * refinement, flight_step=flight / refinement)
+    sampling = max(float(np.max(np.median(np.diff(group.ts, axis=1), axis=1))) for group in prepared.groups)
+    return Landing(
+        contact_steps=jnp.asarray(40.0 * refinement),
+        flight_step=jnp.asarray(flight / refinement),
+        max_steps_per_sample=max(3, 2 + math.ceil(sampling * refinement / flight)),
+    )
 
 
 def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], Equations]:
@@ -70,7 +76,7 @@ def fit(
         if name != "all" and not active.shared.any():
             continue
         evaluate = evaluator(data, integrator)
-        if name != "free flight":
+        if name == "impacts":
             estimate = settle(evaluate, estimate)
         outcome = control(evaluate, estimate, active, limits, lambda i, cost, name=name: progress(name, i, cost))
         estimate = outcome.estimate
@@ -102,10 +108,14 @@ def _before_contact(group: Windows, motions: tuple[Kinematics | None, ...]) -> n
 
 
 def touched_records(prepared: Prepared) -> np.ndarray:
-    """(records,) bool: the hammer met the stop; taken as true where the motion was not recorded, except for a free decay."""
-    touched = [None if motion is None else motion.touching for motion in prepared.motions]
-    kinds = [record.kind for record in prepared.experiment.records]
-    return np.array([kind != "free-decay" if t is None else bool(t.any()) for t, kind in zip(touched, kinds, strict=True)])
+    """(records,) bool: the hammer met the stop, or got beyond the gap as set; where its motion is not known, all but a free decay."""
+    records = prepared.experiment.records
+    return np.array(
+        [
+            record.kind != "free-decay" if motion is None else bool(motion.touching.any() or motion.u.max() > record.gap)
+            for record, motion in zip(records, prepared.motions, strict=True)
+        ]
+    )
 
 
 def _mask(prepared: Prepared, names: set[str]) -> np.ndarray:

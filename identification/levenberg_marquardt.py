@@ -52,11 +52,12 @@ class LevenbergMarquardt:
             raise ArithmeticError("the first guess cannot be integrated")
         decrement = np.inf
         for iteration in range(1, self.most_iterations + 1):
-            decrement = newton_decrement(reduce(equations, estimate, active, 0.0))
+            free = _off_the_bounds(equations, estimate, active, bounds)
+            decrement = newton_decrement(reduce(equations, estimate, free, 0.0))
             progress(iteration, cost)
             if decrement < self.tolerance**2:
                 break
-            trial = self._trial(estimate, equations, active, bounds, damping)
+            trial = self._trial(estimate, equations, free, bounds, damping)
             after = evaluate(trial)
             new_cost = after.total(trial)
             flat = abs(new_cost - cost) <= self.flat * cost and decrement <= 2.0 * self.flat * cost
@@ -78,6 +79,14 @@ class LevenbergMarquardt:
         cut = min(1.0, self.longest_step / max(np.abs(shared).max(initial=0.0), 1e-300))
         moved = estimate.moved(cut * shared, cut * nuisances, cut * states)
         return dataclasses.replace(moved, shared=np.clip(moved.shared, *bounds))
+
+
+def _off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> Active:
+    """What is active, less the shared parameters that sit at an end of their range and would leave it."""
+    slope = reduce(equations, estimate, active, 0.0).gradient[: len(estimate.shared)]
+    low, high = bounds
+    leaving = ((estimate.shared <= low) & (slope > 0)) | ((estimate.shared >= high) & (slope < 0))
+    return dataclasses.replace(active, shared=active.shared & ~leaving)
 
 
 def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, iterations: int = 6) -> Estimate:

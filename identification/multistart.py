@@ -75,7 +75,8 @@ class Multistart:
             better = total < lowest
             best[better], lowest[better] = shared[better], total[better]
             downhill = slope.reshape(self.count, lanes, -1).sum(axis=1) * free / np.maximum(total, 1.0)[:, None]
-            update, memory = optimiser.update(jnp.asarray(np.where(np.isfinite(downhill), downhill, 0.0)), memory)
+            with jax.numpy_dtype_promotion("standard"):  # Optax counts its steps in int32
+                update, memory = optimiser.update(jnp.asarray(np.where(np.isfinite(downhill), downhill, 0.0)), memory)
             shared = np.clip(shared + np.asarray(update), *bounds(prepared))
             states = states + np.where(np.isfinite(step), step, 0.0)
         return initial, lowest, best

@@ -16,6 +16,10 @@ from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 
 
+_PADDED_TO = 256
+"""Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Prepared:
     """What a fit begins with."""
@@ -62,6 +66,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     window = window or WindowLength()
     cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
     longest = max(length for parts in cuts for _, length in parts)
+    longest += -longest % _PADDED_TO
     lanes = [
         lane(index, record, first, length, longest, measured[index])
         for index, record in enumerate(records)

@@ -4,13 +4,13 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import chdtri, ndtri
 
 from identification.block_arrow import Equations, Reduced, covariance, reduce, solve
 from identification.layout import Active, Estimate
 
-CHI2_95 = float(chi2.ppf(0.95, 1))
-_SIGMAS_95 = float(norm.ppf(0.975))
+CHI2_95 = float(chdtri(1, 0.05))
+_SIGMAS_95 = float(ndtri(0.975))
 _NULL = 1e-11
 """Eigenvalue of the scaled Gauss-Newton matrix below which a direction counts as not determined."""
 _WIDEST = 1.0

@@ -4,33 +4,35 @@ import dataclasses
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Array, Float, Int
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics
 from vibrojax.channels import CHANNELS
 from vibrojax.excitation import SampledForce, SampledMotion
 
+Hosted = np.ndarray | Array
+"""Windows are cut with NumPy and run with JAX."""
 FITTED_CHANNELS = tuple(name for name in CHANNELS if name != "applied_force")
 
 
 class Windows(eqx.Module):
-    """All windows that share one kind of excitation, side by side and padded to one length.
+    """All windows that share one kind of excitation, side by side and padded to one length; or, without the lane axis, one of them.
 
     Lanes are windows. `weight` is 1 / noise where a sample counts and 0 where it was not recorded, not usable or only padding.
     """
 
-    record: Int[np.ndarray, " lanes"]
+    record: Int[Hosted, "*lanes"]
     """Index of the record that each window was cut from."""
-    first: Int[np.ndarray, " lanes"]
+    first: Int[Hosted, "*lanes"]
     """Index of the window's first sample in that record."""
-    lengths: Int[np.ndarray, " lanes"]
-    ts: Float[np.ndarray, "lanes time"]
-    measured: Float[np.ndarray, "lanes time channels"]
-    weight: Float[np.ndarray, "lanes time channels"]
-    gap: Float[np.ndarray, " lanes"]
+    lengths: Int[Hosted, "*lanes"]
+    ts: Float[Hosted, "*lanes time"]
+    measured: Float[Hosted, "*lanes time channels"]
+    weight: Float[Hosted, "*lanes time channels"]
+    gap: Float[Hosted, "*lanes"]
     """m, as set."""
-    frequency_hz: Float[np.ndarray, " lanes"]
+    frequency_hz: Float[Hosted, "*lanes"]
     """Excitation frequency as set, Hz; 0 for a cart at rest."""
     motion: SampledMotion | None
     """Measured motion of the cart, with a leading lane axis; None where the cart is at rest or moves harmonically."""

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from vibrojax.excitation.base import AbstractAppliedForce, AbstractBaseMotion
@@ -23,8 +24,8 @@ class CubicSignal(eqx.Module):
         (10.0, 12.0)
     """
 
-    knots: Float[Array, "*batch knots"]
-    coefficients: Float[Array, "*batch 4 pieces"]
+    knots: Float[Array | np.ndarray, "*batch knots"]
+    coefficients: Float[Array | np.ndarray, "*batch 4 pieces"]
 
     def __call__(self, t: Scalars, derivative: int = 0) -> Scalars:
         """Value (`derivative` 0), first (1) or second (2) derivative at t."""
