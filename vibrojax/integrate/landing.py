@@ -12,6 +12,7 @@ from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
 from vibrojax.integrate.crossing import crossing, landing_correction
+from vibrojax.shapes import Number
 from vibrojax.system import System
 
 _Lanes = Float[Array, " lanes"]
@@ -60,8 +61,8 @@ class Landing(AbstractIntegrator):
     Source: landing by interpolation as in E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.6.
     """
 
-    contact_steps: float = 40.0
-    flight_step: float = 2e-3
+    contact_steps: Number = 40.0
+    flight_step: Number = 2e-3
     max_steps_per_sample: int = eqx.field(static=True, default=3)
 
     def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:

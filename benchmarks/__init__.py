@@ -1,0 +1,1 @@
+"""Measured figures: accuracy, speed and convergence, one command each."""

@@ -1,0 +1,104 @@
+"""Diffrax on the contact law with a smoothed switch."""
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from vibrojax import smooth
+from vibrojax.contact.base import SLOWEST_APPROACH
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.boundary_steps import BoundarySteps
+from vibrojax.shapes import Number
+from vibrojax.system import System
+
+_SHORTEST_STEP = 1e-14
+"""s; error control that asks for less has met a right-hand side that is not finite."""
+
+
+class Smoothed(AbstractIntegrator):
+    """Adaptive Runge-Kutta of the contact law with its switch spread over a width epsilon, in one go through all impacts.
+
+    m u'' + ... = -F_eps(delta, delta'), F_eps as in `vibrojax.contact.smoothed_force`: the right-hand side is continuous, so that any
+    solver, adjoint and controller of Diffrax applies. The motion converges to that of the discontinuous law (`Switch`, `Landing`) as
+    epsilon -> 0, at the price of short steps through the width.
+
+    Laws that need the speed at the touch get it from a third state, w' = (1 - H_eps(delta)) (u'' + (u' - w) / tau): w equals u' in
+    flight, is frozen in contact, and after the release returns to u' within `memory`, tau, which must be short against a flight and
+    long against a passage through the width. Laws that do not use it are integrated without that state; then `approach_speed` of
+    the trajectory is nothing but u'. In flight, too, it is u' and not the speed of the last touch.
+
+    Differentiable, in the mode of `adjoint`, wherever a motion does not graze: forward mode by default, reverse mode with
+    `diffrax.RecursiveCheckpointAdjoint()`.
+
+    Arguments:
+        smoothing: epsilon > 0, m.
+        rtol: relative error of a step.
+        atol: absolute error of a step, in m and m/s.
+        longest_step: s; also the time within which an impact may hide from the error control, if it is that short.
+        memory: tau, s.
+        solver: of Diffrax, with an error estimate.
+        adjoint: of Diffrax.
+        max_steps: `STEP_LIMIT` after this many steps.
+
+    Source: P. Kidger, On neural differential equations, PhD thesis, Oxford 2021 (Diffrax); the state w and the step bound are ours.
+    """
+
+    smoothing: Number
+    rtol: float = 1e-8
+    atol: float = 1e-11
+    longest_step: float = 5e-3
+    memory: float = 1e-3
+    solver: diffrax.AbstractAdaptiveSolver = diffrax.Dopri8()
+    adjoint: diffrax.AbstractAdjoint = diffrax.ForwardMode()
+    max_steps: int = eqx.field(static=True, default=100_000)
+
+    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:
+        """Integrate one trajectory; see `AbstractIntegrator`."""
+        system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
+        remembers = _uses_approach_speed(system)
+        u, v = state[0], state[1]
+        error_control = diffrax.PIDController(
+            rtol=self.rtol, atol=self.atol, dtmax=self.longest_step, dtmin=_SHORTEST_STEP, force_dtmin=False, pcoeff=0.3, icoeff=0.4
+        )
+        solution = diffrax.diffeqsolve(
+            diffrax.ODETerm(self._rates),
+            self.solver,
+            t0=ts[0],
+            t1=ts[-1],
+            dt0=1e-2 * (ts[1] - ts[0]),
+            y0=(u, v, v) if remembers else (u, v),
+            args=system,
+            saveat=diffrax.SaveAt(ts=ts),
+            stepsize_controller=BoundarySteps(error_control, self.smoothing),
+            adjoint=self.adjoint,
+            max_steps=self.max_steps,
+            throw=False,
+        )
+        us, vs, ws = (*solution.ys, solution.ys[1])[:3]
+        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, _result(solution), solution.stats["num_steps"])
+
+    def _rates(self, t: Float[Array, ""], y: tuple[Float[Array, ""], ...], system: System) -> tuple[Float[Array, ""], ...]:
+        """Right-hand side of (u, v) or of (u, v, w)."""
+        u, v, w = (*y, y[1])[:3]
+        push = system.smoothed_contact_force(u, v, jnp.maximum(w, SLOWEST_APPROACH), self.smoothing)
+        acceleration = system.relative_acceleration(t, u, v, push)
+        if len(y) == 2:
+            return v, acceleration
+        in_flight = 1.0 - smooth.step(system.indentation(u), self.smoothing)
+        return v, acceleration, in_flight * (acceleration + (v - w) / self.memory)
+
+
+def _uses_approach_speed(system: System) -> bool:
+    """Whether the force of this law depends on its third argument, read off the traced computation."""
+    scalar = jnp.asarray(0.0)
+    traced = jax.make_jaxpr(lambda speed: system.contact_force(scalar, scalar, speed))(scalar)
+    speed = traced.jaxpr.invars[0]
+    return any(used is speed for equation in traced.jaxpr.eqns for used in equation.invars)
+
+
+def _result(solution: diffrax.Solution):
+    """Result code of Diffrax in ours."""
+    stopped = jnp.where(solution.result == diffrax.RESULTS.max_steps_reached, STEP_LIMIT, NOT_FINITE)
+    return jnp.where(solution.result == diffrax.RESULTS.successful, SUCCESS, stopped)
