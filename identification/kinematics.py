@@ -11,6 +11,8 @@ _HALF_WINDOW_S = 1.5e-3
 """Half width of the local polynomials, s: shorter than the contacts of interest, longer than a few samples of them."""
 _CONTACT_SIGNIFICANCE = 6.0
 """A force this many standard deviations above zero is contact."""
+_FEWEST_IN_FLIGHT = 16
+"""Samples clear of the stop that suffice to tell the usual range of a force."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -60,15 +62,20 @@ def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) ->
     smooth, v, a = (savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt) for order in range(3))
     acceleration = record.channels.get("hammer_acceleration")
     inertia = -mass * (a + base_acceleration if acceleration is None else bridged(record.time, acceleration))
-    force, touching = None, _stands_out(inertia)
+    near = smooth > record.gap - 0.05 * np.ptp(smooth)
+    force, touching = None, _stands_out(inertia, near)
     if "impact_force" in record.channels:
         force = bridged(record.time, record.channels["impact_force"])
         touching = force > _CONTACT_SIGNIFICANCE * record.noise["impact_force"]
-    touching &= smooth > record.gap - 0.05 * np.ptp(smooth)
+    touching &= near
     return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, inertia=inertia, touching=touching)
 
 
-def _stands_out(inertia: np.ndarray) -> np.ndarray:
-    """Where the inertia force is far above its usual range, as only an impact makes it."""
-    middle = np.median(inertia)
-    return inertia - middle > _CONTACT_SIGNIFICANCE * 1.4826 * np.median(np.abs(inertia - middle))
+def _stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Where the inertia force is far above its usual range in flight, as only an impact makes it; `near` is close to the stop or in it.
+
+    A record that holds little but one long contact has no usual range of its own, so flight is what is not near.
+    """
+    flight = inertia[~near] if np.sum(~near) >= _FEWEST_IN_FLIGHT else inertia
+    middle = np.median(flight)
+    return inertia - middle > _CONTACT_SIGNIFICANCE * 1.4826 * np.median(np.abs(flight - middle))

@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics
+from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.model import Model
 
 _MOST_SAMPLES = 1500
@@ -20,7 +21,7 @@ def contact_start(
 
     Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so this is quick and has no
     trouble with many impacts; smoothing the record biases it by a few per cent, which the fit removes. Empty where there is no contact,
-    or no load cell to read.
+    no load cell to read, or a rigid stop, which has no force.
 
     Arguments:
         model: with the suspension's first guess in place.
@@ -31,7 +32,7 @@ def contact_start(
     """
     errors = np.zeros(len(records))
     samples = _samples(model, records, motions, load_cell)
-    if samples is None or not names:
+    if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
         return {}, errors
     specs = {p.name: p for p in model.law.parameters}
     owners = np.unique(samples["record"])

@@ -3,10 +3,12 @@
 import numpy as np
 
 from identification.experiment import Record
-from identification.kinematics import Kinematics
+from identification.kinematics import Kinematics, relative_displacement
 
 _SUPPORTS = (24, 48, 96, 192, 384, 768, 1536)
 """Lengths of the test functions, samples."""
+_FEWEST = 10
+"""Equations that a length must give to be judged by how well they agree."""
 
 
 def suspension_start(
@@ -18,16 +20,24 @@ def suspension_start(
     integrated by parts, so that no record is ever differentiated:
     int(u phi'') - 2 zeta omega_n int(u phi') + omega_n^2 int(u phi) = int((f / m - y'') phi).
 
+    Every length of the bump gives an answer of its own: short ones drown in noise, long ones average the vibration away. The one whose
+    equations agree best, relative to what they are to explain, is taken.
+
     Empty where there is no flight long enough or the answer is not a vibration.
     Source: R. Shinbrot, On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547-552.
     """
-    rows = [row for record, motion in zip(records, motions, strict=True) if motion is not None for row in _rows(record, motion)]
-    if len(rows) < 4:
-        return {}, mass
-    second, first, zeroth, drive, force, weight = np.array(rows).T
-    columns = [-first, zeroth] if mass is not None else [-first, zeroth, -force]
-    right = drive - second + (0.0 if mass is None else force / mass)
-    solution, *_ = np.linalg.lstsq(np.stack(columns, axis=1) * weight[:, None], right * weight, rcond=None)
+    by_length: dict[int, list[tuple[float, ...]]] = {}
+    for record, motion in zip(records, motions, strict=True):
+        if motion is not None:
+            for length, row in _rows(record, motion):
+                by_length.setdefault(length, []).append(row)
+    enough = [rows for rows in by_length.values() if len(rows) >= _FEWEST]
+    if not enough:
+        everything = [row for rows in by_length.values() for row in rows]
+        if len(everything) < 4:
+            return {}, mass
+        enough = [everything]
+    solution, _ = min((_solved(np.array(rows), mass) for rows in enough), key=lambda found: found[1])
     if solution[1] <= 0:
         return {}, mass
     omega_n = np.sqrt(solution[1])
@@ -36,8 +46,24 @@ def suspension_start(
     return {"zeta": zeta, "f_n": float(omega_n / (2 * np.pi))}, found_mass
 
 
-def _rows(record: Record, motion: Kinematics) -> list[tuple[float, ...]]:
-    """Weak-form integrals over every flight: of u phi'', u phi', u phi, -y'' phi and f phi, and the weight of the equation."""
+def _solved(rows: np.ndarray, mass: float | None) -> tuple[np.ndarray, float]:
+    """Least-squares 2 zeta omega_n, omega_n^2 and, where the mass is not known, 1 / m; and the share of the equations left over."""
+    second, first, zeroth, drive, force, weight = rows.T
+    columns = [-first, zeroth] if mass is not None else [-first, zeroth, -force]
+    matrix = np.stack(columns, axis=1) * weight[:, None]
+    right = (drive - second + (0.0 if mass is None else force / mass)) * weight
+    solution, *_ = np.linalg.lstsq(matrix, right, rcond=None)
+    left_over = np.sum((matrix @ solution - right) ** 2) / max(len(right) - len(solution), 1)
+    return solution, float(left_over / max(np.mean(right**2), 1e-300))
+
+
+def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ...]]]:
+    """Length and weak-form integrals of every bump in every flight: of u phi'', u phi', u phi, -y'' phi, f phi, and the equation's weight.
+
+    They average by themselves, so u is taken as recorded: smoothing it would blunt a vibration of few samples a period.
+    """
+    recorded = relative_displacement(record)
+    recorded = motion.u if recorded is None else recorded
     dt = float(np.median(np.diff(record.time)))
     force = record.channels.get("applied_force", np.zeros_like(motion.u))
     rows = []
@@ -49,8 +75,9 @@ def _rows(record: Record, motion: Kinematics) -> list[tuple[float, ...]]:
             weight = 1.0 / np.sqrt(np.sum(curve**2))
             for first in range(start, stop - length + 1, length // 2):
                 part = slice(first, first + length)
-                u = motion.u[part]
-                rows.append((u @ curve, u @ slope, u @ bump, -motion.base_acceleration[part] @ bump, force[part] @ bump, weight))
+                u = recorded[part]
+                row = (u @ curve, u @ slope, u @ bump, -motion.base_acceleration[part] @ bump, force[part] @ bump, weight)
+                rows.append((length, row))
     return rows
 
 
