@@ -11,6 +11,7 @@ from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stage_lines
+from vibrojax.cli.source import check_source, experiment_source
 from vibrojax.data_files import data_path
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
@@ -27,6 +28,11 @@ def fit(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being the experiment's.")
     ] = None,
+    recipe: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Fit recordings published by others, read as this recipe says; with --data.", show_default=False),
+    ] = None,
+    data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)] = None,
     law: Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: Hunt-Crossley.")] = None,
     reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
     starts: Annotated[int | None, typer.Option(min=1, metavar="N", help="Number of starting points.", show_default=False)] = None,
@@ -38,14 +44,14 @@ def fit(
     Writes fit.json, model.json, report.html and plots into the results folder, all of them or none.
     Exit status: 0 fitted, 2 bad input, 3 no convergence.
     """
-    experiment = data_path("example") if experiment is None else experiment
-    out = _default_folder(experiment) if out is None else out
+    check_source(experiment, recipe, data)
+    out = _default_folder(experiment, recipe) if out is None else out
     say = stage_lines(quiet=quiet)
-    with output_folder(out) as folder:
+    with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source:
         prepare_jax()
         from identification.run import run_fit
 
-        run_fit(experiment, folder, law=law, reference=reference, starts=starts, seed=seed, progress=say)
+        run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=say)
     if not quiet:
         typer.echo(f"results in {out}; start with {out / 'report.html'}")
 
@@ -55,11 +61,19 @@ def main() -> NoReturn:
     run(app)
 
 
-def _default_folder(experiment: Path) -> Path:
+def _default_folder(experiment: Path | None, recipe: str | None) -> Path:
     """`fit-NAME` here; a file that cannot be read gets a name all the same, since reading it properly comes later."""
+    if recipe is not None:
+        return Path("fit-" + (_plain(recipe) or "recipe"))
+    experiment = data_path("example") if experiment is None else experiment
     file = experiment / "experiment.toml" if experiment.is_dir() else experiment
     try:
         name = str(tomllib.loads(file.read_text(encoding="utf-8"))["experiment"]["name"])
     except (OSError, ValueError, KeyError, TypeError):
         name = file.absolute().parent.name
-    return Path("fit-" + (re.sub(r"[^\w.-]+", "-", name).strip("-.") or "experiment"))
+    return Path("fit-" + (_plain(name) or "experiment"))
+
+
+def _plain(name: str) -> str:
+    """A name as part of a folder's name."""
+    return re.sub(r"[^\w.-]+", "-", name).strip("-.")
