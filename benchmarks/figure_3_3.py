@@ -103,8 +103,6 @@ def main(out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the p
     from vibrojax.cli.environment import prepare_jax
 
     prepare_jax()
-    from identification.reference import read_reference
-    from identification.report import fit_summary
     from identification.run import run_fit
 
     values, console = thesis_set(), Console()
@@ -118,8 +116,7 @@ def main(out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the p
     console.print(table)
     write_experiment(records, values, _SEED)
     reference = data_path("thesis", "figure_3_3.toml")
-    result = run_fit(records, out, reference=reference, seed=_SEED)
-    console.print(fit_summary(result, read_reference(reference)))
+    console.print(run_fit(records, out, reference=reference, seed=_SEED))
 
 
 if __name__ == "__main__":

@@ -4,14 +4,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from rich.console import RenderableType
 
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
-from identification.reference import read_reference
-from identification.report import write_report
+from identification.nominal import nominal_model
+from identification.reference import check_reference, read_reference
+from identification.report import fit_summary, write_report
 from identification.result_json import provenance, write_fit_json
 from identification.simulate import simulate_record
 from vibrojax.errors import NoConvergenceError
+from vibrojax.model import MASS
 from vibrojax.model_file import read_model, write_model
 
 Progress = Callable[[str], None]
@@ -26,11 +29,16 @@ def run_fit(
     starts: int | None = None,
     seed: int = 0,
     progress: Progress = lambda stage: None,
-):
-    """Fit an experiment and write fit.json, model.json, report.html and plots into `folder`; returns the result."""
+) -> RenderableType:
+    """Fit an experiment and write fit.json, model.json, report.html and plots into `folder`; returns the summary for a terminal.
+
+    Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used, `NoConvergenceError` after it.
+    """
     progress("reading the records")
     loaded = load_experiment(experiment)
     table = None if reference is None else read_reference(reference)
+    if table is not None:
+        check_reference(table, {p.name: p.unit for p in (*nominal_model(loaded, law).parameters, MASS)})
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
     if not result.converged:
         raise NoConvergenceError(f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}")
@@ -39,7 +47,7 @@ def run_fit(
     write_fit_json(result, folder / "fit.json", origin)
     write_model(result.model, folder / "model.json", provenance=origin)
     write_report(result, folder, reference=table, provenance=origin)
-    return result
+    return fit_summary(result, table)
 
 
 def run_simulate(model: Path, experiment: Path, folder: Path) -> None:

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
+from rich.console import Console
 
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.progress import stage_lines
+from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
 from vibrojax.data_files import data_path
 
@@ -46,14 +47,15 @@ def fit(
     """
     check_source(experiment, recipe, data)
     out = _default_folder(experiment, recipe) if out is None else out
-    say = stage_lines(quiet=quiet)
-    with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source:
+    with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source, stages(quiet=quiet) as say:
+        say("loading JAX")
         prepare_jax()
         from identification.run import run_fit
 
-        run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=say)
-    if not quiet:
-        typer.echo(f"results in {out}; start with {out / 'report.html'}")
+        summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=say)
+    console = Console(quiet=quiet, highlight=False)
+    console.print(summary)
+    console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
 
 
 def main() -> NoReturn:
