@@ -1,6 +1,7 @@
 """The figures of `benchmarks.convergence`."""
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -12,7 +13,7 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000")
 _MARKERS = "os^Dv"
 """Okabe and Ito's colours, told apart by every common form of colour vision."""
 _SYMBOLS = {"k_i": "$k_i$", "n": "$n$", "λ_i": r"$\lambda_i$", "ζ": r"$\zeta$", "ω_n": r"$\omega_n$"}
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.grid": True,
     "grid.alpha": 0.25,

@@ -82,10 +82,10 @@ def rig(law: AbstractContactLaw, *, gap=1e-3, damping_ratio=0.02, f_n=4.0, base_
 
 
 LAWS: dict[str, AbstractContactLaw] = {
-    "Kelvin–Voigt, force jumps": KelvinVoigt(2e5, 3e-4),
     "Hunt–Crossley, n = 1.5": HuntCrossley(1e6, 1.5, 0.3),
     "Hunt–Crossley, n = 2.5": HuntCrossley(1e10, 2.5, 0.3),
     "Lankarani–Nikravesh, e = 0.8": LankaraniNikravesh(1e6, 1.5, 0.8),
+    "Kelvin–Voigt, force jumps": KelvinVoigt(2e5, 3e-4),
 }
 
 
@@ -105,19 +105,19 @@ def trajectories(laws: Mapping[str, AbstractContactLaw], widths: np.ndarray, tra
 def gradients(widths: np.ndarray, track: Track) -> list[Curve]:
     """Relative error of the derivative of u with respect to each logarithmic parameter, over three impacts, in flight only."""
     names = ("k_i", "n", "λ_i", "ζ", "ω_n")
-    tolerances = dict(rtol=1e-13, atol=1e-16)
     ts, state = jnp.linspace(0.0, 0.5, 201), jnp.zeros(2)
 
     def u(scale, integrator):
         law = HuntCrossley(1e6 * scale[0], 1.5 * scale[1], 0.3 * scale[2])
         return integrator(rig(law, damping_ratio=0.02 * scale[3], f_n=4.0 * scale[4]), ts, state).u
 
-    def jacobian(integrator):
-        return jax.jacfwd(lambda scale: u(scale, integrator))(jnp.ones(len(names)))
+    def value_and_jacobian(integrator):
+        return jax.jacfwd(lambda scale: (u(scale, integrator),) * 2, has_aux=True)(jnp.ones(len(names)))
 
-    in_flight = np.asarray(u(jnp.ones(len(names)), Switch())) < rig(HuntCrossley(1e6, 1.5, 0.3)).gap - 1e-3
-    truth = np.asarray(jax.jit(lambda: jacobian(Switch(**tolerances)))())[in_flight]
-    solve = jax.jit(lambda width: jacobian(Smoothed(width, **tolerances)))
+    truth, motion = jax.jit(lambda: value_and_jacobian(Switch(rtol=1e-13, atol=1e-16)))()
+    solve = jax.jit(lambda width: value_and_jacobian(Smoothed(width, rtol=1e-13, atol=1e-16))[0])
+    in_flight = np.asarray(motion) < 0.0  # further from the stop than any width
+    truth = np.asarray(truth)[in_flight]
     errors = [
         np.abs(np.asarray(solve(width))[in_flight] - truth).max(axis=0) / np.abs(truth).max(axis=0) for width in track(widths, "gradients")
     ]
@@ -125,7 +125,7 @@ def gradients(widths: np.ndarray, track: Track) -> list[Curve]:
 
 
 def bifurcations(size: Size, track: Track) -> Diagram:
-    """Attractors reached from rest across a grazing, stop of 1e9 N/m^1.5 (largest indentation near 0.05 mm)."""
+    """Attractors reached from rest across a grazing, stop of 1e9 N/m^1.5 (largest indentation near 0.014 mm)."""
     frequencies = jnp.linspace(3.3, 3.7, size.frequencies)
     law = HuntCrossley(1e9, 1.5, 0.3)
 
@@ -173,9 +173,10 @@ def _periods(points: np.ndarray, longest: int = 8) -> np.ndarray:
 
 
 def _curve(label: str, widths: np.ndarray, errors: np.ndarray, between: tuple[float, float]) -> Curve:
-    """Power law through the errors in the range of convergence, from its upper end down to where they first leave it."""
+    """Power law through the errors in the range of convergence, cut where they first leave it at either end."""
     above_floor = np.logical_and.accumulate((errors > between[0])[::-1])[::-1]
-    inside = above_floor & (errors < between[1])
+    below_ceiling = np.logical_and.accumulate(errors < between[1])
+    inside = above_floor & below_ceiling
     if inside.sum() < 2:
         return Curve(label, widths, errors, float("nan"), float("nan"), None)
     slope, offset = np.polyfit(np.log(widths[inside]), np.log(errors[inside]), 1)

@@ -48,7 +48,8 @@ class _Row(NamedTuple):
 class Landing(AbstractIntegrator):
     """Classical Runge-Kutta of order four, one step a sample in flight, finer in contact, no step across a touch or a release.
 
-    Within a step the right-hand side is smooth, so the kink of the contact law at delta = 0 costs no order. A step that would cross the
+    No step straddles the kink of the contact law at delta = 0. The error falls with order four in the contact steps where the law is
+    linear, and with order n + 1 where delta^n is not smooth at the touch (n = 1.5, 2.5). A step that would cross the
     boundary is taken back and repeated with the length at which a cubic through its ends reaches the boundary. The landing time is
     differentiable (one Newton correction), so forward-mode derivatives include the jump that a discontinuous force causes.
     Reverse mode is not supported (the loop has no fixed length).

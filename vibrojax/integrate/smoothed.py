@@ -1,5 +1,7 @@
 """Diffrax on the contact law with a smoothed switch."""
 
+from typing import Any, cast
+
 import diffrax
 import equinox as eqx
 import jax
@@ -43,6 +45,15 @@ class Smoothed(AbstractIntegrator):
         max_steps: `STEP_LIMIT` after this many steps.
 
     Source: P. Kidger, On neural differential equations, PhD thesis, Oxford 2021 (Diffrax); the state w and the step bound are ours.
+
+    Example:
+        >>> from vibrojax.contact import HuntCrossley
+        >>> from vibrojax.excitation import Unforced, at_rest
+        >>> from vibrojax.suspension import Free
+        >>> system = System(0.5, Free(), HuntCrossley(1e6, 1.5, 0.3), 1e-3, at_rest(), Unforced())
+        >>> motion = Smoothed(smoothing=1e-6)(system, jnp.array([0.0, 0.1]), jnp.array([0.0, 0.1]))
+        >>> float(motion.v[-1].round(4))
+        -0.098
     """
 
     smoothing: Number
@@ -76,10 +87,11 @@ class Smoothed(AbstractIntegrator):
             max_steps=self.max_steps,
             throw=False,
         )
-        us, vs, ws = (*solution.ys, solution.ys[1])[:3]
+        ys = cast(tuple[Array, ...], solution.ys)
+        us, vs, ws = (*ys, ys[1])[:3]
         return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, _result(solution), solution.stats["num_steps"])
 
-    def _rates(self, t: Float[Array, ""], y: tuple[Float[Array, ""], ...], system: System) -> tuple[Float[Array, ""], ...]:
+    def _rates(self, t: Any, y: tuple[Float[Array, ""], ...], system: System) -> tuple[Float[Array, ""], ...]:
         """Right-hand side of (u, v) or of (u, v, w)."""
         u, v, w = (*y, y[1])[:3]
         push = system.smoothed_contact_force(u, v, jnp.maximum(w, SLOWEST_APPROACH), self.smoothing)

@@ -67,6 +67,15 @@ class Switch(AbstractIntegrator):
 
     Source: R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate friction models,
     Nonlinear Dyn. 16 (1998) 41-54, section 4; ours: applied to an impact, and a Newton correction from the band onto the hyper-surface.
+
+    Example:
+        >>> from vibrojax.contact import HuntCrossley
+        >>> from vibrojax.excitation import Unforced, at_rest
+        >>> from vibrojax.suspension import Free
+        >>> system = System(0.5, Free(), HuntCrossley(1e6, 1.5, 0.3), 1e-3, at_rest(), Unforced())
+        >>> motion = Switch()(system, jnp.array([0.0, 0.1]), jnp.array([0.0, 0.1]))
+        >>> float(motion.v[-1].round(4))
+        -0.098
     """
 
     rtol: float = 1e-11
