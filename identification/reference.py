@@ -186,4 +186,4 @@ def _compared(name: str, symbol: str, unit: str, value: float, stderr: float | N
 def _remark(row: ReferenceValue | None) -> str:
     if row is None:
         return "no reference value"
-    return row.source if row.value is not None else f"no reference value: the number in {row.source} is not known here"
+    return row.source if row.value is not None else f"no reference value: {row.source} is not known here"

@@ -40,8 +40,8 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
 
     Example:
         >>> from vibrojax.suspension import Linear
-        >>> from vibrojax.contact import Hertz
-        >>> document = model_document(Model(mass=2.0, suspension=Linear(0.02, 5.0), law=Hertz(1e6)))
+        >>> from vibrojax.contact import KelvinVoigt
+        >>> document = model_document(Model(mass=2.0, suspension=Linear(0.02, 5.0), law=KelvinVoigt(1e6, 1e-3)))
         >>> document["suspension"]
         {'kind': 'linear', 'damping_ratio': 0.02, 'natural_frequency_hz': 5.0}
     """

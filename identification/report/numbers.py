@@ -5,6 +5,7 @@ import math
 
 NONE = "–"
 _RAISED = str.maketrans("0123456789-+n", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺ⁿ")
+_LOWERED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _PLAIN_FROM, _PLAIN_BELOW = -3, 5
 _DIGITS = 5
 
@@ -79,6 +80,18 @@ def significant(number: float | None, digits: int = 3) -> str:
     power = math.floor(math.log10(abs(number)))
     decimals = max(digits - 1 - (power - exponent), 0)
     return Rounded(value=_fixed(number / 10.0**exponent, decimals), error="", exponent=exponent, decimals=decimals).text
+
+
+def compact(text: str) -> str:
+    """The same number as terminals are used to it.
+
+    Example:
+        >>> compact("(1.2346 ± 0.0012) × 10⁶"), compact("1.0 × 10⁻⁷")
+        ('(1.2346 ± 0.0012)e6', '1.0e-7')
+    """
+    head, mark, power = text.partition(" × 10")
+    raised = len(power) - len(power.lstrip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻"))
+    return head + "e" + power[:raised].translate(_LOWERED) + power[raised:] if mark else text
 
 
 def unit_text(unit: str) -> str:

@@ -29,6 +29,11 @@ def residual(record: RecordFit, channel: str) -> Float[np.ndarray, " samples"]:
     return (record.measured[channel] - record.predicted[channel]) / record.noise[channel]
 
 
+def largest(values: Float[np.ndarray, " samples"]) -> float:
+    """Largest magnitude among the values that are finite; 0 where none is."""
+    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+
+
 def impacts(record: RecordFit) -> list[Impact]:
     """Contacts of the fitted motion in order; gaps of a few samples do not part them."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], record.in_contact, [False]]).astype(int)))
@@ -43,7 +48,7 @@ def impacts(record: RecordFit) -> list[Impact]:
 
 def strength(record: RecordFit, impact: Impact) -> float:
     """Largest force of the fitted law in one impact, N."""
-    return float(np.nanmax(record.predicted["impact_force"][impact.first : impact.end], initial=0.0))
+    return largest(record.predicted["impact_force"][impact.first : impact.end])
 
 
 def misfit(record: RecordFit, impact: Impact) -> float:

@@ -6,6 +6,7 @@ from rich.table import Table
 from rich.text import Text
 
 from identification.reference import Reference, compare, unmatched
+from identification.report.numbers import NONE, compact
 from identification.report.rows import (
     WORTH_TELLING,
     channel_rows,
@@ -60,12 +61,11 @@ def _verdict(result: FitResult) -> Text:
 
 
 def _parameters(result: FitResult) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("", "name", "value", "± std. error", "95 % interval", "initial", "unit", "status"):
-        table.add_column(heading, justify="right" if heading in ("value", "± std. error", "initial") else "left", overflow="fold")
+    table = _table("parameter", "value", "stderr", "", "95 % interval", "initial", "unit", "status", right=(1, 2, 3, 5))
     for row in parameter_rows(result):
-        error = f"{row.error} ({row.percent})" if row.error != "–" else row.error
-        table.add_row(symbol_text(row.symbol), row.name, row.value, error, row.interval, row.initial, row.unit, row.status)
+        name = f"{symbol_text(row.symbol)} {row.name}" if row.symbol != row.name else row.name
+        numbers = (compact(text) for text in (row.value, row.error, row.percent, row.interval, row.initial))
+        table.add_row(name, *numbers, row.unit, row.status)
     return table
 
 
@@ -75,27 +75,41 @@ def _correlations(result: FitResult) -> str:
 
 
 def _records(result: FitResult) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("record", "kind", "windows", "channel", "misfit / noise", "NRMSE"):
-        table.add_column(heading, justify="right" if heading in ("windows", "misfit / noise", "NRMSE") else "left", overflow="fold")
+    table = _table("record", "kind", "windows", "channel", "misfit/σ", "NRMSE", right=(2, 4, 5))
     for record in result.records:
         names = (record.file, record.kind, str(windows(record)))
         for row in channel_rows(record, result.experiment):
-            table.add_row(*names, row.channel, row.misfit, row.nrmse)
+            table.add_row(*names, row.channel, row.misfit, compact(row.nrmse))
             names = ("", "", "")
     return table
 
 
 def _comparison(result: FitResult, reference: Reference) -> list[RenderableType]:
+    """Only what has a reference value goes into the table; the rest is one line each reason."""
     comparisons = compare(result, reference)
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=f"beside {reference.title}", title_justify="left")
-    for heading in ("", "fitted", "reference", "unit", "difference", "in %", ""):
-        table.add_column(heading, overflow="fold")
+    table = _table("", "fitted", "reference", "unit", "difference", "in %", "", right=(4, 5))
+    missing: dict[str, list[str]] = {}
     for row in comparison_rows(comparisons):
-        table.add_row(symbol_text(row.symbol), row.fitted, row.reference, row.unit, row.sigmas, row.percent, row.remark)
+        if row.reference == NONE:
+            missing.setdefault(row.remark, []).append(symbol_text(row.symbol))
+        else:
+            numbers = (compact(text) for text in (row.fitted, row.reference))
+            table.add_row(symbol_text(row.symbol), *numbers, row.unit, compact(row.sigmas), compact(row.percent), row.remark)
+    blocks: list[RenderableType] = [_line(f"beside {reference.title}:")]
+    blocks += [table] if table.row_count else []
+    blocks += [_line(f"  {', '.join(symbols)}: {remark}") for remark, symbols in missing.items()]
     others = unmatched(comparisons, reference)
-    more = [_line(f"  not compared, for want of such a number in this fit: {', '.join(others[:8])}{' …' if len(others) > 8 else ''}")]
-    return [table, *(more if others else [])]
+    if others:
+        blocks.append(_line(f"  not compared, no such number in this fit: {', '.join(others[:8])}{' …' if len(others) > 8 else ''}"))
+    return blocks
+
+
+def _table(*headings: str, right: tuple[int, ...]) -> Table:
+    """An open table, narrow enough for 80 columns; the columns `right` are set to the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for number, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if number in right else "left", overflow="fold")
+    return table
 
 
 def _line(text: str, style: str = "") -> Text:

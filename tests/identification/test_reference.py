@@ -41,7 +41,7 @@ def test_without_a_standard_error_there_is_no_sigma(result, tmp_path):
 def test_a_value_that_is_known_to_exist_but_not_known(result, tmp_path):
     row = compare(result, read_reference(written(tmp_path, ROW.replace("1.9e6", f'"{ABSENT}"').replace("N/m^n", "N/m"))))[0]
     assert row.reference is None
-    assert row.remark == "no reference value: the number in figure 1 is not known here"
+    assert row.remark == "no reference value: figure 1 is not known here"
 
 
 def test_rows_that_are_no_number_of_the_fit_are_told(result, tmp_path):

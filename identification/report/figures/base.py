@@ -8,8 +8,10 @@ To add a figure: write a file with a function that takes a `FitResult` and yield
 """
 
 import dataclasses
+import gc
 import io
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -36,6 +38,7 @@ STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.titlesize": 9.0,
+    "axes.titley": 1.0,  # here and below, a fixed place spares Matplotlib measuring every tick
     "axes.labelsize": 9.0,
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
@@ -82,9 +85,20 @@ class Picture:
 Drawer = Callable[[FitResult], Iterator[Picture]]
 
 
-def style():
-    """Context in which figures are made and rendered; outside it Matplotlib is as the user left it."""
-    return rc_context(STYLE)
+@contextmanager
+def style() -> Iterator[None]:
+    """Context in which figures are made and rendered; outside it Matplotlib is as the user left it.
+
+    Figures leave much cyclic garbage, and looking for it means walking through everything that JAX has compiled: that waits until the end.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        with rc_context(STYLE):
+            yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
@@ -139,6 +153,9 @@ def signal_rows(height_above: float, channels: int, columns: int = 1) -> tuple[F
             lower = figure.add_axes((place / WIDTH, bottom, *size), sharex=first or upper, sharey=beside[1])
             upper.xaxis.set_visible(False)
             lower.xaxis.set_visible(channel == channels - 1)
+            lower.xaxis.set_label_coords(0.5, -0.25 / short)
+            for axes in (upper, lower):
+                axes.yaxis.set_label_coords(-0.52 / width, 0.5)
             for axes in (upper, lower) if column else ():
                 axes.tick_params(labelleft=False, left=False)
             row.append((upper, lower))

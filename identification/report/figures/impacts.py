@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from identification.report.channel_labels import label
 from identification.report.figures.base import CONTACT, DOTS, MODEL, Picture, few_ticks, residual_panel, signal_rows
 from identification.report.figures.chosen import drawn_records
-from identification.report.record_view import Impact, notable, residual
+from identification.report.record_view import Impact, largest, notable, residual
 from identification.result import FitResult, RecordFit
 
 
@@ -25,7 +24,7 @@ def impact_closeups(result: FitResult) -> Iterator[Picture]:
             shown = [impact.around(len(record.time)) for impact in chosen]
             r = [residual(record, channel)[part] for part in shown]
             for _, lower in row:
-                residual_panel(lower, max(float(np.nanmax(np.abs(one), initial=0.0)) for one in r))
+                residual_panel(lower, max(largest(one) for one in r))
             row[0][0].set_ylabel(label(channel, result.experiment).axis)
             for _, lower in row[1:]:
                 lower.set_ylabel("")

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
@@ -11,7 +10,7 @@ from identification.report.figures.base import MEASURED, MODEL, Picture, few_tic
 from identification.report.figures.chosen import drawn_records
 from identification.report.figures.envelope import envelope
 from identification.report.numbers import significant
-from identification.report.record_view import residual
+from identification.report.record_view import largest, residual
 from identification.result import FitResult, RecordFit
 
 
@@ -52,6 +51,6 @@ def _signals(axes: Axes, record: RecordFit, channel: str, result: FitResult) -> 
 
 def _residual(axes: Axes, record: RecordFit, channel: str) -> None:
     r = residual(record, channel)
-    residual_panel(axes, float(np.nanmax(np.abs(r), initial=0.0)))
+    residual_panel(axes, largest(r))
     axes.plot(*envelope(record.time, r), color="black", linewidth=0.5)
     axes.xaxis.set_major_locator(MaxNLocator(6))

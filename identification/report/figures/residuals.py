@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.ticker import NullLocator
 from scipy.stats import norm
 
 from identification.report.channel_labels import spoken
@@ -38,6 +39,7 @@ def residuals(result: FitResult) -> Iterator[Picture]:
         left.plot(across, np.where(beyond > 0, beyond, np.nan), color=colour, linestyle=dashes, linewidth=1.3, label=spoken(channel))
         right.plot(np.arange(1, _LAGS + 1), autocorrelation(series, _LAGS)[1:], color=colour, linestyle=dashes, linewidth=1.3)
     left.set_yscale("log")
+    left.yaxis.set_minor_locator(NullLocator())
     left.set_ylim(max(0.3 / samples, 1e-7), 1.5)
     left.set_xlim(0, _FURTHEST)
     left.set_xlabel("|r| (σ)")

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 from identification.report.figures.base import ACCENT, MEASURED, Picture, new_figure
 from identification.result import FitResult
@@ -23,6 +23,7 @@ def waterfall(result: FitResult) -> Iterator[Picture]:
     axes.plot(order, before, "o", color=MEASURED, fillstyle="none", markersize=5, label="before")
     axes.plot(order, after, "o-", color=ACCENT, markersize=5, linewidth=0.8, label="after")
     axes.set_yscale("log")
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("start, best first")
     axes.set_ylabel("chi-square")
     axes.legend(loc="best")

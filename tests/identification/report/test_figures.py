@@ -66,6 +66,11 @@ def test_gaps_in_a_record_are_drawn_as_gaps(good):
     assert len(draw(dataclasses.replace(good, records=(holed,)))) == len(EXPECTED) - 2
 
 
+def test_a_channel_without_a_usable_sample_is_drawn_empty(good):
+    dead = dataclasses.replace(good.records[0], measured=good.records[0].measured | {"impact_force": np.full(1500, np.nan)})
+    assert len(draw(dataclasses.replace(good, records=(dead, good.records[1])))) == len(EXPECTED)
+
+
 def test_of_many_records_the_worst_are_drawn(good):
     many = tuple(dataclasses.replace(good.records[1], file=f"cart{i}.csv", chi2_reduced={"impact_force": float(i)}) for i in range(12))
     with style():
