@@ -59,7 +59,7 @@ def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) ->
         return None
     dt = float(np.median(np.diff(record.time)))
     half = int(np.clip(round(_HALF_WINDOW_S / dt), 3, len(u) // 4))
-    smooth, v, a = (savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt) for order in range(3))
+    smooth, v, a = (np.asarray(savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt)) for order in range(3))
     acceleration = record.channels.get("hammer_acceleration")
     inertia = -mass * (a + base_acceleration if acceleration is None else bridged(record.time, acceleration))
     near = smooth > record.gap - 0.05 * np.ptp(smooth)

@@ -12,6 +12,7 @@ To add one: write a file with one function `(folder, cut) -> columns` of the typ
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Cut:
     source: str
     start: float
     stop: float
-    options: Mapping[str, object]
+    options: Mapping[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,8 @@ def recipe_experiment(recipe: Recipe, data: Path) -> Iterator[Path]:
         folder = Path(name)
         shutil.copyfile(recipe.folder / FILE_NAME, folder / FILE_NAME)
         for cut in recipe.cuts:
-            np.savez(folder / cut.file, **RAW_READERS[recipe.reader](source, cut))
+            columns: dict[str, Any] = dict(RAW_READERS[recipe.reader](source, cut))
+            np.savez(folder / cut.file, **columns)
         yield folder
 
 
