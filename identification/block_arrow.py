@@ -80,7 +80,7 @@ def solve(reduced: Reduced, equations: Equations, estimate: Estimate) -> tuple[n
 
 def covariance(hessian: np.ndarray) -> np.ndarray:
     """Inverse of a positive semi-definite matrix after scaling its diagonal to one; directions below 1e-12 are left out."""
-    scale = np.sqrt(np.diag(hessian))
+    scale = np.sqrt(np.maximum(np.diag(hessian), 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     return np.linalg.pinv(hessian / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 

@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from scipy.special import chdtri
 
+from identification.adequacy import OVERALL, chi2_limit
 from identification.block_arrow import Equations, reduce, solve
 from identification.experiment import Experiment
 from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
@@ -17,10 +17,6 @@ from identification.prepare import Prepared, prepare
 from identification.records import record_fits
 from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate
 from identification.uncertainty import Uncertainty, interval, uncertainty
-
-_FALSE_ALARM = 1e-3
-_MODELLED_NOISE = 0.1
-"""Relative excess of chi-square that quantisation and an imperfect noise figure may cause."""
 
 Progress = Callable[[str], None]
 
@@ -53,7 +49,7 @@ def fit_experiment(
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
     reduced_chi2 = 2.0 * outcome.cost / max(degrees, 1)
-    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=adequacy_limit(degrees))
+    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=chi2_limit(degrees, OVERALL))
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
     parameters = tuple(_parameter(prepared, outcome, known, spread, index, evaluate) for index in range(prepared.layout.shared))
     seconds["errors"] = clock.lap()
@@ -81,11 +77,6 @@ def fit_experiment(
         seed=seed,
         seconds=seconds,
     )
-
-
-def adequacy_limit(degrees: int) -> float:
-    """Reduced chi-square above which the misfit is more than the stated noise can be."""
-    return float(chdtri(degrees, _FALSE_ALARM) / degrees) * (1.0 + _MODELLED_NOISE)
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:

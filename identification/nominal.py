@@ -1,5 +1,7 @@
 """The nominal model of an experiment: what the operator believes before any fit."""
 
+from typing import Any
+
 from identification.experiment import Experiment, ExperimentError
 from vibrojax.contact import LAWS
 from vibrojax.model import Model
@@ -14,9 +16,10 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
     if name not in LAWS:
         raise ExperimentError(f"unknown contact law {name!r}: expected one of {', '.join(LAWS)}")
     kind = SUSPENSIONS[experiment.suspension.kind]
-    geometry = {"length": experiment.suspension.length} if experiment.suspension.length is not None else {}
+    geometry: dict[str, Any] = {} if experiment.suspension.length is None else {"length": experiment.suspension.length}
+    numbers: dict[str, Any] = {p.field: p.start for p in (*kind.parameters, *LAWS[name].parameters)}
     return Model(
         mass=experiment.mass,
-        suspension=kind(**{p.field: p.start for p in kind.parameters}, **geometry),
-        law=LAWS[name](**{p.field: p.start for p in LAWS[name].parameters}),
+        suspension=kind(**{p.field: numbers[p.field] for p in kind.parameters}, **geometry),
+        law=LAWS[name](**{p.field: numbers[p.field] for p in LAWS[name].parameters}),
     )

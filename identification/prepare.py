@@ -10,11 +10,10 @@ from identification.kinematics import Kinematics, kinematics
 from identification.lanes import grouped, initial_states, lane
 from identification.layout import Estimate, Layout
 from identification.nominal import nominal_model
-from identification.start import first_guesses, harmonic_start
+from identification.start import first_guesses, harmonic_acceleration, harmonic_start
 from identification.windows import WindowLength, Windows, cut
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
-
 
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
@@ -102,7 +101,4 @@ def _base_acceleration(record: Record, base: tuple[float, float], measured: Samp
     if measured is not None:
         signal = measured.second_derivative
         return np.concatenate([signal.coefficients[3], [signal.coefficients[3][-1]]])
-    if record.kind != "cart-excitation":
-        return np.zeros_like(record.time)
-    omega = 2 * np.pi * record.excitation_frequency
-    return -base[0] * omega**2 * np.sin(omega * record.time + base[1])
+    return harmonic_acceleration(record, *base)

@@ -6,7 +6,7 @@ import numpy as np
 from identification import measured_input
 from identification.experiment import ExperimentError, Record
 from identification.kinematics import kinematics
-from identification.start import harmonic_start
+from identification.start import harmonic_acceleration, harmonic_start
 from vibrojax.channels import CHANNELS, channels
 from vibrojax.errors import NoConvergenceError
 from vibrojax.excitation import Harmonic, Unforced, at_rest
@@ -57,7 +57,7 @@ def _system(model: Model, record: Record, amplitude: float, phase: float) -> Sys
     if record.base == "measured":
         base = measured_input.measured_motion(record)
     elif record.kind == "cart-excitation":
-        base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=record.excitation_frequency)
+        base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=record.excitation_frequency or 0.0)
     applied = measured_input.measured_force(record) if record.kind == "forced" else Unforced()
     return model.system(gap=record.gap, base=base, applied=applied)
 
@@ -67,8 +67,7 @@ def _state(model: Model, record: Record, amplitude: float, phase: float) -> np.n
     stated = (record.initial_displacement, record.initial_velocity)
     if None not in stated:
         return np.array(stated)
-    omega = 2 * np.pi * (record.excitation_frequency or 0.0)
-    acceleration = -amplitude * omega**2 * np.sin(omega * record.time + phase)
+    acceleration = harmonic_acceleration(record, amplitude, phase)
     motion = kinematics(record, mass=float(model.mass), base_acceleration=acceleration) if record.channels else None
     if motion is None:
         raise ExperimentError(

@@ -72,6 +72,7 @@ def uncertainty(equations: Equations, estimate: Estimate, active: Active, chi2_r
         best = best * np.outer(ratio, ratio)
     full = np.zeros_like(reduced.hessian)
     full[np.ix_(part, part)] = best
+    identifiable &= np.sqrt(np.diag(full))[: len(identifiable)] <= _WIDEST
     return Uncertainty(covariance=full, identifiable=identifiable, inflation=inflation, clustered=not adequate)
 
 
@@ -79,7 +80,7 @@ def _identifiable(reduced: Reduced, shared: int) -> np.ndarray:
     """(parameters,) bool: determined at all, and to better than a factor of e; parameters that are not free count as identifiable."""
     part = np.flatnonzero(reduced.active)
     hessian = reduced.hessian[np.ix_(part, part)]
-    scale = np.sqrt(np.diag(hessian))
+    scale = np.sqrt(np.maximum(np.diag(hessian), 0.0))
     seen = scale > 0
     values, vectors = np.linalg.eigh(hessian / np.outer(np.where(seen, scale, 1.0), np.where(seen, scale, 1.0)))
     loose = np.any((np.abs(vectors) > 0.05) & (values < _NULL), axis=1) | ~seen

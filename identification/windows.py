@@ -1,18 +1,19 @@
 """Records cut into windows, each a short initial-value problem of its own (multiple shooting)."""
 
 import dataclasses
+from typing import Any
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics
 from vibrojax.channels import CHANNELS
 from vibrojax.excitation import SampledForce, SampledMotion
 
-Hosted = np.ndarray | Array
-"""Windows are cut with NumPy and run with JAX."""
+Hosted = Any
+"""Windows are cut with NumPy and run with JAX: an array of either kind."""
 FITTED_CHANNELS = tuple(name for name in CHANNELS if name != "applied_force")
 
 

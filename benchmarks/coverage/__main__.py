@@ -20,7 +20,7 @@ from vibrojax.cli.environment import prepare_jax
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.coverage", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.coverage", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--experiments", type=int, default=50, metavar="N", help="how many, soft and stiff rigs in turn")
     parser.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
     parser.add_argument("--workers", type=int, default=1, help="processes")

@@ -25,7 +25,7 @@ CHANNEL_ERRORS = {"rms": lambda e: float(np.sqrt(np.mean(e**2))), "largest": lam
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.fit", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.fit", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
     parser.add_argument("--experiment", type=Path, help="folder of another experiment than the embedded example")
     parser.add_argument("--repeats", type=int, default=3, help="timings of which the best counts")

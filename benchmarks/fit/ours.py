@@ -9,7 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.estimate import adequacy_limit, degrees_of_freedom
+from identification.adequacy import OVERALL, chi2_limit
+from identification.estimate import degrees_of_freedom
 from identification.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
 from identification.layout import Estimate
 from identification.levenberg_marquardt import Outcome
@@ -36,7 +37,7 @@ def our_fit(prepared: Prepared, *, repeats: int) -> OurFit:
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
     reduced = 2.0 * outcome.cost / degrees
-    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced, adequate_below=adequacy_limit(degrees))
+    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced, adequate_below=chi2_limit(degrees, OVERALL))
     return OurFit(outcome=outcome, seconds=seconds, first_seconds=first, sigma=spread.stderr[: prepared.layout.shared])
 
 

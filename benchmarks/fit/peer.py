@@ -129,8 +129,9 @@ class Problem:
         table = np.repeat(np.stack(columns, axis=1), channels, axis=0)
         rows = np.broadcast_to(np.arange(len(table))[:, None], table.shape)
         there = table >= 0
-        data = csr_matrix((np.ones(there.sum()), (rows[there], table[there])), (len(table), first_state + 2 * len(self.counts)))
-        prior = lil_matrix((len(free), data.shape[1]))
+        width = first_state + 2 * len(self.counts)
+        data = csr_matrix((np.ones(there.sum()), (rows[there], table[there])), (len(table), width))
+        prior = lil_matrix((len(free), width))
         for record in np.flatnonzero(free[:, 2]):
             prior[record, number[record, 2]] = 1.0
         return csr_matrix(vstack([data, prior]))
@@ -141,8 +142,8 @@ def peer_fit(problem: Problem, start: Estimate, variant: Variant) -> PeerFit:
     vector = problem.pack(start)
     problem(vector)
     before = time.perf_counter()
-    sparsity = {"jac_sparsity": problem.sparsity()} if variant.sparse else {}
-    found = least_squares(problem, vector, jac="2-point", **variant.options, **sparsity)
+    sparsity = problem.sparsity() if variant.sparse else None
+    found = least_squares(problem, vector, jac="2-point", jac_sparsity=sparsity, **variant.options)
     return PeerFit(
         estimate=problem.unpack(found.x),
         cost=float(found.cost),

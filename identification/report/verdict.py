@@ -5,19 +5,14 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.stats import chi2
 
+from identification.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
 from identification.report.channel_labels import spoken
 from identification.report.numbers import significant
 from identification.report.record_view import residual
 from identification.result import FitResult
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
-_FALSE_ALARM = 1e-3
-_MODELLED_NOISE = 0.1
-"""Relative excess of chi-square that quantisation and an imperfect noise figure may cause in all records together."""
-_ONE_CHANNEL = 0.21
-"""The same in one channel alone, where nothing averages it out: 10 % in the standard deviation."""
 _COLOUR = 0.15
 """Correlation between neighbouring residuals above which they are not called white."""
 
@@ -50,7 +45,7 @@ class Part:
     @property
     def excess(self) -> float:
         """Chi-square over what noise could make of it."""
-        return self.chi2 / _limit(self.samples, _ONE_CHANNEL)
+        return self.chi2 / chi2_limit(self.samples, ONE_CHANNEL)
 
     @property
     def words(self) -> str:
@@ -82,7 +77,7 @@ def judge(result: FitResult) -> Verdict:
     times = math.sqrt(result.chi2_reduced) if result.chi2_reduced >= 0 else math.nan
     overall = f"reduced chi-square {significant(result.chi2_reduced)}"
     remarks = _remarks(result, found)
-    if not result.chi2_reduced <= _limit(result.degrees, _MODELLED_NOISE):
+    if not result.chi2_reduced <= chi2_limit(result.degrees, OVERALL):
         sentence = f"The model does NOT explain the records: the misfit is {_times(times)} the noise ({overall})"
         level = POOR
     elif worst is not None and worst.excess > 1.0:
@@ -133,11 +128,6 @@ def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
     if estimated:
         remarks.append(f"Not declared, but estimated from the records themselves, is the noise of {', '.join(estimated)}.")
     return tuple(remarks)
-
-
-def _limit(degrees: int, allowance: float) -> float:
-    """Reduced chi-square that noise exceeds once in a thousand fits, with an allowance for what is known of the noise."""
-    return float(chi2.isf(_FALSE_ALARM, max(degrees, 1)) / max(degrees, 1)) * (1.0 + allowance)
 
 
 def _times(number: float) -> str:

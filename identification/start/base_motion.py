@@ -20,6 +20,14 @@ def harmonic_start(record: Record) -> tuple[float, float]:
     return 1e-3, 0.0
 
 
+def harmonic_acceleration(record: Record, amplitude: float, phase: float) -> np.ndarray:
+    """y'' of the cart's sine at the record's samples, m/s^2; zero for a cart at rest."""
+    if record.kind != "cart-excitation" or record.excitation_frequency is None:
+        return np.zeros_like(record.time)
+    omega = 2 * np.pi * record.excitation_frequency
+    return -amplitude * omega**2 * np.sin(omega * record.time + phase)
+
+
 def _sine(time: np.ndarray, values: np.ndarray, omega: float) -> tuple[float, float]:
     """Amplitude and phase of the best sine with an offset."""
     usable = np.isfinite(values)

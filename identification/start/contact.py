@@ -1,5 +1,7 @@
 """Contact parameters read off the force-indentation loops, before any integration."""
 
+from typing import cast
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -38,12 +40,10 @@ def contact_start(
     owners = np.unique(samples["record"])
     scale = 0.02 * np.max(samples["force"])
     residual = _residual(model, names, samples, owners, scale)
-    best = None
-    for exponent in _EXPONENTS if "n" in names else (None,):
-        start = _guess(model, specs, names, samples, exponent)
-        fit = least_squares(residual, np.concatenate([start, np.zeros(len(owners))]), loss="soft_l1", max_nfev=60)
-        if best is None or fit.cost < best.cost:
-            best = fit
+    starts = [_guess(model, specs, names, samples, exponent) for exponent in (_EXPONENTS if "n" in names else (None,))]
+    still = np.zeros(len(owners))
+    fits = [least_squares(residual, np.concatenate([start, still]), loss="soft_l1", max_nfev=60) for start in starts]
+    best = min(fits, key=lambda fit: fit.cost)
     values = {name: _bounded(specs[name], best.x[i]) for i, name in enumerate(names)}
     errors[owners] = best.x[len(names) :] * 1e-4
     return values, errors
@@ -76,7 +76,8 @@ def _residual(model: Model, names, samples, owners, scale):
     def predicted(x):
         values = {p.name: jnp.exp(x[i]) if p.logarithmic else x[i] for i, p in enumerate(specs)}
         delta = data["indentation"] - 1e-4 * x[len(names) :][slot]
-        return model.replace(values).law.force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
+        law = cast(AbstractCompliantLaw, model.replace(values).law)
+        return law.force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
 
     return lambda x: (np.asarray(predicted(x)) - samples["force"]) / scale
 
@@ -85,11 +86,13 @@ def _samples(model: Model, records: list[Record], motions: list[Kinematics | Non
     """Force, indentation, its rate, approach speed and record of (a fair selection of) all samples in contact."""
     parts = []
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
-        if motion is None or not motion.touching.any() or (load_cell and motion.force is None):
+        if motion is None or not motion.touching.any():
             continue
         u, v, base = (jnp.asarray(values) for values in (motion.u, motion.v, motion.base_acceleration))
         free = np.asarray(model.suspension.acceleration(u, v, -base) + base)
         force = motion.force if load_cell else motion.inertia + model.mass * free
+        if force is None:
+            continue
         begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])
         last_touch = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
         approach = np.maximum(np.abs(motion.v[np.maximum(last_touch - 1, 0)]), 1e-3)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 from matplotlib.ticker import NullLocator
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from identification.report.channel_labels import spoken
 from identification.report.figures.base import SERIES, Picture, few_ticks, new_figure
@@ -29,7 +29,7 @@ def residuals(result: FitResult) -> Iterator[Picture]:
     figure = new_figure(3.1)
     left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.105, "right": 0.985, "bottom": 0.15, "top": 0.8, "wspace": 0.32})
     across = np.linspace(0.0, _FURTHEST, 121)
-    left.plot(across, 2 * norm.sf(across), color="#c4c4c4", linewidth=5, label="noise alone")
+    left.plot(across, 2 * ndtr(-across), color="#c4c4c4", linewidth=5, label="noise alone")
     samples = 1
     for (channel, series), colour, dashes in zip(by_channel.items(), SERIES * 2, _DASHES * 2, strict=False):
         pooled = np.sort(np.abs(np.concatenate(series)))

@@ -45,9 +45,7 @@ def test_suspension_start_reads_the_mass_of_a_forced_oscillator():
     force = 3.0 * np.sin(drive * TIME)
     u = np.imag(3.0 * gain * np.exp(1j * drive * TIME))
     u += np.imag(1e-4 * np.exp((-zeta * omega + 1j * omega * np.sqrt(1 - zeta**2)) * TIME))
-    record = Record(
-        file="a.csv", kind="forced", gap=1.0, time=TIME, channels={"hammer_displacement": u, "applied_force": force}, noise={}
-    )
+    record = Record(file="a.csv", kind="forced", gap=1.0, time=TIME, channels={"hammer_displacement": u, "applied_force": force}, noise={})
     motion = kinematics(record, mass=1.0, base_acceleration=np.zeros_like(TIME))
     values, found = suspension_start([record], [motion], mass=None)
     assert found == pytest.approx(mass, rel=2e-2)
