@@ -14,6 +14,7 @@ from identification.estimate import degrees_of_freedom
 from identification.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
 from identification.layout import Estimate
 from identification.levenberg_marquardt import Outcome
+from identification.multistart import Multistart
 from identification.prepare import Prepared
 from identification.residual import residuals, weighted_residual
 from identification.uncertainty import uncertainty
@@ -21,24 +22,32 @@ from identification.uncertainty import uncertainty
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class OurFit:
-    """Where our fit ended, and how long it took once compiled and the first time."""
+    """Where our fit ended, and how long it took."""
 
     outcome: Outcome
-    seconds: float
+    seconds: tuple[float, ...]
+    """Of every run but the first."""
     first_seconds: float
+    """Of the run that compiled, or fetched what the cache on disk holds."""
     sigma: np.ndarray
     """Standard errors of the shared parameters, internal coordinates."""
 
 
 def our_fit(prepared: Prepared, *, repeats: int) -> OurFit:
-    """Fit from `prepared.start`; the best of `repeats` after the one that compiles."""
+    """Fit from `prepared.start`, once to compile and `repeats` times for the clock."""
     first, outcome = timed(lambda: fit(prepared))
-    seconds = min(timed(lambda: fit(prepared))[0] for _ in range(repeats))
+    seconds = tuple(timed(lambda: fit(prepared))[0] for _ in range(repeats))
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
     reduced = 2.0 * outcome.cost / degrees
     spread = uncertainty(outcome.equations, outcome.estimate, active, reduced, adequate_below=chi2_limit(degrees, OVERALL))
     return OurFit(outcome=outcome, seconds=seconds, first_seconds=first, sigma=spread.stderr[: prepared.layout.shared])
+
+
+def screened(prepared: Prepared) -> Prepared:
+    """The same at the start that the program chooses among several."""
+    shared, _ = Multistart()(prepared, seed=0)
+    return dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=shared))
 
 
 def our_residuals(prepared: Prepared, estimate: Estimate) -> np.ndarray:
@@ -54,8 +63,8 @@ def jacobian_cost(prepared: Prepared, estimate: Estimate, *, repeats: int) -> tu
     (group,) = prepared.groups
     arguments = (as_arrays(prepared.model), prepared.layout, integrator_for(prepared), on_device(group))
     local = jnp.asarray(estimate.local(prepared.record))
-    simulation = _best(lambda: residuals(*arguments, local), repeats)
-    return simulation, _best(lambda: _value_and_jacobian(*arguments, local), repeats)
+    simulation = best_time(lambda: residuals(*arguments, local), repeats)
+    return simulation, best_time(lambda: _value_and_jacobian(*arguments, local), repeats)
 
 
 @eqx.filter_jit
@@ -78,7 +87,7 @@ def timed(call: Callable):
     return time.perf_counter() - before, result
 
 
-def _best(call: Callable, repeats: int) -> float:
-    """Least wall seconds of a compiled call."""
+def best_time(call: Callable, repeats: int) -> float:
+    """Least wall seconds of a call after one that compiles."""
     jax.block_until_ready(call())
     return min(timed(lambda: jax.block_until_ready(call()))[0] for _ in range(repeats))

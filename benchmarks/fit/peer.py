@@ -46,7 +46,7 @@ class Variant:
 VARIANTS = {
     "scipy_fd": Variant(title="SciPy, dense two-point differences", options={"method": "trf", "x_scale": "jac"}),
     "scipy_fd_minpack": Variant(title="SciPy, MINPACK", options={"method": "lm", "x_scale": "jac"}),
-    "scipy_fd_sparse": Variant(title="SciPy, sparse differences", options={"method": "trf", "x_scale": "jac"}, sparse=True),
+    "scipy_fd_sparse": Variant(title="SciPy, sparse differences", options={"method": "trf", "x_scale": "jac", "ftol": 1e-10}, sparse=True),
 }
 
 
