@@ -15,7 +15,7 @@ from identification.levenberg_marquardt import Outcome
 from identification.multistart import Multistart
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
-from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate
+from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate, StartOutcome
 from identification.uncertainty import Uncertainty, interval, uncertainty
 
 Progress = Callable[[str], None]
@@ -29,7 +29,7 @@ def fit_experiment(
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        starts: how many starts are screened; 1 trusts the one read from the records.
+        starts: how many starts are tried; None tries several only where the first fit leaves a misfit, 1 never does.
         seed: of the random starts.
         progress: told each stage by a line of text.
     """
@@ -37,17 +37,21 @@ def fit_experiment(
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
     seconds["prepare"] = clock.lap()
-    progress(f"screening starts on single impacts ({len(prepared.record)} windows follow)")
-    screening = Multistart() if starts is None else Multistart(count=starts)
-    best, outcomes = screening(prepared, seed=seed)
-    prepared = dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=best))
-    seconds["screen"] = clock.lap()
-    outcome = fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
+    outcome = _fitted(prepared, progress)
     seconds["fit"] = clock.lap()
-    progress("standard errors and intervals")
-    evaluate = evaluator(prepared, integrator_for(prepared))
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
+    doubtful = not outcome.converged or 2.0 * outcome.cost / degrees > chi2_limit(degrees, OVERALL)
+    tried: tuple[StartOutcome, ...] = ()
+    if starts is not None or doubtful:
+        progress("trying other starts on single impacts")
+        other, tried = (Multistart() if starts is None else Multistart(count=starts))(prepared, seed=seed)
+        if other is not None:
+            again = dataclasses.replace(prepared, candidates={"multistart": other})
+            outcome = min(outcome, _fitted(again, progress), key=lambda found: found.cost)
+        seconds["starts"] = clock.lap()
+    progress("standard errors and intervals")
+    evaluate = evaluator(prepared, integrator_for(prepared))
     reduced_chi2 = 2.0 * outcome.cost / max(degrees, 1)
     spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=chi2_limit(degrees, OVERALL))
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
@@ -69,7 +73,7 @@ def fit_experiment(
         chi2_reduced=reduced_chi2,
         degrees=degrees,
         records=records,
-        starts=outcomes,
+        starts=tried,
         converged=outcome.converged,
         iterations=outcome.iterations,
         discretisation=shift,
@@ -77,6 +81,11 @@ def fit_experiment(
         seed=seed,
         seconds=seconds,
     )
+
+
+def _fitted(prepared: Prepared, progress: Progress) -> Outcome:
+    """The staged fit, telling each step."""
+    return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:

@@ -77,10 +77,17 @@ def fit(
             continue
         evaluate = evaluator(data, integrator)
         if name == "impacts":
-            estimate = settle(evaluate, estimate)
+            estimate = _best_candidate(prepared, evaluate, estimate, in_law)
         outcome = control(evaluate, estimate, active, limits, lambda i, cost, name=name: progress(name, i, cost))
         estimate = outcome.estimate
     return outcome
+
+
+def _best_candidate(prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, in_law: np.ndarray) -> Estimate:
+    """The suspension as it stands, with the contact law of whichever first guess fits the records best once the windows have settled."""
+    tried = [dataclasses.replace(estimate, shared=np.where(in_law, guess, estimate.shared)) for guess in prepared.candidates.values()]
+    settled = [settle(evaluate, one) for one in tried]
+    return min(settled, key=lambda found: found[1])[0]
 
 
 def free_unknowns(prepared: Prepared) -> Active:

@@ -7,6 +7,7 @@ import numpy as np
 
 from identification.block_arrow import Equations, diagonal, newton_decrement, reduce, solve
 from identification.layout import Active, Estimate
+from vibrojax.errors import NoConvergenceError
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -45,11 +46,11 @@ class LevenbergMarquardt:
         bounds: tuple[np.ndarray, np.ndarray],
         progress: Callable[[int, float], None] = lambda iteration, cost: None,
     ) -> Outcome:
-        """Minimise from `start`; a start that cannot be integrated raises `ArithmeticError`."""
+        """Minimise from `start`; a start that cannot be integrated raises `NoConvergenceError`."""
         estimate, equations = start, evaluate(start)
         cost, damping, growth = equations.total(estimate), 1e-4, 2.0
         if not np.isfinite(cost):
-            raise ArithmeticError("the first guess cannot be integrated")
+            raise NoConvergenceError("the model cannot be integrated along the records from the first guess: give better [parameters] starts")
         decrement = np.inf
         for iteration in range(1, self.most_iterations + 1):
             free = _off_the_bounds(equations, estimate, active, bounds)
@@ -89,10 +90,10 @@ def _off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bo
     return dataclasses.replace(active, shared=active.shared & ~leaving)
 
 
-def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, iterations: int = 6) -> Estimate:
+def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, iterations: int = 6) -> tuple[Estimate, float]:
     """Fit the initial state of every window on its own, each with its own damping, all else held.
 
-    One window that starts badly then cannot hold up the others, as it would in a common trust region.
+    One window that starts badly then cannot hold up the others, as it would in a common trust region. Returns the cost as well.
     """
     equations = evaluate(estimate)
     damping = np.full(len(equations.cost), 1e-3)
@@ -113,4 +114,4 @@ def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, ite
             record=equations.record,
         )
         damping = np.where(better, damping / 10.0, damping * 10.0)
-    return estimate
+    return estimate, equations.total(estimate)

@@ -1,4 +1,4 @@
-"""Many starts of the contact parameters at once, screened on single impacts with Optax."""
+"""Many starts of the contact parameters at once, followed downhill on single impacts with Optax."""
 
 import dataclasses
 
@@ -21,7 +21,7 @@ _SPREAD = 0.6
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Multistart:
-    """Screening of random starts before the fit proper.
+    """A check that no better minimum of the contact parameters was passed over.
 
     The first starts are those read from the records, the others are drawn around them. Every iteration solves the windows' initial states
     by Gauss-Newton and moves the contact parameters down the remaining slope by Adam; all starts and impacts are lanes of one
@@ -32,12 +32,15 @@ class Multistart:
     iterations: int = 40
     learning_rate: float = 0.08
 
-    def __call__(self, prepared: Prepared, *, seed: int) -> tuple[np.ndarray, tuple[StartOutcome, ...]]:
-        """Best shared parameters (internal coordinates), and what became of every start, best first; no impact, no starts."""
+    worthwhile: float = 0.9
+    """A random start is offered when it ends below this share of the cost of the best start that was read."""
+
+    def __call__(self, prepared: Prepared, *, seed: int) -> tuple[np.ndarray | None, tuple[StartOutcome, ...]]:
+        """Shared parameters of a start that promises a better minimum, if there is one, and what became of every start, best first."""
         free = _free(prepared)
         impacts = impact_windows(prepared, _IMPACTS)
         if impacts is None or not free.any() or self.count < 2:
-            return prepared.start.shared, ()
+            return None, ()
         first = self._draw(prepared, free, seed)
         initial, final, best = self._descend(prepared, free, first, *impacts)
         order = np.argsort(final)
@@ -52,7 +55,8 @@ class Multistart:
             )
             for i in order
         )
-        return best[order[0]], outcomes
+        promising = final[order[0]] < self.worthwhile * final[: len(prepared.candidates)].min()
+        return best[order[0]] if promising else None, outcomes
 
     def _draw(self, prepared: Prepared, free: np.ndarray, seed: int) -> np.ndarray:
         """(starts, parameters) internal coordinates."""

@@ -36,7 +36,10 @@ def fit(
     data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)] = None,
     law: Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: Hunt-Crossley.")] = None,
     reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
-    starts: Annotated[int | None, typer.Option(min=1, metavar="N", help="Number of starting points.", show_default=False)] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Starts to try. Left out: several where the first fit leaves a misfit.", show_default=False),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
 ) -> None:
