@@ -2,7 +2,9 @@
 
 import dataclasses
 import math
+import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
 import jax
@@ -11,6 +13,7 @@ import numpy as np
 
 from identification.block_arrow import Equations
 from identification.kinematics import Kinematics
+from identification.lanes import chunked
 from identification.layout import Active, Estimate, free_nuisances
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from identification.prepare import Prepared
@@ -20,7 +23,15 @@ from vibrojax.integrate import Landing
 from vibrojax.model import Model
 
 Progress = Callable[[str, int, float], None]
-_STEPS_PER_PERIOD = 150.0
+_STEPS_PER_PERIOD = 96.0
+"""Of the fastest vibration, in flight."""
+_CONTACT_STEPS = 40.0
+_CHUNK = 16
+"""Windows that are integrated side by side."""
+_FEWEST_FLIGHT_STEPS = 50
+"""In a window whose hammer does not vibrate at all."""
+_MOST_IMPACTS = 6
+"""In one window, each up to twice as long as expected."""
 _OUT_OF_REACH = 1e3
 """m"""
 _CLEAR_OF_CONTACT = 8
@@ -28,28 +39,44 @@ _CLEAR_OF_CONTACT = 8
 
 
 def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
-    """Steps short enough for these frequencies; `refinement` 2 halves every step. Array leaves, so that all share one compilation."""
-    fastest = max([float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.model.values().get("f_n", 0.0)])
-    flight = 2e-3 if fastest <= 0 else 1.0 / (_STEPS_PER_PERIOD * fastest)
-    sampling = max(float(np.max(np.median(np.diff(group.ts, axis=1), axis=1))) for group in prepared.groups)
+    """Steps short enough for these frequencies and impacts; `refinement` 2 halves every step. One compilation serves both."""
+    groups = prepared.groups
+    fastest = max([float(group.frequency_hz.max()) for group in groups] + [prepared.model.values().get("f_n", 0.0)])
+    flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf
+    longest = max(float((group.ts[:, -1] - group.ts[:, 0]).max()) for group in groups)
+    sampling = min(float(np.min(np.diff(group.ts, axis=1))) for group in groups)
+    sampled_input = any(group.motion is not None or group.applied is not None for group in groups)
+    flight = min(flight, sampling if sampled_input else np.inf, longest / _FEWEST_FLIGHT_STEPS)
+    steps = 2 * (longest / flight + _MOST_IMPACTS * 2 * _CONTACT_STEPS)
     return Landing(
-        contact_steps=jnp.asarray(40.0 * refinement),
+        contact_steps=jnp.asarray(_CONTACT_STEPS * refinement),
         flight_step=jnp.asarray(flight / refinement),
-        max_steps_per_sample=max(3, 2 + math.ceil(sampling * refinement / flight)),
+        most_steps=512 * math.ceil(steps / 512),
     )
 
 
 def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], Equations]:
-    """Function from a point of the fit to the normal equations of all windows."""
-    model, layout = as_arrays(prepared.model), prepared.layout
-    sizes = np.cumsum([len(group.record) for group in prepared.groups])[:-1]
-    groups = [on_device(group) for group in prepared.groups]
+    """Function from a point of the fit to the normal equations of all windows.
+
+    Windows go through in chunks of one size, which fit the processor's cache, share one compiled program whatever their number, and
+    keep all cores busy.
+    """
+    model, layout, count = as_arrays(prepared.model), prepared.layout, len(prepared.record)
+    chunks = [(lanes, on_device(group)) for lanes, group in chunked(prepared.groups, _CHUNK)]
 
     def evaluate(estimate: Estimate) -> Equations:
-        locals_ = np.split(estimate.local(prepared.record), sizes)
-        parts = [normal_equations(model, layout, integrator, g, jnp.asarray(v)) for g, v in zip(groups, locals_, strict=True)]
-        joined = jax.tree.map(lambda *leaves: np.concatenate([np.asarray(leaf) for leaf in leaves]), *parts)
-        return Equations(hessian=joined.hessian, gradient=joined.gradient, cost=joined.cost, record=prepared.record)
+        local = estimate.local(prepared.record)
+
+        def part(chunk: tuple[np.ndarray, Windows]):
+            lanes, windows = chunk
+            found = normal_equations(model, layout, integrator, windows, jnp.asarray(local[lanes]))
+            return jax.tree.map(np.asarray, found)
+
+        hessian, gradient, cost = np.empty((count, layout.size, layout.size)), np.empty((count, layout.size)), np.empty(count)
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            for (lanes, _), found in zip(chunks, threads.map(part, chunks), strict=True):
+                hessian[lanes], gradient[lanes], cost[lanes] = found.hessian, found.gradient, found.cost
+        return Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record)
 
     return evaluate
 

@@ -78,3 +78,18 @@ def initial_states(group: Windows, motions: Sequence[Kinematics | None]) -> np.n
         if motion is not None:
             states[lane] = motion.u[first], motion.v[first]
     return states
+
+
+def chunked(groups: Sequence[Windows], size: int) -> list[tuple[np.ndarray, Windows]]:
+    """All windows in chunks of `size`, those of like length together: (their indices over all groups, the windows).
+
+    The last chunk of a group is filled up by repeating a window, whose results are then the same twice.
+    """
+    chunks, begin = [], 0
+    for group in groups:
+        order = np.argsort(group.lengths, kind="stable")
+        for first in range(0, len(order), size):
+            lanes = np.resize(order[first : first + size], size)
+            chunks.append((begin + lanes, jax.tree.map(lambda leaf, lanes=lanes: leaf[lanes], group)))
+        begin += len(order)
+    return chunks

@@ -50,7 +50,7 @@ class LevenbergMarquardt:
         estimate, equations = start, evaluate(start)
         cost, damping, growth = equations.total(estimate), 1e-4, 2.0
         if not np.isfinite(cost):
-            raise NoConvergenceError("the model cannot be integrated along the records from the first guess: give better [parameters] starts")
+            raise NoConvergenceError("the model cannot be integrated from the first guess: give better starts in [parameters]")
         decrement = np.inf
         for iteration in range(1, self.most_iterations + 1):
             free = _off_the_bounds(equations, estimate, active, bounds)

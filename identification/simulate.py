@@ -1,5 +1,7 @@
 """A model run along the records of an experiment."""
 
+import math
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -27,15 +29,23 @@ def simulate_record(model: Model, record: Record) -> dict[str, np.ndarray]:
     amplitude, phase = _base(record)
     system = _system(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)
-    values = model.values()
-    fastest = max(record.excitation_frequency or 0.0, float(values.get("f_n", 0.0)))
-    flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else 2e-3
-    trajectory = Landing(contact_steps=_CONTACT_STEPS, flight_step=flight)(system, jnp.asarray(record.time), jnp.asarray(state))
+    trajectory = _integrator(model, record)(system, jnp.asarray(record.time), jnp.asarray(state))
     result = int(trajectory.result)
     if result != SUCCESS:
         raise NoConvergenceError(f"record {record.file!r} cannot be simulated: {RESULT_MESSAGES[result]}")
     readings = channels(system, trajectory)
     return {"time": record.time} | {name: np.asarray(readings[name]) for name in CHANNELS}
+
+
+def _integrator(model: Model, record: Record) -> Landing:
+    """Steps for the fastest vibration, and room for an impact in every half cycle of it."""
+    fastest = max(record.excitation_frequency or 0.0, float(model.values().get("f_n", 0.0)))
+    duration, sampling = record.time[-1] - record.time[0], float(np.diff(record.time).min())
+    flight = min(1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf, duration / _STEPS_PER_PERIOD)
+    if record.base == "measured" or record.kind == "forced":
+        flight = min(flight, sampling)
+    steps = 2 * duration * (1 / flight + 2 * fastest * _CONTACT_STEPS) + 20 * _CONTACT_STEPS
+    return Landing(contact_steps=_CONTACT_STEPS, flight_step=flight, most_steps=math.ceil(steps))
 
 
 def _base(record: Record) -> tuple[float, float]:

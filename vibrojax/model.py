@@ -50,9 +50,7 @@ class Model(eqx.Module):
         unknown = set(values) - {p.name for p in self.parameters} - {MASS.name}
         if unknown:
             raise KeyError(f"unknown parameters {sorted(unknown)}: this model has {[p.name for p in self.parameters]}")
-        return Model(
-            mass=values.get(MASS.name, self.mass), suspension=_with(self.suspension, values), law=_with(self.law, values)
-        )
+        return Model(mass=values.get(MASS.name, self.mass), suspension=_with(self.suspension, values), law=_with(self.law, values))
 
     def system(self, *, gap: Value, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""

@@ -23,7 +23,7 @@ def test_gradient_is_that_of_the_cost(prepared):
     To 1e-4 of the largest possible slope: the number of steps in a contact changes by whole steps, which the differences see.
     """
     (group,), model, layout = prepared.groups, as_arrays(prepared.model), prepared.layout
-    integrator, windows = integrator_for(prepared, refinement=8.0), on_device(group)
+    integrator, windows = integrator_for(prepared, refinement=2.0), on_device(group)
     local = prepared.start.local(prepared.record)
     found = normal_equations(model, layout, integrator, windows, jnp.asarray(local))
 

@@ -31,7 +31,7 @@ def test_all_agree(rig, law):
     assert np.abs(switch.u - truth.u).max() < 2e-9 * swing
     assert np.abs(landing.u - truth.u).max() < 1e-4 * swing
     assert np.array_equal(switch.in_contact, landing.in_contact)
-    finer = run(Landing(contact_steps=400.0, flight_step=5e-4, max_steps_per_sample=20), p, law)
+    finer = run(Landing(contact_steps=500.0, flight_step=5e-4, most_steps=200_000), p, law)
     assert np.abs(finer.u - truth.u).max() < 2e-6 * swing
 
     last = np.searchsorted([impact.t for impact in truth.impacts], TS) - 1

@@ -49,7 +49,7 @@ def test_forward_mode_is_the_central_difference(rig, law):
     size = np.abs(truth).max(axis=0)
     assert (size > 1e-9).all()
     assert (np.abs(forward_mode(Switch(), p, law, names) - truth) / size).max() < 2e-5
-    fine = Landing(contact_steps=200.0, max_steps_per_sample=400)
+    fine = Landing(contact_steps=200.0, most_steps=50_000)
     assert (np.abs(forward_mode(fine, p, law, names) - truth) / size).max() < 2e-3
 
 

@@ -3,8 +3,8 @@
 Signs, once for the whole program: the indentation delta = u - gap grows into the stop, contact is delta > 0, and a law returns the
 magnitude of the push that the stop gives back to the hammer (positive in compression).
 
-To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `title`, `parameters` and implements `force`
-and `contact_time` (or of `AbstractInstantaneousLaw`, with `rebound_speed`), then list it in `vibrojax/contact/__init__.py`.
+To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `title` and `parameters` and
+implements `force` and `contact_time`, then list it in `vibrojax/contact/__init__.py`.
 """
 
 import abc

@@ -1,4 +1,4 @@
-"""Runge-Kutta steps that land on every sample, touch and release; natively batched."""
+"""Runge-Kutta steps that land on every touch and release; natively batched."""
 
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
 from vibrojax.integrate.crossing import crossing, landing_correction
+from vibrojax.integrate.dense import Point, at_samples
 from vibrojax.shapes import Number
 from vibrojax.system import System
 
@@ -31,40 +32,31 @@ class _Carry(NamedTuple):
     landing: Bool[Array, " lanes"]
     """The next step is to end on the boundary of contact, after `h_landing`."""
     h_landing: _Lanes
-    sample: Int[Array, " lanes"]
-    """Next sample to reach."""
-
-
-class _Row(NamedTuple):
-    """What is kept of each step."""
-
-    u: _Lanes
-    v: _Lanes
-    approach_speed: _Lanes
-    in_contact: Bool[Array, " lanes"]
-    sample: Int[Array, " lanes"]
+    v_arriving: _Lanes | None
+    """Velocity at the end of the last step, before the jump that a rigid stop causes there; None where the stop gives way."""
 
 
 class Landing(AbstractIntegrator):
-    """Classical Runge-Kutta of order four, one step a sample in flight, finer in contact, no step across a touch or a release.
+    """Classical Runge-Kutta of order four, finer in contact than in flight, no step across a touch or a release.
 
-    No step straddles the kink of the contact law at delta = 0. The error falls with order four in the contact steps where the law is
-    linear, and with order n + 1 where delta^n is not smooth at the touch (n = 1.5, 2.5). A step that would cross the
-    boundary is taken back and repeated with the length at which a cubic through its ends reaches the boundary. The landing time is
-    differentiable (one Newton correction), so forward-mode derivatives include the jump that a discontinuous force causes.
-    Reverse mode is not supported (the loop has no fixed length).
+    Steps do not care for the samples: these are read off the cubic through the ends of the step in which they lie. No step straddles
+    the kink of the contact law at delta = 0, so the error falls with order four in the contact steps where the law is linear, and with
+    order n + 1 where delta^n is not smooth at the touch (n = 1.5, 2.5). A step that would cross the boundary is taken back and repeated
+    with the length at which a cubic through its ends reaches it. The time of the landing is differentiated too (one Newton correction):
+    forward-mode derivatives then include the jump of a discontinuous force, and elsewhere are a hundred times nearer the truth, because
+    the steps move with the touch. Reverse mode is not supported (the loop has no fixed length).
 
     Arguments:
-        contact_steps: steps in an impact of average duration, at least; the samples inside an impact come on top.
-        flight_step: longest step in flight, s.
-        max_steps_per_sample: loops stop after this many steps a sample, with `STEP_LIMIT`.
+        contact_steps: steps in an impact of average duration, at least.
+        flight_step: longest step, s; with a sampled excitation no longer than its sampling interval.
+        most_steps: the loop stops after so many steps, with `STEP_LIMIT`; by default three a sample and a thousand.
 
     Source: landing by interpolation as in E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.6.
     """
 
-    contact_steps: Number = 40.0
-    flight_step: Number = 2e-3
-    max_steps_per_sample: int = eqx.field(static=True, default=3)
+    contact_steps: Number = 60.0
+    flight_step: Number = 5e-4
+    most_steps: int | None = eqx.field(static=True, default=None)
 
     def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:
         """Integrate one trajectory; see `AbstractIntegrator`."""
@@ -83,22 +75,26 @@ class Landing(AbstractIntegrator):
             states: initial (u, u') of each lane.
             lengths: how many of the times of each lane count; what is returned beyond is meaningless.
         """
-        limit = self.max_steps_per_sample * ts.shape[1] + 1000
+        limit = 3 * ts.shape[1] + 1000 if self.most_steps is None else self.most_steps
+        t_end = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
         start = self._start(systems, ts, states)
-        history = jax.tree.map(lambda leaf: jnp.zeros((limit, *leaf.shape), leaf.dtype).at[0].set(leaf), _row(start))
+        history = jax.tree.map(lambda leaf: jnp.zeros((limit + 1, *leaf.shape), leaf.dtype).at[0].set(leaf), _point(start))
 
         def unfinished(loop):
             count, carry, _ = loop
-            return (count < limit - 1) & jnp.any((carry.sample < lengths) & jnp.isfinite(carry.u))
+            return (count < limit) & jnp.any((carry.t < t_end) & jnp.isfinite(carry.u))
 
         def advance(loop):
-            count, carry, rows = loop
-            carry = jax.vmap(self._step)(systems, ts, carry)
-            rows = jax.tree.map(lambda r, leaf: lax.dynamic_update_index_in_dim(r, leaf, count + 1, 0), rows, _row(carry))
-            return count + 1, carry, rows
+            count, carry, points = loop
+            carry = jax.vmap(self._step)(systems, t_end, carry)
+            points = jax.tree.map(lambda all_, new: lax.dynamic_update_index_in_dim(all_, new, count + 1, 0), points, _point(carry))
+            return count + 1, carry, points
 
         count, last, history = lax.while_loop(unfinished, advance, (0, start, history))
-        return _at_samples(history, count, last, ts, lengths)
+        finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
+        result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)
+        u, v, in_contact, approach_speed = at_samples(history, count, ts)
+        return Trajectory(ts, u, v, in_contact, approach_speed, result, count)
 
     def _start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes 2"]) -> _Carry:
         u, v = states[:, 0], states[:, 1]
@@ -113,14 +109,14 @@ class Landing(AbstractIntegrator):
             in_contact=touching,
             landing=jnp.zeros(lanes, bool),
             h_landing=jnp.zeros(lanes, u.dtype),
-            sample=jnp.ones(lanes, int),
+            v_arriving=v if rigid else None,
         )
 
-    def _step(self, system: System, ts: Float[Array, " time"], carry: _Carry) -> _Carry:
+    def _step(self, system: System, t_end: Float[Array, ""], carry: _Carry) -> _Carry:
         """One trial step of one lane: accepted, or taken back because it crosses the boundary of contact."""
-        to_sample = ts[jnp.minimum(carry.sample, ts.shape[0] - 1)] - carry.t
-        pieces = jnp.ceil(lax.stop_gradient(to_sample / self._longest(system, carry)) - 1e-6)
-        h = jnp.where(carry.landing, carry.h_landing, to_sample / jnp.maximum(pieces, 1.0))
+        remaining = t_end - carry.t
+        last = ~carry.landing & (remaining <= self._longest(system, carry))
+        h = jnp.where(last, remaining, jnp.where(carry.landing, carry.h_landing, self._longest(system, carry)))
         u1, v1, a1 = self._runge_kutta(system, carry, h)
         before, after = system.indentation(carry.u), system.indentation(u1)
         outward = jnp.where(carry.in_contact, -1.0, 1.0)
@@ -129,6 +125,7 @@ class Landing(AbstractIntegrator):
 
         correction = jnp.where(carry.landing, landing_correction(after, v1), 0.0)
         t1, u1, v1 = carry.t + h + correction, u1 + v1 * correction, v1 + a1 * correction
+        v_arriving = None if carry.v_arriving is None else v1
         touches = carry.landing & ~carry.in_contact
         v_touch = jnp.maximum(v1, SLOWEST_APPROACH)
         approach_speed = jnp.where(touches, v_touch, carry.approach_speed)
@@ -137,16 +134,15 @@ class Landing(AbstractIntegrator):
             in_contact = carry.in_contact
         else:
             in_contact = carry.in_contact ^ carry.landing
-        arrives = ~carry.landing & (pieces <= 1.0)
         accepted = _Carry(
-            t=jnp.where(arrives, ts[jnp.minimum(carry.sample, ts.shape[0] - 1)], t1),
+            t=jnp.where(last, t_end, t1),
             u=u1,
             v=v1,
             approach_speed=approach_speed,
             in_contact=in_contact,
             landing=jnp.zeros_like(crosses),
             h_landing=h_landing,
-            sample=carry.sample + arrives.astype(int),
+            v_arriving=v_arriving,
         )
         rejected = carry._replace(landing=jnp.ones_like(crosses), h_landing=h_landing)
         return jax.tree.map(lambda yes, no: jnp.where(crosses, yes, no), rejected, accepted)
@@ -177,20 +173,5 @@ class Landing(AbstractIntegrator):
         return u + h / 6 * (v + 2 * v_2 + 2 * v_3 + v_4), v + h / 6 * (a_1 + 2 * a_2 + 2 * a_3 + a_4), a_4
 
 
-def _row(carry: _Carry) -> _Row:
-    return _Row(carry.u, carry.v, carry.approach_speed, carry.in_contact, carry.sample)
-
-
-def _at_samples(history: _Row, count, last: _Carry, ts, lengths) -> Trajectory:
-    """Pick from the history of all steps those at which a sample was reached."""
-    wanted = jnp.arange(1, ts.shape[1] + 1)
-    reached = jnp.where(jnp.arange(history.sample.shape[0])[:, None] <= count, history.sample, ts.shape[1] + 1)
-    row = jax.vmap(lambda column: jnp.searchsorted(column, wanted), in_axes=1)(reached)
-    row = jnp.minimum(row, count)
-
-    def pick(leaf):
-        return jnp.take_along_axis(leaf.T, row, axis=1)
-
-    finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
-    result = jnp.where(finite, jnp.where(last.sample >= lengths, SUCCESS, STEP_LIMIT), NOT_FINITE)
-    return Trajectory(ts, pick(history.u), pick(history.v), pick(history.in_contact), pick(history.approach_speed), result, count)
+def _point(carry: _Carry) -> Point:
+    return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact)
