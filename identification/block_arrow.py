@@ -85,11 +85,13 @@ def covariance(hessian: np.ndarray) -> np.ndarray:
     return np.linalg.pinv(hessian / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 
 
-def newton_decrement(reduced: Reduced) -> float:
-    """g' H^-1 g of the active unknowns."""
+def newton_decrement(reduced: Reduced, equations: Equations) -> float:
+    """g' H^-1 g of the active unknowns and all window states."""
     part = reduced.active
-    gradient = reduced.gradient[part]
-    return float(gradient @ covariance(reduced.hessian[np.ix_(part, part)]) @ gradient)
+    gradient, states = reduced.gradient[part], equations.gradient[:, -2:]
+    inverse, _ = reduced.eliminated
+    from_states = np.einsum("ls,lst,lt->", states, inverse, states)
+    return float(gradient @ covariance(reduced.hessian[np.ix_(part, part)]) @ gradient + from_states)
 
 
 def diagonal(matrices: np.ndarray) -> np.ndarray:

@@ -54,7 +54,7 @@ class LevenbergMarquardt:
         decrement = np.inf
         for iteration in range(1, self.most_iterations + 1):
             free = _off_the_bounds(equations, estimate, active, bounds)
-            decrement = newton_decrement(reduce(equations, estimate, free, 0.0))
+            decrement = newton_decrement(reduce(equations, estimate, free, 0.0), equations)
             progress(iteration, cost)
             if decrement < self.tolerance**2:
                 break

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.special import chdtri, ndtri
 
-from identification.block_arrow import Equations, Reduced, covariance, reduce, solve
+from identification.block_arrow import Equations, Reduced, covariance, newton_decrement, reduce, solve
 from identification.layout import Active, Estimate
 
 CHI2_95 = float(chdtri(1, 0.05))
@@ -142,10 +142,4 @@ def _along(equations: Equations, estimate: Estimate, active: Active, index: int,
 
 def _profile_cost(equations: Equations, estimate: Estimate, active: Active) -> float:
     """Cost after one more Gauss-Newton step of everything that is free, by its quadratic prediction."""
-    reduced = reduce(equations, estimate, active, 0.0)
-    part = reduced.active
-    gradient = reduced.gradient[part]
-    inverse, _ = reduced.eliminated
-    states = equations.gradient[:, -2:]
-    from_states = np.einsum("ls,lst,lt->", states, inverse, states)
-    return equations.total(estimate) - 0.5 * float(gradient @ covariance(reduced.hessian[np.ix_(part, part)]) @ gradient + from_states)
+    return equations.total(estimate) - 0.5 * newton_decrement(reduce(equations, estimate, active, 0.0), equations)

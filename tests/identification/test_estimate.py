@@ -80,6 +80,16 @@ def test_a_fixed_parameter_stays(small):
     assert rows["k_i"].stderr > 0
 
 
+def test_window_states_are_fitted_though_all_parameters_are_held(small, truth):
+    free_flight = dataclasses.replace(small.records[0], kind="free-decay", gap=1.0)
+    channels = {"hammer_displacement": free_flight.channels["hammer_displacement"][:180]}
+    record = dataclasses.replace(free_flight, time=free_flight.time[:180], channels=channels)
+    held = {name: ParameterOption(start=value, fixed=True) for name, value in truth.items()}
+    result = fit_experiment(dataclasses.replace(small, records=(record,), parameters=held))
+    assert result.converged
+    assert result.chi2_reduced == pytest.approx(1.0, abs=0.35)
+
+
 @pytest.mark.parametrize("starts", [1, 6])
 def test_starts_end_in_the_same_place(small, starts):
     """With and without screening the fit ends in the same minimum."""
