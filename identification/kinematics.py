@@ -32,18 +32,17 @@ class Kinematics:
 
 def relative_displacement(record: Record) -> np.ndarray | None:
     """U = x - y, m, from whichever channels give it; None where no combination does. NaN stretches are bridged linearly."""
-    channels = record.channels
+    # each channel is bridged by itself: two may never be sampled at once
+    channels = {name: bridged(record.time, values) for name, values in record.channels.items()}
     if "relative_displacement" in channels:
-        u = channels["relative_displacement"]
-    elif "hammer_displacement" not in channels:
+        return channels["relative_displacement"]
+    if "hammer_displacement" not in channels:
         return None
-    elif record.kind != "cart-excitation":
-        u = channels["hammer_displacement"]
-    elif "cart_displacement" in channels:
-        u = channels["hammer_displacement"] - channels["cart_displacement"]
-    else:
-        return None
-    return bridged(record.time, u)
+    if record.kind != "cart-excitation":
+        return channels["hammer_displacement"]
+    if "cart_displacement" in channels:
+        return channels["hammer_displacement"] - channels["cart_displacement"]
+    return None
 
 
 def bridged(time: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -67,8 +66,18 @@ def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) ->
     if "impact_force" in record.channels:
         force = bridged(record.time, record.channels["impact_force"])
         touching = force > _CONTACT_SIGNIFICANCE * record.noise["impact_force"]
+    elif acceleration is None:
+        touching |= smooth > record.gap + _CONTACT_SIGNIFICANCE * _displacement_noise(record)
     touching &= near
     return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, inertia=inertia, touching=touching)
+
+
+def _displacement_noise(record: Record) -> float:
+    """Of u, m; infinite where it is not known."""
+    if "relative_displacement" in record.channels:
+        return record.noise.get("relative_displacement", np.inf)
+    cart = record.noise.get("cart_displacement", 0.0) if record.kind == "cart-excitation" else 0.0
+    return float(np.hypot(record.noise.get("hammer_displacement", np.inf), cart))
 
 
 def _stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:

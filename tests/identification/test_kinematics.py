@@ -1,0 +1,47 @@
+"""Motion as a record shows it: touches without a load cell, channels that are never sampled at once."""
+
+import numpy as np
+
+from identification.experiment import Record
+from identification.kinematics import kinematics, relative_displacement
+
+TIME = np.arange(800) / 4000.0
+NOISE = 1e-5
+
+
+def short_contacts() -> np.ndarray:
+    """Flights of 20 ms under the stop at 0 and dives of 2 ms into it, 0.2 mm deep: too short to be seen in the curvature of noisy data."""
+    phase = TIME % 0.022
+    u = np.where(phase < 0.02, -3e-3 * np.sin(np.pi * phase / 0.02), 2e-4 * np.sin(np.pi * (phase - 0.02) / 0.002))
+    return u + NOISE * np.random.default_rng(0).standard_normal(len(TIME))
+
+
+def test_displacement_alone_shows_every_touch():
+    record = Record(
+        file="a.csv",
+        kind="drop-test",
+        gap=0.0,
+        time=TIME,
+        channels={"hammer_displacement": short_contacts()},
+        noise={"hammer_displacement": NOISE},
+    )
+    motion = kinematics(record, mass=0.4, base_acceleration=np.zeros(len(TIME)))
+    assert motion is not None
+    assert np.sum(np.diff(motion.touching.astype(int)) == 1) == 9
+    phase = TIME % 0.022
+    assert not motion.touching[(phase > 0.001) & (phase < 0.019)].any()
+
+
+def test_channels_that_are_sampled_in_turn_give_a_relative_displacement():
+    even = np.arange(len(TIME)) % 2 == 0
+    record = Record(
+        file="a.csv",
+        kind="cart-excitation",
+        gap=0.0,
+        excitation_frequency=6.0,
+        time=TIME,
+        channels={"hammer_displacement": np.where(even, 3.0 * TIME, np.nan), "cart_displacement": np.where(even, np.nan, TIME)},
+    )
+    u = relative_displacement(record)
+    assert u is not None
+    np.testing.assert_allclose(u[1:-1], 2.0 * TIME[1:-1], atol=1e-12)
