@@ -44,7 +44,7 @@ def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
     fastest = max([float(group.frequency_hz.max()) for group in groups] + [prepared.model.values().get("f_n", 0.0)])
     flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf
     longest = max(float((group.ts[:, -1] - group.ts[:, 0]).max()) for group in groups)
-    sampling = min(float(np.min(np.diff(group.ts, axis=1))) for group in groups)
+    sampling = min(float(np.median(np.diff(group.ts, axis=1), axis=1).min()) for group in groups)
     sampled_input = any(group.motion is not None or group.applied is not None for group in groups)
     flight = min(flight, sampling if sampled_input else np.inf, longest / _FEWEST_FLIGHT_STEPS)
     steps = 2 * (longest / flight + _MOST_IMPACTS * 2 * _CONTACT_STEPS)

@@ -11,8 +11,9 @@ from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
 def measured_motion(record: Record) -> SampledMotion:
     """Motion of the cart as recorded.
 
-    The acceleration is the recorded one; without an accelerometer it is the second derivative of a quintic smoothing spline whose
-    residual equals the noise. The displacement is the recorded one, or the integrated acceleration with its straight line removed.
+    The displacement is a quintic smoothing spline through the recorded one, whose residual equals the noise (the sensor's noise is no
+    motion of the cart); without a sensor it is the integrated acceleration with its straight line removed. The acceleration is the
+    recorded one, or the second derivative of that spline.
     """
     time, channels = record.time, record.channels
     if "cart_displacement" not in channels and "cart_acceleration" not in channels:
@@ -20,14 +21,14 @@ def measured_motion(record: Record) -> SampledMotion:
             f'record {record.file!r} says base = "measured" but holds neither cart_displacement nor cart_acceleration:'
             ' record one of them or set base = "sine"'
         )
-    if "cart_acceleration" in channels:
-        acceleration = CubicSpline(time, bridged(time, channels["cart_acceleration"]))
-    else:
-        noise = record.noise["cart_displacement"]
-        smooth = splrep(time, bridged(time, channels["cart_displacement"]), k=5, s=len(time) * noise**2)
-        acceleration = CubicSpline(time, splev(time, smooth, der=2))
+    smooth = None
     if "cart_displacement" in channels:
-        position = CubicSpline(time, bridged(time, channels["cart_displacement"]))
+        noise = record.noise.get("cart_displacement", 0.0)
+        smooth = splrep(time, bridged(time, channels["cart_displacement"]), k=5, s=len(time) * noise**2)
+    recorded = bridged(time, channels["cart_acceleration"]) if "cart_acceleration" in channels else splev(time, smooth, der=2)
+    acceleration = CubicSpline(time, recorded)
+    if smooth is not None:
+        position = CubicSpline(time, splev(time, smooth))
     else:
         drifting = acceleration.antiderivative(2)(time)
         position = CubicSpline(time, drifting - np.polyval(np.polyfit(time, drifting, 1), time))

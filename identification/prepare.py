@@ -14,6 +14,7 @@ from identification.start import first_guesses, harmonic_acceleration, harmonic_
 from identification.windows import WindowLength, Windows, cut
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
 
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
@@ -52,7 +53,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted."""
     model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
-    fixed = _fixed(experiment, [p.name for p in parameters])
+    fixed = _fixed(experiment, parameters)
     layout = Layout(parameters=parameters)
     records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
@@ -88,11 +89,16 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     )
 
 
-def _fixed(experiment: Experiment, names: list[str]) -> dict[str, float]:
-    """Parameters that the operator holds, after a check that all named ones exist."""
-    unknown = [name for name in experiment.parameters if name not in names]
-    if unknown:
-        raise ExperimentError(f"unknown parameter {unknown[0]!r} in [parameters]: this model has {', '.join(names)}")
+def _fixed(experiment: Experiment, parameters: tuple[Parameter, ...]) -> dict[str, float]:
+    """Parameters that the operator holds, after a check that all named ones exist and start inside their range."""
+    listed = {p.name: p for p in parameters}
+    for name, option in experiment.parameters.items():
+        if name not in listed:
+            raise ExperimentError(f"unknown parameter {name!r} in [parameters]: this model has {', '.join(listed)}")
+        low, high, start = listed[name].lower, listed[name].upper, option.start
+        if start is not None and not (low <= start <= high):
+            unit = "" if listed[name].unit == "1" else f" {listed[name].unit}"
+            raise ExperimentError(f"start of {name} in [parameters] is {start:g}: expected {low:g} to {high:g}{unit}; correct it")
     return {name: option.start for name, option in experiment.parameters.items() if option.fixed and option.start is not None}
 
 

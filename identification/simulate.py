@@ -40,7 +40,7 @@ def simulate_record(model: Model, record: Record) -> dict[str, np.ndarray]:
 def _integrator(model: Model, record: Record) -> Landing:
     """Steps for the fastest vibration, and room for an impact in every half cycle of it."""
     fastest = max(record.excitation_frequency or 0.0, float(model.values().get("f_n", 0.0)))
-    duration, sampling = record.time[-1] - record.time[0], float(np.diff(record.time).min())
+    duration, sampling = record.time[-1] - record.time[0], float(np.median(np.diff(record.time)))
     flight = min(1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf, duration / _STEPS_PER_PERIOD)
     if record.base == "measured" or record.kind == "forced":
         flight = min(flight, sampling)
@@ -52,10 +52,12 @@ def _base(record: Record) -> tuple[float, float]:
     """Amplitude and phase of the cart's sine, stated or read."""
     if record.kind != "cart-excitation" or record.base == "measured":
         return 0.0, 0.0
-    if record.base_amplitude is not None:
-        return record.base_amplitude, record.base_phase or 0.0
+    amplitude, phase = record.base_amplitude, record.base_phase
     if "cart_displacement" in record.channels or "cart_acceleration" in record.channels:
-        return harmonic_start(record)
+        seen = harmonic_start(record)
+        return seen[0] if amplitude is None else amplitude, seen[1] if phase is None else phase
+    if amplitude is not None:
+        return amplitude, phase or 0.0
     raise ExperimentError(
         f"record {record.file!r} states no base_amplitude and holds no cart channel: add base_amplitude (m) and base_phase (rad)"
     )

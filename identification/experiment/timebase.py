@@ -8,6 +8,8 @@ from identification.experiment.readers.limits import check_samples
 
 MIN_SAMPLES = 16
 IRREGULAR_SPREAD = 0.01
+COARSEST_ROUNDING = 1e-5
+"""Of a sampling step: time stamps of double precision, counted from a far origin such as 1970, are rounded to more than that."""
 
 
 def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
@@ -21,7 +23,7 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
         A notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
 
     Raises:
-        ExperimentError: no or too few samples, a time that is not finite, or that does not grow.
+        ExperimentError: no or too few samples, a time that is not finite, that does not grow, or that is too far from 0 to be exact.
     """
     if time.size < MIN_SAMPLES:
         count = f"only {time.size} samples" if time.size else "no samples, it is empty"
@@ -36,6 +38,12 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
         raise ExperimentError(
             f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
             "expected strictly increasing time stamps; sort them or remove the repetition"
+        )
+    rounding = float(np.spacing(np.abs(time).max()) / np.median(steps))
+    if rounding > COARSEST_ROUNDING:
+        raise ExperimentError(
+            f"time of {where} begins at {time[0]:.9g} s, so far from 0 that its stamps are rounded to {rounding:.1g} of a sampling step: "
+            "expected time since about the record's begin; subtract its first stamp"
         )
     smallest, median, largest = float(steps.min()), float(np.median(steps)), float(steps.max())
     if largest - smallest <= IRREGULAR_SPREAD * median:

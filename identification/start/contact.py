@@ -62,7 +62,8 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
     if "k_i" in values:
         n = values.get("n", model.values().get("n", 1.0))
         deep = samples["indentation"] > 0.3 * samples["indentation"].max()
-        values["k_i"] = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
+        stiffness = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
+        values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # a wrong unit or sign makes it negative
     return np.array([specs[name].to_internal(values[name]) for name in names])
 
 

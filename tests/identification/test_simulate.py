@@ -1,0 +1,23 @@
+"""What a simulation takes from the record where the experiment file does not state it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.nominal import nominal_model
+from identification.simulate import simulate_record
+
+
+def test_a_phase_that_is_not_stated_is_read_off_the_cart(small):
+    record, model = small.records[1], nominal_model(small, None)
+    whole = simulate_record(model, record)["cart_displacement"]
+    half = simulate_record(model, dataclasses.replace(record, base_amplitude=float(np.ptp(whole)) / 2))["cart_displacement"]
+    assert np.ptp(whole) > 0
+    np.testing.assert_allclose(half, whole, atol=0.02 * np.ptp(whole))
+
+
+def test_stated_amplitude_and_phase_are_taken(small):
+    record = dataclasses.replace(small.records[1], base_amplitude=1e-3, base_phase=0.5)
+    cart = simulate_record(nominal_model(small, None), record)["cart_displacement"]
+    assert cart[0] == pytest.approx(1e-3 * np.sin(0.5))
