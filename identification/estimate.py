@@ -19,6 +19,8 @@ from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived
 from identification.uncertainty import Uncertainty, interval, uncertainty
 
 Progress = Callable[[str], None]
+_STRUCK = 12.0
+"""A force this many standard deviations above zero is no noise."""
 
 
 def fit_experiment(
@@ -41,14 +43,10 @@ def fit_experiment(
     seconds["fit"] = clock.lap()
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
-    doubtful = not outcome.converged or 2.0 * outcome.cost / degrees > chi2_limit(degrees, OVERALL)
     tried: tuple[StartOutcome, ...] = ()
-    if starts is not None or doubtful:
-        progress("trying other starts on single impacts")
-        other, tried = (Multistart() if starts is None else Multistart(count=starts))(prepared, seed=seed)
-        if other is not None:
-            again = dataclasses.replace(prepared, candidates={"multistart": other})
-            outcome = min(outcome, _fitted(again, progress), key=lambda found: found.cost)
+    if starts is not None or not outcome.converged or 2.0 * outcome.cost / degrees > chi2_limit(degrees, OVERALL):
+        search = Multistart() if starts is None else Multistart(count=starts)
+        outcome, tried = _from_other_starts(prepared, outcome, search, seed, progress)
         seconds["starts"] = clock.lap()
     progress("standard errors and intervals")
     evaluate = evaluator(prepared, integrator_for(prepared))
@@ -77,7 +75,7 @@ def fit_experiment(
         converged=outcome.converged,
         iterations=outcome.iterations,
         discretisation=shift,
-        warnings=_warnings(outcome, spread, reduced_chi2, shift),
+        warnings=(*_warnings(outcome, spread, reduced_chi2, shift), *_implausible_gaps(prepared)),
         seed=seed,
         seconds=seconds,
     )
@@ -86,6 +84,18 @@ def fit_experiment(
 def _fitted(prepared: Prepared, progress: Progress) -> Outcome:
     """The staged fit, telling each step."""
     return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
+
+
+def _from_other_starts(
+    prepared: Prepared, outcome: Outcome, search: Multistart, seed: int, progress: Progress
+) -> tuple[Outcome, tuple[StartOutcome, ...]]:
+    """The fit as it is, or a better one from another start; and what became of all starts."""
+    progress("trying other starts on single impacts")
+    other, tried = search(prepared, seed=seed)
+    if other is None:
+        return outcome, tried
+    again = _fitted(dataclasses.replace(prepared, candidates={"multistart": other}), progress)
+    return min(outcome, again, key=lambda found: found.cost), tried
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
@@ -117,7 +127,7 @@ def _parameter(
         return dataclasses.replace(blank, status=FIXED, reason="held at the value given in [parameters]")
     low, high = (limit[index] for limit in bounds(prepared))
     if internal <= low or internal >= high:
-        return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g} {spec.unit}, the edge of its range")
+        return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")
     if not spread.identifiable[index]:
         return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
     sigma = spread.stderr[index]
@@ -132,7 +142,7 @@ def _why_not(prepared: Prepared, name: str) -> str:
     touched = any(motion is None or motion.touching.any() for motion in prepared.motions)
     if in_law and not touched:
         return "the hammer does not touch the stop in any record"
-    return "the records determine it to no better than a factor of e"
+    return "its standard error is larger than a factor of e, or than 1 where it is not estimated by its logarithm"
 
 
 def _derived(layout: Layout, values: dict[str, float], mass: float, spread: Uncertainty, active: Active) -> tuple[Derived, ...]:
@@ -173,6 +183,21 @@ def _warnings(outcome: Outcome, spread: Uncertainty, reduced_chi2: float, shift:
         )
     if shift > 0.1:
         found.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
+    return tuple(found)
+
+
+def _implausible_gaps(prepared: Prepared) -> tuple[str, ...]:
+    """Records whose load cell is struck while the hammer, as recorded, is nowhere near the stop."""
+    found = []
+    for record, motion in zip(prepared.experiment.records, prepared.motions, strict=True):
+        if motion is None or motion.force is None or motion.touching.any():
+            continue
+        peak = float(motion.force.max())
+        if peak > _STRUCK * record.noise["impact_force"]:
+            found.append(
+                f"the load cell of {record.file} reads up to {peak:.3g} N, but the hammer stays {record.gap - motion.u.max():.3g} m short"
+                " of the stop: check gap, unit and sign of the displacement"
+            )
     return tuple(found)
 
 

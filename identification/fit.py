@@ -12,7 +12,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.block_arrow import Equations
-from identification.kinematics import Kinematics
 from identification.lanes import chunked
 from identification.layout import Active, Estimate, free_nuisances
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
@@ -25,7 +24,7 @@ from vibrojax.model import Model
 Progress = Callable[[str, int, float], None]
 _STEPS_PER_PERIOD = 96.0
 """Of the fastest vibration, in flight."""
-_CONTACT_STEPS = 40.0
+_CONTACT_STEPS = 80.0
 _CHUNK = 16
 """Windows that are integrated side by side."""
 _FEWEST_FLIGHT_STEPS = 50
@@ -36,6 +35,8 @@ _OUT_OF_REACH = 1e3
 """m"""
 _CLEAR_OF_CONTACT = 8
 """Samples left out before a contact."""
+_NEAR = 0.02
+"""Distance to the stop, relative to the whole motion, at which contact is possible."""
 
 
 def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
@@ -111,10 +112,21 @@ def fit(
 
 
 def _best_candidate(prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, in_law: np.ndarray) -> Estimate:
-    """The suspension as it stands, with the contact law of whichever first guess fits the records best once the windows have settled."""
-    tried = [dataclasses.replace(estimate, shared=np.where(in_law, guess, estimate.shared)) for guess in prepared.candidates.values()]
-    settled = [settle(evaluate, one) for one in tried]
-    return min(settled, key=lambda found: found[1])[0]
+    """The suspension as it stands, with the contact law of whichever first guess fits the records best once the windows have settled.
+
+    Every window settles from two initial states, that of its free flight and that read off the record, and keeps the better: after a
+    graze, one of them may lead to a motion with an impact too many.
+    """
+    best, lowest = estimate, np.inf
+    for guess in prepared.candidates.values():
+        shared = np.where(in_law, guess, estimate.shared)
+        flown, flown_costs = settle(evaluate, dataclasses.replace(estimate, shared=shared))
+        read, read_costs = settle(evaluate, dataclasses.replace(estimate, shared=shared, states=prepared.start.states))
+        better = (read_costs < flown_costs)[:, None]
+        total = np.minimum(flown_costs, read_costs).sum()
+        if total < lowest:
+            best, lowest = dataclasses.replace(flown, states=np.where(better, read.states, flown.states)), total
+    return best
 
 
 def free_unknowns(prepared: Prepared) -> Active:
@@ -126,16 +138,19 @@ def free_unknowns(prepared: Prepared) -> Active:
 def flight_only(prepared: Prepared) -> tuple[Windows, ...]:
     """The windows with every sample from their first contact on left out, and the stop out of reach: a linear problem."""
     return tuple(
-        dataclasses.replace(group, weight=_before_contact(group, prepared.motions), gap=group.gap + _OUT_OF_REACH)
-        for group in prepared.groups
+        dataclasses.replace(group, weight=_before_contact(group, prepared), gap=group.gap + _OUT_OF_REACH) for group in prepared.groups
     )
 
 
-def _before_contact(group: Windows, motions: tuple[Kinematics | None, ...]) -> np.ndarray:
+def _before_contact(group: Windows, prepared: Prepared) -> np.ndarray:
+    """Weights with nothing from shortly before the first possible contact on: a graze may be too weak for any sensor to stand out."""
     weight = group.weight.copy()
     for lane, (record, first, length) in enumerate(zip(group.record, group.first, group.lengths, strict=True)):
-        motion = motions[record]
-        contact = np.zeros(1, bool) if motion is None else motion.touching[first : first + length]
+        motion = prepared.motions[record]
+        if motion is None:
+            continue
+        near = motion.u > prepared.experiment.records[record].gap - _NEAR * np.ptp(motion.u)
+        contact = (motion.touching | near)[first : first + length]
         if contact.any():
             weight[lane, max(int(np.argmax(contact)) - _CLEAR_OF_CONTACT, 0) :] = 0.0
     return weight

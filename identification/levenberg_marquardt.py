@@ -90,10 +90,10 @@ def _off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bo
     return dataclasses.replace(active, shared=active.shared & ~leaving)
 
 
-def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, iterations: int = 6) -> tuple[Estimate, float]:
+def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, iterations: int = 6) -> tuple[Estimate, np.ndarray]:
     """Fit the initial state of every window on its own, each with its own damping, all else held.
 
-    One window that starts badly then cannot hold up the others, as it would in a common trust region. Returns the cost as well.
+    One window that starts badly then cannot hold up the others, as it would in a common trust region. Returns the windows' costs as well.
     """
     equations = evaluate(estimate)
     damping = np.full(len(equations.cost), 1e-3)
@@ -114,4 +114,4 @@ def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, ite
             record=equations.record,
         )
         damping = np.where(better, damping / 10.0, damping * 10.0)
-    return estimate, equations.total(estimate)
+    return estimate, equations.cost

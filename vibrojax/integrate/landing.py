@@ -90,7 +90,7 @@ class Landing(AbstractIntegrator):
             points = jax.tree.map(lambda all_, new: lax.dynamic_update_index_in_dim(all_, new, count + 1, 0), points, _point(carry))
             return count + 1, carry, points
 
-        count, last, history = lax.while_loop(unfinished, advance, (0, start, history))
+        count, last, history = lax.while_loop(unfinished, advance, (jnp.zeros((), int), start, history))
         finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
         result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)
         u, v, in_contact, approach_speed = at_samples(history, count, ts)
