@@ -30,7 +30,7 @@ def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes tim
     used = jnp.arange(points.t.shape[0])[:, None] <= count
     stamps = jnp.where(used, lax.stop_gradient(points.t), jnp.inf)
     begin = jax.vmap(lambda column, times: jnp.searchsorted(column, times, side="right"), in_axes=(1, 0))(stamps, ts) - 1
-    begin = jnp.clip(begin, 0, jnp.maximum(count - 1, 0)).T
+    begin = jnp.clip(begin.astype(count.dtype), 0, jnp.maximum(count - 1, 0)).T
 
     def pick(leaf: Array, rows: Int[Array, "time lanes"]) -> Array:
         return jnp.take_along_axis(leaf, rows, axis=0).T
