@@ -33,7 +33,7 @@ class LevenbergMarquardt:
     """
 
     tolerance: float = 0.03
-    flat: float = 1e-6
+    flat: float = 1e-8
     """Relative change of the cost that counts as none."""
     longest_step: float = 0.7
     most_iterations: int = 40
