@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from identification.layout import NUISANCES, Active, Estimate
+from identification.layout import Active, Estimate
 
 GAP_PRIOR_STD = 1e-3
 """m; wide enough not to be felt where impacts show the gap, narrow enough to hold it where they do not."""
@@ -35,22 +35,24 @@ class Reduced:
     active: np.ndarray
     """(unknowns,) bool"""
     eliminated: tuple[np.ndarray, np.ndarray]
-    """(windows, 2, 2) inverse of the state blocks, (windows, 2, size - 2) coupling."""
+    """(windows, states, states) inverse of the state blocks, (windows, states, size - states) coupling."""
 
 
 def reduce(equations: Equations, estimate: Estimate, active: Active, damping: float) -> Reduced:
     """Eliminate the window states and sum the windows."""
-    count = equations.hessian.shape[2] - 2
+    count = equations.hessian.shape[2] - estimate.states.shape[1]
     hessian = equations.hessian + damping * diagonal(equations.hessian)
     state = hessian[:, count:, count:]
-    scale = np.trace(state, axis1=1, axis2=2)[:, None, None]
-    inverse = np.linalg.pinv(state / np.where(scale > 0, scale, 1.0), hermitian=True) / np.where(scale > 0, scale, 1.0)
+    size = np.sqrt(np.einsum("lss->ls", state))
+    scale = np.where(size > 0, size, 1.0)
+    scale = scale[:, :, None] * scale[:, None, :]
+    inverse = np.linalg.pinv(state / scale, hermitian=True) / scale
     coupling = hessian[:, count:, :count]
     local_hessian = hessian[:, :count, :count] - np.einsum("lsi,lst,ltj->lij", coupling, inverse, coupling)
     local_gradient = equations.gradient[:, :count] - np.einsum("lsi,lst,lt->li", coupling, inverse, equations.gradient[:, count:])
 
     shared, records = len(estimate.shared), len(estimate.nuisances)
-    width = len(NUISANCES)
+    width = estimate.nuisances.shape[1]
     size = shared + width * records
     own = shared + width * equations.record[:, None] + np.arange(width)
     columns = np.concatenate([np.broadcast_to(np.arange(shared), (len(own), shared)), own], axis=1)
@@ -74,7 +76,7 @@ def solve(reduced: Reduced, equations: Equations, estimate: Estimate) -> tuple[n
     nuisances = step[shared:].reshape(estimate.nuisances.shape)
     local = np.concatenate([np.broadcast_to(step[:shared], (len(equations.record), shared)), nuisances[equations.record]], axis=1)
     inverse, coupling = reduced.eliminated
-    right = equations.gradient[:, -2:] + np.einsum("lsi,li->ls", coupling, local)
+    right = equations.gradient[:, -inverse.shape[1] :] + np.einsum("lsi,li->ls", coupling, local)
     return step[:shared], nuisances, -np.einsum("lst,lt->ls", inverse, right)
 
 
@@ -88,8 +90,8 @@ def covariance(hessian: np.ndarray) -> np.ndarray:
 def newton_decrement(reduced: Reduced, equations: Equations) -> float:
     """g' H^-1 g of the active unknowns and all window states."""
     part = reduced.active
-    gradient, states = reduced.gradient[part], equations.gradient[:, -2:]
     inverse, _ = reduced.eliminated
+    gradient, states = reduced.gradient[part], equations.gradient[:, -inverse.shape[1] :]
     from_states = np.einsum("ls,lst,lt->", states, inverse, states)
     return float(gradient @ covariance(reduced.hessian[np.ix_(part, part)]) @ gradient + from_states)
 

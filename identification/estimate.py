@@ -101,7 +101,7 @@ def _from_other_starts(
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
     """Samples that count, less estimated numbers."""
     counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
-    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - 2 * len(prepared.record)
+    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * len(prepared.record)
 
 
 def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> float:
@@ -132,7 +132,7 @@ def _parameter(
         return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
     sigma = spread.stderr[index]
     left, right, kind = interval(evaluate, outcome.equations, outcome.estimate, active, spread, index)
-    stderr = value * sigma if spec.logarithmic else sigma
+    stderr = sigma * spec.slope(value)
     return dataclasses.replace(blank, stderr=float(stderr), ci95=(spec.to_physical(left), spec.to_physical(right)), interval=kind)
 
 

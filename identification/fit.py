@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.block_arrow import Equations
 from identification.lanes import chunked
-from identification.layout import Active, Estimate, free_nuisances
+from identification.layout import Active, Estimate, Layout, free_nuisances
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from identification.prepare import Prepared
 from identification.residual import normal_equations
@@ -77,9 +77,20 @@ def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], E
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             for (lanes, _), found in zip(chunks, threads.map(part, chunks), strict=True):
                 hessian[lanes], gradient[lanes], cost[lanes] = found.hessian, found.gradient, found.cost
-        return Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record)
+        found = Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record)
+        return _with_prior(found, layout, estimate)
 
     return evaluate
+
+
+def _with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
+    """With a Gaussian prior of their own scale on the effects' states at the start of every window."""
+    for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
+        scale, value = layout.own_states[index].scale, estimate.states[:, column]
+        equations.hessian[:, column, column] += scale**-2
+        equations.gradient[:, column] += value * scale**-2
+        equations.cost[:] += 0.5 * (value / scale) ** 2
+    return equations
 
 
 def fit(
@@ -94,10 +105,11 @@ def fit(
     limits = bounds(prepared)
     rough = dataclasses.replace(method, tolerance=10 * method.tolerance, most_iterations=8)
 
+    is_gap = np.array([name == "gap_error" for name in prepared.layout.nuisances])
     flights = prepared.with_groups(flight_only(prepared))
     stages = [
-        ("free flight", flights, Active(shared=~in_law & whole.shared, nuisances=whole.nuisances & np.array([True, True, False])), rough),
-        ("impacts", prepared, Active(shared=in_law & whole.shared, nuisances=whole.nuisances & np.array([False, False, True])), rough),
+        ("free flight", flights, Active(shared=~in_law & whole.shared, nuisances=whole.nuisances & ~is_gap), rough),
+        ("impacts", prepared, Active(shared=in_law & whole.shared, nuisances=whole.nuisances & is_gap), rough),
         ("all", prepared, whole, method),
     ]
     for name, data, active, control in stages:
@@ -132,7 +144,8 @@ def _best_candidate(prepared: Prepared, evaluate: Callable[[Estimate], Equations
 def free_unknowns(prepared: Prepared) -> Active:
     """Everything that the whole fit estimates."""
     held = _mask(prepared, set(prepared.fixed))
-    return Active(shared=~held, nuisances=free_nuisances(list(prepared.experiment.records), any_contact=touched_records(prepared)))
+    records, touched = list(prepared.experiment.records), touched_records(prepared)
+    return Active(shared=~held, nuisances=free_nuisances(records, prepared.layout, any_contact=touched))
 
 
 def flight_only(prepared: Prepared) -> tuple[Windows, ...]:

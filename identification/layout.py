@@ -5,12 +5,14 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Record
+from vibrojax.effects import OwnState
+from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
 NUISANCES = ("base_amplitude", "base_phase", "gap_error")
-"""Per record: A0 in m, phase in rad, setting error of the gap in m."""
+"""Per record: A0 in m, phase in rad, setting error of the gap in m; behind them the effects' own, if any."""
 STATES = ("initial_displacement", "initial_velocity")
-"""Per window: u in m and u' in m/s at its first sample."""
+"""Per window: u in m and u' in m/s at its first sample; behind them those states of effects that do not begin at rest."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -18,6 +20,27 @@ class Layout:
     """Order of a window's vector: shared parameters (internal coordinates), the record's nuisances, the window's initial state."""
 
     parameters: tuple[Parameter, ...]
+    record_parameters: tuple[Parameter, ...] = ()
+    """Of effects, each record with its own."""
+    own_states: tuple[OwnState, ...] = ()
+    """Of effects."""
+    files: tuple[str, ...] = ()
+    """Of the records, in the order of their indices."""
+
+    @property
+    def nuisances(self) -> tuple[str, ...]:
+        """Names of what each record has of its own."""
+        return (*NUISANCES, *(p.name for p in self.record_parameters))
+
+    @property
+    def free_own(self) -> tuple[int, ...]:
+        """Positions among `own_states` of those that do not begin at rest."""
+        return tuple(index for index, state in enumerate(self.own_states) if state.scale > 0)
+
+    @property
+    def states(self) -> int:
+        """Count of numbers that a window begins with."""
+        return len(STATES) + len(self.free_own)
 
     @property
     def shared(self) -> int:
@@ -27,7 +50,7 @@ class Layout:
     @property
     def size(self) -> int:
         """Length of a window's vector."""
-        return self.shared + len(NUISANCES) + len(STATES)
+        return self.shared + len(self.nuisances) + self.states
 
     def index(self, name: str) -> int:
         """Position of a shared parameter."""
@@ -49,9 +72,9 @@ class Estimate:
     shared: np.ndarray
     """(parameters,), internal coordinates."""
     nuisances: np.ndarray
-    """(records, 3)"""
+    """(records, nuisances)"""
     states: np.ndarray
-    """(windows, 2)"""
+    """(windows, states)"""
 
     def local(self, record: np.ndarray) -> np.ndarray:
         """Vector of every window, (windows, size)."""
@@ -70,10 +93,17 @@ class Active:
     shared: np.ndarray
     """(parameters,) bool"""
     nuisances: np.ndarray
-    """(records, 3) bool"""
+    """(records, nuisances) bool"""
 
 
-def free_nuisances(records: list[Record], *, any_contact: np.ndarray) -> np.ndarray:
-    """(records, 3) bool: the sine of a driven cart, and the gap error where the hammer touches the stop at all."""
+def layout_of(model: Model, *extra: Parameter, files: tuple[str, ...]) -> Layout:
+    """Everything that a model leaves to estimate, and `extra` shared parameters."""
+    own_states = tuple(state for effect in model.effects for state in effect.own_states)
+    return Layout(parameters=(*model.parameters, *extra), record_parameters=model.record_parameters, own_states=own_states, files=files)
+
+
+def free_nuisances(records: list[Record], layout: Layout, *, any_contact: np.ndarray) -> np.ndarray:
+    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, all of effects'."""
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
-    return np.stack([driven, driven, any_contact], axis=1)
+    of_effects = np.ones((len(records), len(layout.record_parameters)), bool)
+    return np.concatenate([np.stack([driven, driven, any_contact], axis=1), of_effects], axis=1)

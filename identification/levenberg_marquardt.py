@@ -95,12 +95,12 @@ def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, ite
 
     One window that starts badly then cannot hold up the others, as it would in a common trust region. Returns the windows' costs as well.
     """
-    equations = evaluate(estimate)
+    equations, count = evaluate(estimate), estimate.states.shape[1]
     damping = np.full(len(equations.cost), 1e-3)
     for _ in range(iterations):
-        block = equations.hessian[:, -2:, -2:]
-        damped = block + damping[:, None, None] * diagonal(block) + 1e-300 * np.eye(2)
-        step = -np.linalg.solve(damped, equations.gradient[:, -2:, None])[..., 0]
+        block = equations.hessian[:, -count:, -count:]
+        damped = block + damping[:, None, None] * diagonal(block) + 1e-300 * np.eye(count)
+        step = -np.linalg.solve(damped, equations.gradient[:, -count:, None])[..., 0]
         trial = dataclasses.replace(estimate, states=estimate.states + np.where(np.isfinite(step), step, 0.0))
         after = evaluate(trial)
         better = after.cost < equations.cost

@@ -8,7 +8,7 @@ from identification import measured_input
 from identification.experiment import Experiment, ExperimentError, Record
 from identification.kinematics import Kinematics, kinematics
 from identification.lanes import grouped, initial_states, lane
-from identification.layout import Estimate, Layout
+from identification.layout import Estimate, Layout, layout_of
 from identification.nominal import nominal_model
 from identification.start import first_guesses, harmonic_acceleration, harmonic_start
 from identification.windows import WindowLength, Windows, cut
@@ -54,7 +54,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     fixed = _fixed(experiment, parameters)
-    layout = Layout(parameters=parameters)
+    layout = layout_of(model, *parameters[len(model.parameters) :], files=tuple(record.file for record in experiment.records))
     records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
     measured = [measured_input.measured_motion(record) if record.base == "measured" else None for record in records]

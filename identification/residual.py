@@ -27,13 +27,23 @@ class Normal(eqx.Module):
 
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
     """The rig in one window, from that window's vector."""
-    shared, amplitude, phase, gap_error = local[: layout.shared], *local[layout.shared : -len(STATES)]
-    values = {p.name: jnp.exp(value) if p.logarithmic else value for p, value in zip(layout.parameters, shared, strict=True)}
+    shared, (amplitude, phase, gap_error, *others) = local[: layout.shared], local[layout.shared : -layout.states]
+    estimated = zip((*layout.parameters, *layout.record_parameters), (*shared, *others), strict=True)
+    values = {p.name: jnp.exp(value) if p.logarithmic else value * p.scale for p, value in estimated}
     base = lane.motion
     if base is None:
         base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=lane.frequency_hz)
     applied = Unforced() if lane.applied is None else lane.applied
-    return model.replace(values).system(gap=lane.gap + gap_error, base=base, applied=applied)
+    here = model.replace(values).in_record(lambda file: jnp.where(lane.record == layout.files.index(file), 1.0, 0.0))
+    return here.system(gap=lane.gap + gap_error, base=base, applied=applied)
+
+
+def initial_states(layout: Layout, local: Float[Array, "lanes size"]) -> Float[Array, "lanes states"]:
+    """u, u' and the effects' own states at the start of every window; those that are not estimated begin at rest."""
+    own = jnp.zeros((local.shape[0], len(layout.own_states)), local.dtype)
+    begin = local[:, layout.size - layout.states :]
+    own = own.at[:, jnp.asarray(layout.free_own, int)].set(begin[:, len(STATES) :])
+    return jnp.concatenate([begin[:, : len(STATES)], own], axis=1)
 
 
 def predict(
@@ -41,7 +51,7 @@ def predict(
 ) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
     """Model channels of every window, in the order of `windows.channels`, and the trajectories they come from."""
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
-    trajectory = integrator.batch(systems, windows.ts, local[:, -len(STATES) :], windows.lengths)
+    trajectory = integrator.batch(systems, windows.ts, initial_states(layout, local), windows.lengths)
     lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
     readings = jax.vmap(channels)(systems, lanes)
     return jnp.stack([readings[name] for name in windows.channels], axis=-1), trajectory

@@ -1,6 +1,5 @@
 """What sensors would read: from a trajectory to the channels of a record."""
 
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from vibrojax.integrate import Trajectory
@@ -29,21 +28,26 @@ UNITS = {
 
 
 def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, " time"]]:
-    """Ideal readings along one trajectory, SI; sensor faults are no business of this function.
+    """What the recorder shows along one trajectory, SI.
 
     Displacements and accelerations of hammer and cart are absolute, `relative_displacement` is u = x - y, and `impact_force` is the
-    push of the stop, positive in compression.
+    push of the stop in front, positive in compression. Ideal readings, but for the faults of sensors among the system's effects.
     """
-    ts, u, v = trajectory.ts, trajectory.u, trajectory.v
-    pushed = system.contact_force(u, v, trajectory.approach_speed)
-    force = jnp.where(trajectory.in_contact, pushed, jnp.zeros_like(pushed))
-    y, y2 = system.base.displacement(ts), system.base.acceleration(ts)
-    return {
+    ts, u, v, own = trajectory.ts, trajectory.u, trajectory.v, trajectory.own
+    forces = system.forces(ts, u, v, own, trajectory.in_contact, trajectory.approach_speed)
+    y = system.base.displacement(ts)
+    for effect, part in system.each(own):
+        y = y + effect.base_displacement(part)
+    readings = {
         "hammer_displacement": u + y,
         "cart_displacement": y,
-        "hammer_acceleration": system.relative_acceleration(ts, u, v, force) + y2,
-        "cart_acceleration": y2,
-        "impact_force": force,
+        "hammer_acceleration": forces.absolute,
+        "cart_acceleration": forces.absolute - forces.acceleration,
+        "impact_force": forces.push,
         "applied_force": system.applied.force(ts),
         "relative_displacement": u,
     }
+    motion = system.motion(ts, u, v, own, trajectory.in_contact)
+    for effect, part in system.each(own):
+        readings = effect.read(readings, motion, part)
+    return readings

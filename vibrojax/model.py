@@ -1,12 +1,13 @@
-"""The part of the rig that every record shares: hammer, suspension and contact law, with named parameters."""
+"""The part of the rig that every record shares: hammer, suspension, contact law and effects, with named parameters."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
 from vibrojax.contact import AbstractContactLaw
+from vibrojax.effects.base import AbstractEffect
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import AbstractSuspension
@@ -18,9 +19,10 @@ MASS = Parameter(name="m", field="mass", symbol="m", unit="kg", start=1.0, lower
 
 
 class Model(eqx.Module):
-    """A hammer on its suspension with the law of its stop.
+    """A hammer on its suspension with the law of its stop, and the effects beyond them.
 
-    What changes from record to record (gap, motion of the cart, applied force) is added by `system`.
+    What changes from record to record (gap, motion of the cart, applied force) is added by `system`. Parameters of an effect carry its
+    name: `coulomb_friction.friction_force`.
 
     Example:
         >>> from vibrojax.contact import HuntCrossley
@@ -34,29 +36,58 @@ class Model(eqx.Module):
     """kg"""
     suspension: AbstractSuspension
     law: AbstractContactLaw
+    effects: tuple[AbstractEffect, ...] = ()
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of contact law and suspension, in the order of the tables; the mass is weighed, not listed."""
-        return (*self.law.parameters, *self.suspension.parameters)
+        """Parameters of contact law, suspension and effects that all records share; the mass is weighed, not listed."""
+        return (*self.law.parameters, *self.suspension.parameters, *(p for p in self._of_effects() if not p.per_record))
+
+    @property
+    def record_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of effects of which every record has its own value."""
+        return tuple(p for p in self._of_effects() if p.per_record)
 
     def values(self) -> dict[str, Value]:
-        """Value of every listed parameter by name, SI."""
-        parts = {p.name: self.law for p in self.law.parameters} | {p.name: self.suspension for p in self.suspension.parameters}
-        return {p.name: getattr(parts[p.name], p.field) for p in self.parameters}
+        """Value of every parameter by name, SI."""
+        return {p.name: getattr(part, p.field) for part in (self.law, self.suspension, *self.effects) for p in _named(part)}
 
     def replace(self, values: Mapping[str, Value]) -> "Model":
         """The same model with other parameter values; `m` sets the mass. Unknown names raise `KeyError`."""
-        unknown = set(values) - {p.name for p in self.parameters} - {MASS.name}
-        if unknown:
-            raise KeyError(f"unknown parameters {sorted(unknown)}: this model has {[p.name for p in self.parameters]}")
-        return Model(mass=values.get(MASS.name, self.mass), suspension=_with(self.suspension, values), law=_with(self.law, values))
+        known = self.values()
+        if unknown := set(values) - set(known) - {MASS.name}:
+            raise KeyError(f"unknown parameters {sorted(unknown)}: this model has {list(known)}")
+        return Model(
+            mass=values.get(MASS.name, self.mass),
+            suspension=_with(self.suspension, values),
+            law=_with(self.law, values),
+            effects=tuple(_with(effect, values) for effect in self.effects),
+        )
 
     def system(self, *, gap: Value, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""
-        return System(mass=self.mass, suspension=self.suspension, law=self.law, gap=gap, base=base, applied=applied)
+        law = self.law
+        for effect in self.effects:
+            base = effect.base(base)
+            law, gap = effect.stop(law, gap)
+        return System(mass=self.mass, suspension=self.suspension, law=law, gap=gap, base=base, applied=applied, effects=self.effects)
+
+    def in_record(self, acts: Callable[[str], Value]) -> "Model":
+        """The model as it is in one record: effects at home in a single one are on, 1, or off, 0, as `acts` says of its file."""
+        effects = tuple(effect if effect.record is None else effect.scaled(acts(effect.record)) for effect in self.effects)
+        return dataclasses.replace(self, effects=effects)
+
+    def _of_effects(self) -> tuple[Parameter, ...]:
+        return tuple(p for effect in self.effects for p in _named(effect))
+
+
+def _named(part: AbstractContactLaw | AbstractSuspension | AbstractEffect) -> tuple[Parameter, ...]:
+    """Parameters of a part of the model under the names that they have in the whole."""
+    if not isinstance(part, AbstractEffect):
+        return part.parameters
+    return tuple(dataclasses.replace(p, name=f"{part.name}.{p.name}") for p in part.parameters)
 
 
 def _with(part, values: Mapping[str, Value]):
     """The part with those of its parameters that `values` names."""
-    return dataclasses.replace(part, **{p.field: values[p.name] for p in part.parameters if p.name in values})
+    return dataclasses.replace(part, **{p.field: values[p.name] for p in _named(part) if p.name in values})

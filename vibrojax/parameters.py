@@ -29,12 +29,20 @@ class Parameter:
     lower: float = 0.0
     upper: float = np.inf
     logarithmic: bool = True
+    scale: float = 1.0
+    """Size that is usual, for one that is not estimated through its logarithm: a step of the fit is measured by it."""
+    per_record: bool = False
+    """Whether every record has its own value."""
     meaning: str = ""
 
     def to_internal(self, value: float) -> float:
         """Value in SI -> the coordinate in which the fit moves."""
-        return float(np.log(value)) if self.logarithmic else float(value)
+        return float(np.log(value)) if self.logarithmic else float(value) / self.scale
 
     def to_physical(self, internal: float) -> float:
         """Coordinate of the fit -> value in SI."""
-        return float(np.exp(internal)) if self.logarithmic else float(internal)
+        return float(np.exp(internal)) if self.logarithmic else float(internal) * self.scale
+
+    def slope(self, value: float) -> float:
+        """Derivative of the value in SI with respect to the coordinate of the fit: turns a standard error of one into that of the other."""
+        return abs(value) if self.logarithmic else self.scale

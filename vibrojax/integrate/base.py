@@ -7,6 +7,7 @@ To add one: write a file with a final subclass of `AbstractIntegrator` that impl
 import abc
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.system import System
@@ -35,17 +36,31 @@ class Trajectory(eqx.Module):
     """`SUCCESS` or why the solution stops short; later samples are then meaningless."""
     steps: Int[Array, ""]
     """Steps taken."""
+    own: Float[Array, "*batch time own"]
+    """States of the system's effects; the last axis is empty where they have none."""
 
 
 class AbstractIntegrator(eqx.Module):
     """A method that takes a system from an initial state along given times."""
 
     @abc.abstractmethod
-    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:
+    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
         """Integrate one trajectory.
 
         Arguments:
             system: the rig.
             ts: strictly increasing times, s; the first is that of the initial state.
-            state: (u, u') at `ts[0]`, in m and m/s.
+            state: (u, u') at `ts[0]`, in m and m/s, and behind them the states of the system's effects, which start at zero where left out.
         """
+
+
+def without_effects(system: System, method: str) -> None:
+    """Refuse a system with effects where the method does not know them."""
+    if system.effects:
+        names = ", ".join(effect.name for effect in system.effects)
+        raise TypeError(f"{method} does not integrate effects ({names}): use the landing integrator, or a model without them")
+
+
+def no_states(ts: Float[Array, "*batch time"]) -> Float[Array, "*batch time own"]:
+    """The states of effects that a system does not have."""
+    return jnp.zeros((*ts.shape, 0), ts.dtype)

@@ -19,10 +19,14 @@ class Point(NamedTuple):
     """Velocity with which the last step ended, where a rigid stop can make it another than `v`."""
     approach_speed: Float[Array, "*points lanes"]
     in_contact: Bool[Array, "*points lanes"]
+    own: Float[Array, "*points lanes own"]
+    own_rates: Float[Array, "*points lanes own"]
 
 
 def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes time"]):
-    """u, u', contact and approach speed at the samples, each of shape (lanes, time): the cubic through the ends of each step.
+    """u, u', contact and approach speed at the samples, each of shape (lanes, time), and the effects' own states, (lanes, time, own).
+
+    Between the ends of each step lies the cubic through them.
 
     Points of one lane may repeat (a step that was taken back, a lane that has ended); those beyond `count` are not used. The cubic
     departs from the motion by h^4 / 384 of its fourth derivative, its slope by a third-order term.
@@ -45,4 +49,20 @@ def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes tim
     c2, c3 = 3 * (u1 - u0) - 2 * m0 - m1, m0 + m1 - 2 * (u1 - u0)
     u = u0 + s * (m0 + s * (c2 + s * c3))
     v = v0 + s * (2 * c2 + 3 * s * c3) / h
-    return u, v, pick(points.in_contact, begin), pick(points.approach_speed, begin)
+    own = _own_at(points, begin, s, h)
+    return u, v, pick(points.in_contact, begin), pick(points.approach_speed, begin), own
+
+
+def _own_at(points: Point, begin: Int[Array, "time lanes"], s: Float[Array, "lanes time"], h: Float[Array, "lanes time"]) -> Array:
+    """Own states at part s of steps of length h."""
+    if points.own.shape[-1] == 0:
+        return jnp.zeros((*s.shape, 0), s.dtype)
+
+    def pick(leaf: Array, rows: Array) -> Array:
+        return jnp.swapaxes(jnp.take_along_axis(leaf, rows[:, :, None], axis=0), 0, 1)
+
+    w0, w1 = pick(points.own, begin), pick(points.own, begin + 1)
+    m0, m1 = h[..., None] * pick(points.own_rates, begin), h[..., None] * pick(points.own_rates, begin + 1)
+    s = s[..., None]
+    c2, c3 = 3 * (w1 - w0) - 2 * m0 - m1, m0 + m1 - 2 * (w1 - w0)
+    return w0 + s * (m0 + s * (c2 + s * c3))

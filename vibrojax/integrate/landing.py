@@ -34,6 +34,10 @@ class _Carry(NamedTuple):
     h_landing: _Lanes
     v_arriving: _Lanes | None
     """Velocity at the end of the last step, before the jump that a rigid stop causes there; None where the stop gives way."""
+    own: Float[Array, "lanes own"]
+    """States of the system's effects."""
+    own_rates: Float[Array, "lanes own"]
+    """Their rates at the end of the last step."""
 
 
 class Landing(AbstractIntegrator):
@@ -58,21 +62,24 @@ class Landing(AbstractIntegrator):
     flight_step: Number = 5e-4
     most_steps: int | None = eqx.field(static=True, default=None)
 
-    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:
+    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
         """Integrate one trajectory; see `AbstractIntegrator`."""
+        at_rest = jnp.zeros(2 + system.own_size - state.shape[0], state.dtype)
+        state = jnp.concatenate([state, at_rest])
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype)[None], system)
         many = self.batch(system, ts[None], state[None], jnp.full((1,), ts.shape[0]))
-        return Trajectory(ts, many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps)
+        first = (many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps, many.own[0])
+        return Trajectory(ts, *first)
 
     def batch(
-        self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes 2"], lengths: Int[Array, " lanes"]
+        self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
     ) -> Trajectory:
         """Integrate many trajectories side by side.
 
         Arguments:
             systems: one system with a leading lane axis on every array leaf.
             ts: times of each lane, s.
-            states: initial (u, u') of each lane.
+            states: initial (u, u') of each lane, and the initial states of the system's effects.
             lengths: how many of the times of each lane count; what is returned beyond is meaningless.
         """
         limit = 3 * ts.shape[1] + 1000 if self.most_steps is None else self.most_steps
@@ -93,14 +100,15 @@ class Landing(AbstractIntegrator):
         count, last, history = lax.while_loop(unfinished, advance, (jnp.zeros((), int), start, history))
         finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
         result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)
-        u, v, in_contact, approach_speed = at_samples(history, count, ts)
-        return Trajectory(ts, u, v, in_contact, approach_speed, result, count)
+        u, v, in_contact, approach_speed, own = at_samples(history, count, ts)
+        return Trajectory(ts, u, v, in_contact, approach_speed, result, count, own)
 
-    def _start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes 2"]) -> _Carry:
-        u, v = states[:, 0], states[:, 1]
+    def _start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"]) -> _Carry:
+        u, v, own = states[:, 0], states[:, 1], states[:, 2:]
         lanes = u.shape[0]
         rigid = isinstance(systems.law, AbstractInstantaneousLaw)
-        touching = (lax.stop_gradient(jax.vmap(lambda system, u: system.indentation(u))(systems, u)) > 0) & (not rigid)
+        near = jax.vmap(lambda system, *state: system.approach(*state).indentation)(systems, ts[:, 0], u, v, own)
+        touching = (lax.stop_gradient(near) > 0) & (not rigid)
         return _Carry(
             t=ts[:, 0] + 0.0 * u,
             u=u,
@@ -110,6 +118,8 @@ class Landing(AbstractIntegrator):
             landing=jnp.zeros(lanes, bool),
             h_landing=jnp.zeros(lanes, u.dtype),
             v_arriving=v if rigid else None,
+            own=own,
+            own_rates=jnp.zeros_like(own),
         )
 
     def _step(self, system: System, t_end: Float[Array, ""], carry: _Carry) -> _Carry:
@@ -117,17 +127,21 @@ class Landing(AbstractIntegrator):
         remaining = t_end - carry.t
         last = ~carry.landing & (remaining <= self._longest(system, carry))
         h = jnp.where(last, remaining, jnp.where(carry.landing, carry.h_landing, self._longest(system, carry)))
-        u1, v1, a1 = self._runge_kutta(system, carry, h)
-        before, after = system.indentation(carry.u), system.indentation(u1)
+        u1, v1, own1, end = self._runge_kutta(system, carry, h)
+        before = system.approach(carry.t, carry.u, carry.v, carry.own)
+        after = system.approach(carry.t + h, u1, v1, own1)
         outward = jnp.where(carry.in_contact, -1.0, 1.0)
-        crosses, h_landing = crossing(outward * before, outward * carry.v, outward * after, outward * v1, h)
+        crosses, h_landing = crossing(
+            outward * before.indentation, outward * before.rate, outward * after.indentation, outward * after.rate, h
+        )
         crosses &= ~carry.landing
 
-        correction = jnp.where(carry.landing, landing_correction(after, v1), 0.0)
-        t1, u1, v1 = carry.t + h + correction, u1 + v1 * correction, v1 + a1 * correction
+        correction = jnp.where(carry.landing, landing_correction(after.indentation, after.rate), 0.0)
+        t1, u1, v1 = carry.t + h + correction, u1 + v1 * correction, v1 + end.acceleration * correction
+        own1 = own1 + end.own_rates * correction
         v_arriving = None if carry.v_arriving is None else v1
         touches = carry.landing & ~carry.in_contact
-        v_touch = jnp.maximum(v1, SLOWEST_APPROACH)
+        v_touch = jnp.maximum(after.rate, SLOWEST_APPROACH)
         approach_speed = jnp.where(touches, v_touch, carry.approach_speed)
         if isinstance(system.law, AbstractInstantaneousLaw):
             v1 = jnp.where(touches, -system.law.rebound_speed(v_touch), v1)
@@ -143,6 +157,8 @@ class Landing(AbstractIntegrator):
             landing=jnp.zeros_like(crosses),
             h_landing=h_landing,
             v_arriving=v_arriving,
+            own=own1,
+            own_rates=end.own_rates,
         )
         rejected = carry._replace(landing=jnp.ones_like(crosses), h_landing=h_landing)
         return jax.tree.map(lambda yes, no: jnp.where(crosses, yes, no), rejected, accepted)
@@ -156,22 +172,23 @@ class Landing(AbstractIntegrator):
         return jnp.where(carry.in_contact, jnp.minimum(in_contact, self.flight_step), self.flight_step)
 
     def _runge_kutta(self, system: System, carry: _Carry, h: Float[Array, ""]):
-        """State after h, and the acceleration there (of the last stage)."""
+        """u, u' and own states after h, and what acts there (at the last stage)."""
 
-        def acceleration(t, u, v):
-            force = jnp.where(carry.in_contact, system.contact_force(u, v, carry.approach_speed), 0.0)
-            return system.relative_acceleration(t, u, v, force)
+        def forces(t, u, v, own):
+            return system.forces(t, u, v, own, carry.in_contact, carry.approach_speed)
 
-        t, u, v, half = carry.t, carry.u, carry.v, 0.5 * h
-        a_1 = acceleration(t, u, v)
-        v_2 = v + half * a_1
-        a_2 = acceleration(t + half, u + half * v, v_2)
-        v_3 = v + half * a_2
-        a_3 = acceleration(t + half, u + half * v_2, v_3)
-        v_4 = v + h * a_3
-        a_4 = acceleration(t + h, u + h * v_3, v_4)
-        return u + h / 6 * (v + 2 * v_2 + 2 * v_3 + v_4), v + h / 6 * (a_1 + 2 * a_2 + 2 * a_3 + a_4), a_4
+        t, u, v, w, half = carry.t, carry.u, carry.v, carry.own, 0.5 * h
+        f_1 = forces(t, u, v, w)
+        v_2 = v + half * f_1.acceleration
+        f_2 = forces(t + half, u + half * v, v_2, w + half * f_1.own_rates)
+        v_3 = v + half * f_2.acceleration
+        f_3 = forces(t + half, u + half * v_2, v_3, w + half * f_2.own_rates)
+        v_4 = v + h * f_3.acceleration
+        f_4 = forces(t + h, u + h * v_3, v_4, w + h * f_3.own_rates)
+        sixth, inner = h / 6, f_2.acceleration + f_3.acceleration
+        own = w + sixth * (f_1.own_rates + 2 * (f_2.own_rates + f_3.own_rates) + f_4.own_rates)
+        return u + sixth * (v + 2 * v_2 + 2 * v_3 + v_4), v + sixth * (f_1.acceleration + 2 * inner + f_4.acceleration), own, f_4
 
 
 def _point(carry: _Carry) -> Point:
-    return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact)
+    return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact, carry.own, carry.own_rates)

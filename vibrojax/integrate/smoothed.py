@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from vibrojax import smooth
 from vibrojax.contact.base import SLOWEST_APPROACH
-from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, no_states, without_effects
 from vibrojax.integrate.boundary_steps import BoundarySteps
 from vibrojax.shapes import Number
 from vibrojax.system import System
@@ -65,8 +65,9 @@ class Smoothed(AbstractIntegrator):
     adjoint: diffrax.AbstractAdjoint = diffrax.ForwardMode()
     max_steps: int = eqx.field(static=True, default=100_000)
 
-    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:
-        """Integrate one trajectory; see `AbstractIntegrator`."""
+    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
+        """Integrate one trajectory of a system without effects; see `AbstractIntegrator`."""
+        without_effects(system, "the smoothed integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
         remembers = _uses_approach_speed(system)
         u, v = state[0], state[1]
@@ -89,7 +90,7 @@ class Smoothed(AbstractIntegrator):
         )
         ys = cast(tuple[Array, ...], solution.ys)
         us, vs, ws = (*ys, ys[1])[:3]
-        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, _result(solution), solution.stats["num_steps"])
+        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, _result(solution), solution.stats["num_steps"], no_states(ts))
 
     def _rates(self, t: Any, y: tuple[Float[Array, ""], ...], system: System) -> tuple[Float[Array, ""], ...]:
         """Right-hand side of (u, v) or of (u, v, w)."""

@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
-from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, no_states, without_effects
 from vibrojax.integrate.crossing import crossing, landing_correction
 from vibrojax.system import System
 
@@ -83,8 +83,9 @@ class Switch(AbstractIntegrator):
     band: float = 1e-12
     max_steps: int = eqx.field(static=True, default=100_000)
 
-    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> Trajectory:
-        """Integrate one trajectory; see `AbstractIntegrator`."""
+    def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
+        """Integrate one trajectory of a system without effects; see `AbstractIntegrator`."""
+        without_effects(system, "the switch integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
         carry = self._start(system, ts, state)
         nothing = jnp.zeros_like(ts)
@@ -103,7 +104,7 @@ class Switch(AbstractIntegrator):
         missing = jnp.arange(ts.shape[0]) >= carry.sample
         u, v, approach_speed, in_contact = (jnp.where(missing, last, kept) for last, kept in zip(_row(carry), samples, strict=True))
         short = (carry.sample < ts.shape[0]) & (carry.result == SUCCESS)
-        return Trajectory(ts, u, v, in_contact, approach_speed, jnp.where(short, STEP_LIMIT, carry.result), carry.steps)
+        return Trajectory(ts, u, v, in_contact, approach_speed, jnp.where(short, STEP_LIMIT, carry.result), carry.steps, no_states(ts))
 
     def _start(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> _Carry:
         u, v = state[0], state[1]

@@ -1,0 +1,85 @@
+"""What the records and the nominal fit show before any candidate is tried."""
+
+import numpy as np
+
+from identification.discrepancy.linearised import Linearised
+from identification.layout import Estimate
+from identification.prepare import Prepared
+from vibrojax.effects import Facts
+
+_LINES = 2
+"""Lines that are looked at in each channel."""
+_ON_THE_CEILING = 5
+"""Samples within the converter's step of the highest one that make a plateau."""
+
+
+def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
+    """Sizes from which the candidates take their strengths and grids."""
+    experiment = prepared.experiment
+    used = at.weight.any(axis=(0, 1))
+    channels = tuple(name for name, counts in zip(at.channels, used, strict=True) if counts)
+    inside = np.arange(at.u.shape[1]) < at.lengths[:, None]
+    noise = {name: min(r.noise[name] for r in experiment.records if name in r.noise) for name in channels}
+    values = prepared.layout.physical(estimate.shared)
+    return Facts(
+        mass=float(values.get("m", experiment.mass)),
+        f_n=float(values.get("f_n", 0.0)),
+        omega_exc=2 * np.pi * max((r.excitation_frequency or 0.0) for r in experiment.records),
+        gaps={r.file: r.gap for r in experiment.records},
+        clock={r.file: (float(r.time[0]), float(r.time[-1])) for r in experiment.records},
+        impacts={r.file: _flights(at, index, r.time) for index, r in enumerate(experiment.records)},
+        channels=channels,
+        noise=noise,
+        amplitude=float(np.abs(at.u[inside]).max()),
+        lowest=float(at.u[inside].min()),
+        speed=float(np.abs(at.v[inside]).max()),
+        force=float(at.push[inside].max()),
+        ceilings=_ceilings(prepared, channels),
+        lines={name: _lines(prepared, at, channel) for channel, name in enumerate(at.channels) if used[channel]},
+        sampling=float(np.median(np.diff(experiment.records[0].time))),
+        law=prepared.model.law,
+    )
+
+
+def _flights(at: Linearised, record: int, time: np.ndarray) -> tuple[float, ...]:
+    """Middle of each flight between two impacts, s."""
+    contact = at.of_record(at.in_contact, record, len(time)).astype(int)
+    touches, releases = np.flatnonzero(np.diff(contact) == 1), np.flatnonzero(np.diff(contact) == -1)
+    middles = [0.5 * (time[release] + time[touches[touches > release][0]]) for release in releases if (touches > release).any()]
+    return tuple(float(t) for t in middles)
+
+
+def _ceilings(prepared: Prepared, channels: tuple[str, ...]) -> dict[str, float]:
+    """Value at which a channel's peaks are cut: many samples at its very maximum, where noise alone would spread them."""
+    found = {}
+    for name in channels:
+        series = [(r.channels[name], r.noise[name]) for r in prepared.experiment.records if name in r.channels]
+        top = max(float(np.nanmax(values)) for values, _ in series)
+        level = sum(int(np.sum(values > top - 0.5 * noise)) for values, noise in series)
+        exactly = sum(int(np.sum(values > top - 0.1 * noise)) for values, noise in series)
+        if level >= _ON_THE_CEILING and exactly >= 0.8 * level:
+            found[name] = top
+    return found
+
+
+def _lines(prepared: Prepared, at: Linearised, channel: int) -> tuple[float, ...]:
+    """Strongest lines in the residual of a channel, Hz, all records together."""
+    frequencies, power = None, 0.0
+    for index, record in enumerate(prepared.experiment.records):
+        if at.channels[channel] not in record.channels:
+            continue
+        residual = at.of_record(at.residual[..., channel], index, len(record.time))
+        dt = float(np.median(np.diff(record.time)))
+        count = 1 << 17
+        spectrum = np.abs(np.fft.rfft(residual, count)) ** 2 / max(len(residual), 1)
+        frequencies = np.fft.rfftfreq(count, dt) if frequencies is None else frequencies
+        power = power + np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum)
+    if frequencies is None:
+        return ()
+    found = []
+    power = np.where(frequencies > 15.0, power, 0.0)
+    for _ in range(_LINES):
+        best = float(frequencies[np.argmax(power)])
+        found.append(best)
+        power = np.where(np.abs(frequencies - best) < 2.0, 0.0, power)
+    return tuple(found)

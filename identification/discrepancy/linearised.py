@@ -1,0 +1,146 @@
+"""The fitted model and what it answers to a small push: all that a score test needs, from one sweep of tangents."""
+
+import dataclasses
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from identification.fit import as_arrays, on_device
+from identification.lanes import chunked
+from identification.layout import Estimate, Layout
+from identification.prepare import Prepared
+from identification.residual import lane_system, predict
+from identification.windows import Windows
+from vibrojax.integrate import Landing
+from vibrojax.model import Model
+
+_CHUNK = 16
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Linearised:
+    """Every window of the records at one point of the fit; the first axis is the window, time is padded as in `Windows`.
+
+    Attributes:
+        record: index of each window's record.
+        first: index of its first sample there.
+        lengths: count of its samples.
+        weight: 1 / noise of every sample and channel, 0 where it does not count; (windows, time, channels).
+        channels: names along the last axis.
+        residual: (measured - model) / noise; (windows, time, channels).
+        jacobian: its derivative in the window's own vector; (windows, size, time, channels).
+        u, v, acceleration, push: of the hammer against the cart, its absolute acceleration, and of the stop; (windows, time).
+        in_contact, approach_speed: as in `Trajectory`.
+        own: states of the effects that the model has already; (windows, time, own).
+        fundamental: derivative of (u, u') in the window's initial (u, u'); (windows, time, 2, 2).
+        stiffness, damping: derivative of the push in u and u', N/m and N s/m; (windows, time).
+        restoring: derivative of the acceleration in u and u'; (windows, time, 2).
+        finite: windows that could be integrated.
+    """
+
+    record: np.ndarray
+    first: np.ndarray
+    lengths: np.ndarray
+    weight: np.ndarray
+    channels: tuple[str, ...]
+    residual: np.ndarray
+    jacobian: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    acceleration: np.ndarray
+    push: np.ndarray
+    in_contact: np.ndarray
+    approach_speed: np.ndarray
+    own: np.ndarray
+    fundamental: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    restoring: np.ndarray
+    finite: np.ndarray
+
+    def of_record(self, values: np.ndarray, record: int, samples: int) -> np.ndarray:
+        """Values along one record, put together from its windows; (samples, ...)."""
+        whole = np.zeros((samples, *values.shape[2:]), values.dtype)
+        for window in np.flatnonzero(self.record == record):
+            first, length = self.first[window], self.lengths[window]
+            whole[first : first + length] = values[window, :length]
+        return whole
+
+    def in_windows(self, values: np.ndarray, record: int, into: np.ndarray) -> None:
+        """Values along one record, (samples, ...), written into its windows of `into`, (windows, time, ...)."""
+        for window in np.flatnonzero(self.record == record):
+            first, length = self.first[window], self.lengths[window]
+            into[window, :length] = values[first : first + length]
+
+
+def linearised(prepared: Prepared, integrator: Landing, estimate: Estimate) -> Linearised:
+    """Integrate every window with a tangent for each number of its vector."""
+    model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
+    if len(prepared.groups) != 1:
+        raise ValueError("windows of several kinds of excitation cannot be linearised together yet")
+    group, chunks = prepared.groups[0], chunked(prepared.groups, _CHUNK)
+
+    def part(chunk: tuple[np.ndarray, Windows]):
+        lanes, windows = chunk
+        return lanes, jax.tree.map(np.asarray, _tangents(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes])))
+
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        found = list(threads.map(part, chunks))
+    whole = {name: np.empty((len(prepared.record), *found[0][1][name].shape[1:]), found[0][1][name].dtype) for name in found[0][1]}
+    for lanes, values in found:
+        for name, array in values.items():
+            whole[name][lanes] = array
+    for name in ("residual", "jacobian", "fundamental", "stiffness", "damping", "restoring"):
+        whole[name] = np.nan_to_num(whole[name], posinf=0.0, neginf=0.0)
+    return Linearised(
+        record=prepared.record, first=group.first, lengths=group.lengths, weight=group.weight, channels=group.channels, **whole
+    )
+
+
+@eqx.filter_jit
+def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> dict[str, Array]:
+    """Residual, Jacobian, motion and its derivatives of some windows."""
+
+    def run(vector: Float[Array, "lanes size"]):
+        predicted, trajectory = predict(model, layout, integrator, windows, vector)
+        residual = jnp.where(windows.weight > 0, (windows.measured - predicted) * windows.weight, 0.0)
+        return (residual, trajectory.u, trajectory.v), trajectory
+
+    def along(direction):
+        return jax.jvp(run, (local,), (jnp.broadcast_to(direction, local.shape),), has_aux=True)
+
+    (residual, u, v), (jacobian, du, dv), trajectory = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
+    systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
+    begin = layout.size - layout.states
+
+    def forces(u, v):
+        def at(system, *arguments):
+            found = system.forces(*arguments)
+            return found.absolute, found.push
+
+        return jax.vmap(at)(systems, windows.ts, u, v, trajectory.own, trajectory.in_contact, trajectory.approach_speed)
+
+    one, zero = jnp.ones_like(u), jnp.zeros_like(u)
+    (acceleration, push), (a_u, stiffness) = jax.jvp(forces, (u, v), (one, zero))
+    _, (a_v, damping) = jax.jvp(forces, (u, v), (zero, one))
+    return {
+        "residual": residual,
+        "jacobian": jacobian,
+        "u": u,
+        "v": v,
+        "acceleration": acceleration,
+        "push": push,
+        "in_contact": trajectory.in_contact,
+        "approach_speed": trajectory.approach_speed,
+        "own": trajectory.own,
+        "fundamental": jnp.stack([jnp.moveaxis(d[:, begin : begin + 2], 1, -1) for d in (du, dv)], axis=-2),
+        "stiffness": stiffness,
+        "damping": damping,
+        "restoring": jnp.stack([a_u, a_v], axis=-1),
+        "finite": trajectory.result == 0,
+    }
