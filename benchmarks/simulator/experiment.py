@@ -1,15 +1,21 @@
-"""From a rig to the records of one experiment: a drop test and three records with a driven cart."""
+"""From a rig to the records of one experiment: a drop test and up to three records with a driven cart."""
 
 import dataclasses
 
 import numpy as np
 
 from benchmarks.simulator import kernel
+from benchmarks.simulator.faults import ceiling
+from benchmarks.simulator.hidden import NOTHING, Hidden
 from benchmarks.simulator.rig import KINDS, Rig
 from benchmarks.simulator.sensors import Sensor
 
 SAMPLING_STEP = 0.25e-3
 """s"""
+_AFTER = 20
+"""Samples of motion after the record's end, for channels that are early."""
+_MEMORY = [kernel.BW_FORCE, kernel.STOP_MASS, kernel.CART_MASS, kernel.MODE_MASS, kernel.WEAR]
+"""Parameters of effects with states of their own."""
 _GAP_ERROR = 0.01e-3
 """Standard deviation of the operator's gap setting, m."""
 _RELEASE = (-3.3e-3, -2.75e-3)
@@ -36,6 +42,8 @@ class RecordPlan:
     """Hammer position at the start of the motion, m, at the speed of the cart."""
     transient: int = 0
     """Samples of motion before the record begins."""
+    at_rest: bool = False
+    """Whether the hammer stands still in the room at the start of the motion, at zero, instead of moving with the cart."""
 
 
 def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = ".csv", samples: tuple[int, int] = (6001, 12001)):
@@ -51,7 +59,7 @@ def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = 
                 kind="cart-excitation",
                 gap=gap,
                 samples=samples[1],
-                excitation_frequency=float(_FREQUENCY_STEP * np.round(ratio * f_n / _FREQUENCY_STEP)),
+                excitation_frequency=_frequency(ratio, f_n),
                 base_phase=rng.uniform(-np.pi, np.pi),
                 transient=int(rng.uniform(3.0, 5.0) / SAMPLING_STEP),
             )
@@ -59,48 +67,99 @@ def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = 
     return tuple(plans)
 
 
-def simulate(rig: Rig, plan: RecordPlan, sensors: tuple[Sensor, ...], rng: np.random.Generator) -> dict[str, np.ndarray]:
+def sealed_plans(
+    rng: np.random.Generator, kind: str, f_n: float, plans: tuple[RecordPlan, ...], *, samples: int = 12001
+) -> tuple[RecordPlan, ...]:
+    """Two more records at frequencies that no record of `plans` has: all at rest at t = 0, where the cart's sine starts at once."""
+    family = KINDS[kind]
+    used = {plan.excitation_frequency for plan in plans}
+    choice = sorted({_frequency(ratio, f_n) for ratio in family.frequency_ratios} - used)
+    frequencies = rng.choice(choice, 2, replace=False)
+    return tuple(
+        _plan(
+            rng,
+            file=f"cart{number}.csv",
+            kind="cart-excitation",
+            gap=gap,
+            samples=samples,
+            excitation_frequency=float(frequency),
+            at_rest=True,
+        )
+        for number, gap, frequency in zip((4, 5), family.gaps[1::-1], frequencies, strict=True)
+    )
+
+
+def simulate(
+    rig: Rig, plan: RecordPlan, sensors: tuple[Sensor, ...], rng: np.random.Generator, hidden: Hidden = NOTHING
+) -> dict[str, np.ndarray]:
     """One record: time in s and every sensor's reading in SI."""
-    signals = true_signals(rig, plan)
-    return {"time": signals["time"]} | {sensor.channel: sensor.read(signals[sensor.channel], rng) for sensor in sensors}
+    signals = motion(rig, plan, hidden)
+    recorded = slice(plan.transient, plan.transient + plan.samples)
+    readings = {"time": signals["time"][recorded]}
+    for sensor in sensors:
+        signal = signals[sensor.channel]
+        for fault in hidden.faults:
+            if fault.channel == sensor.channel:
+                signal = fault.distort(plan.file, signals["time"], signal)
+        readings[sensor.channel] = sensor.read(signal[recorded], rng, ceiling=ceiling(sensor.channel, hidden.faults))
+    return readings
 
 
-def true_signals(rig: Rig, plan: RecordPlan) -> dict[str, np.ndarray]:
+def true_signals(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> dict[str, np.ndarray]:
     """Noise-free channels of one record, SI, and the hammer's velocity; time counts from the record's first sample."""
-    p = parameter_vector(rig, plan)
-    time = SAMPLING_STEP * np.arange(-plan.transient, plan.samples)
+    recorded = slice(plan.transient, plan.transient + plan.samples)
+    return {name: signal[recorded] for name, signal in motion(rig, plan, hidden).items()}
+
+
+def motion(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING, *, refinement: int = 1) -> dict[str, np.ndarray]:
+    """The same from the start of the motion to a little after the record's end; `refinement` divides the steps."""
+    p = parameter_vector(rig, plan, hidden)
+    time = SAMPLING_STEP * np.arange(-plan.transient, plan.samples + _AFTER)
     base = np.array([kernel.base_motion(t, p) for t in time])
-    initial = np.zeros(kernel.STATES)
-    initial[:2] = plan.release + base[0, 0], base[0, 1]
-    states, accelerations, forces = kernel.sampled(time[0], SAMPLING_STEP, len(time), initial, p)
-    signals = {
+    states, slopes, forces = kernel.sampled(time[0], SAMPLING_STEP, len(time), initial_state(plan, base[0], p), p, refinement)
+    if states.shape[1] > kernel.PLAIN:  # the cart's recoil
+        base = base + np.stack([states[:, kernel.R], states[:, kernel.RD], slopes[:, kernel.RD]], axis=1)
+    return {
         "time": time,
-        "hammer_displacement": states[:, 0],
-        "hammer_velocity": states[:, 1],
+        "hammer_displacement": states[:, kernel.X],
+        "hammer_velocity": states[:, kernel.V],
         "cart_displacement": base[:, 0],
+        "cart_velocity": base[:, 1],
         "cart_acceleration": base[:, 2],
-        "hammer_acceleration": accelerations,
+        "hammer_acceleration": slopes[:, kernel.V],
         "impact_force": forces,
     }
-    return {name: signal[plan.transient :] for name, signal in signals.items()}
 
 
-def parameter_vector(rig: Rig, plan: RecordPlan) -> np.ndarray:
+def initial_state(plan: RecordPlan, base: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """All at rest relative to the cart, or to the room; a second mode without tension; only the states that are needed."""
+    states = np.zeros(kernel.STATES)
+    start = (0.0, 0.0) if plan.at_rest else (plan.release + base[0], base[1])
+    states[[kernel.X, kernel.V]] = states[[kernel.X2, kernel.X2D]] = start
+    return states if np.any(p[_MEMORY]) else states[: kernel.PLAIN]
+
+
+def parameter_vector(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> np.ndarray:
     """Parameters of the kernel for one record."""
     driven = plan.excitation_frequency > 0.0
-    values = {
-        "m": rig.m,
-        "c": rig.c,
-        "k": rig.k,
-        "k_i": rig.k_i,
-        "n": rig.n,
-        "lambda_i": rig.lambda_i,
-        "gap": plan.true_gap,
-        "base_amplitude": rig.base_amplitude if driven else 0.0,
-        "omega_exc": 2.0 * np.pi * plan.excitation_frequency,
-        "base_phase": plan.base_phase,
-    }
-    return np.array([values[name] for name in kernel.PARAMETERS])
+    return kernel.vector(
+        m=rig.m,
+        c=rig.c,
+        k=rig.k,
+        k_i=rig.k_i,
+        n=rig.n,
+        lambda_i=rig.lambda_i,
+        gap=plan.true_gap,
+        base_amplitude=rig.base_amplitude if driven else 0.0,
+        omega_exc=2.0 * np.pi * plan.excitation_frequency,
+        base_phase=plan.base_phase,
+        **hidden.parameters(plan.file),
+    )
+
+
+def _frequency(ratio: float, f_n: float) -> float:
+    """As it can be set on the drive, Hz."""
+    return float(_FREQUENCY_STEP * np.round(ratio * f_n / _FREQUENCY_STEP))
 
 
 def _plan(rng: np.random.Generator, *, gap: float, **settings) -> RecordPlan:

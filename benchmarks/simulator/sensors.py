@@ -23,10 +23,10 @@ class Sensor:
     digits: int = 7
     """Significant digits in the file."""
 
-    def read(self, signal: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """What the recorder writes for a true signal in SI, in SI."""
+    def read(self, signal: np.ndarray, rng: np.random.Generator, *, ceiling: float = np.inf) -> np.ndarray:
+        """What the recorder writes for a true signal in SI, in SI; an amplifier that saturates passes nothing above `ceiling`."""
         step = self.full_scale / _LEVELS
-        noisy = signal + rng.normal(0.0, self.noise, signal.shape)
+        noisy = np.minimum(signal + rng.normal(0.0, self.noise, signal.shape), ceiling)
         return step * np.clip(np.round(noisy / step), -_LEVELS, _LEVELS - 1)
 
 

@@ -8,7 +8,7 @@ from scipy.special import lambertw
 from benchmarks.simulator import KINDS, RecordPlan, draw_plan, draw_rig, standard_sensors, write_experiment
 from benchmarks.simulator.example import FOLDER, PLANS, RIG, write_example
 from benchmarks.simulator.experiment import SAMPLING_STEP, parameter_vector, simulate, true_signals
-from benchmarks.simulator.kernel import base_motion, contact_force, sampled
+from benchmarks.simulator.kernel import base_motion, contact_force, sampled, vector
 from benchmarks.simulator.sensors import Sensor
 from identification.experiment import load_experiment
 
@@ -24,7 +24,7 @@ def hunt_crossley_restitution(lambda_i, speed):
 @pytest.mark.parametrize("speed", [0.05, 0.5, 2.0])
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.0])
 def test_restitution_of_one_impact(speed, n):
-    p = np.array([0.4, 0.0, 0.0, 3e6, n, 0.6, 0.0, 0.0, 0.0, 0.0])
+    p = vector(m=0.4, k_i=3e6, n=n, lambda_i=0.6)
     flight = 1e-3
     states, _, _ = sampled(0.0, SAMPLING_STEP, 400, np.array([-speed * flight, speed]), p)
     assert -states[-1, 1] / speed == pytest.approx(hunt_crossley_restitution(0.6, speed), rel=1e-7)

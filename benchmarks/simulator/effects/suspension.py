@@ -1,0 +1,53 @@
+"""What the linear suspension leaves out: friction, drag, a curved characteristic, preload, memory, a second mode."""
+
+import numpy as np
+
+from benchmarks.simulator.effects.base import either_sign
+from benchmarks.simulator.effects.setting import Setting
+from benchmarks.simulator.hidden import Hidden
+
+_SOFTEST = 0.3
+"""A softening suspension loses at most this share of its stiffness anywhere in the records."""
+
+
+def coulomb_friction(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = F_c tanh(v / v_s) against the motion; F_c = 0.08 k A0, v_s 0.1 to 0.5 mm/s."""
+    return Hidden(motion={"friction_force": 0.08 * strength * setting.spring_force, "friction_speed": float(rng.uniform(1e-4, 5e-4))})
+
+
+def quadratic_drag(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = c_d v |v|; at the speed A0 omega_n 0.025 k A0."""
+    return Hidden(motion={"drag": 0.025 * strength * setting.spring_force / setting.speed**2})
+
+
+def cubic_stiffness(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = k_3 u^3, hardening or softening; k_3 A0^2 = 0.0075 k."""
+    cubic = either_sign(rng) * 0.0075 * strength * setting.rig.k / setting.rig.base_amplitude**2
+    farthest = max(float(np.abs(u).max()) for u in setting.displacements)
+    return Hidden(motion={"cubic": max(cubic, -_SOFTEST * setting.rig.k / farthest**2)})
+
+
+def constant_force(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = F_0 towards the stop or away from it; 0.32 k A0."""
+    return Hidden(motion={"constant_force": either_sign(rng) * 0.32 * strength * setting.spring_force})
+
+
+def hysteresis(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """Bouc and Wen: F = K z, z' = A v - B |v| z - G v |z|, B = G = A/2; K = 0.2 k A0, 1/A = 0.8 to 1.2 A0."""
+    slope = 1.0 / (rng.uniform(0.8, 1.2) * setting.rig.base_amplitude)
+    return Hidden(
+        motion={
+            "hysteresis_force": 0.2 * strength * setting.spring_force,
+            "hysteresis_a": slope,
+            "hysteresis_b": 0.5 * slope,
+            "hysteresis_g": 0.5 * slope,
+        }
+    )
+
+
+def second_mode(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """A mass of 0.06 m hangs on the hammer by a spring (20 to 60 Hz) and a damper (2 to 4 %)."""
+    mass = 0.06 * strength * setting.rig.m
+    omega = 2.0 * np.pi * np.exp(rng.uniform(np.log(20.0), np.log(60.0)))
+    damping = 2.0 * rng.uniform(0.02, 0.04) * mass * omega
+    return Hidden(motion={"mode_mass": mass, "mode_stiffness": float(mass * omega**2), "mode_damping": float(damping)})
