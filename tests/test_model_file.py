@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrojax.contact import LAWS, HuntCrossley
+from vibrojax.effects import EFFECTS, CoulombFriction, GainError, GapStep, MainsHum
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document, read_model, write_model
@@ -15,6 +16,10 @@ from vibrojax.suspension import Free, Linear, Pendulum
 LAW = HuntCrossley(impact_stiffness=2.1e8, impact_exponent=1.6, impact_damping=0.6)
 MODEL = Model(mass=0.1 + 0.2, suspension=Linear(damping_ratio=1 / 3, natural_frequency_hz=math.pi), law=LAW)
 PENDULUM = Pendulum(damping_ratio=0.0, natural_frequency_hz=1.7, length=0.09)
+
+HUM = MainsHum(frequency_hz=50.0, sine=0.0, cosine=-1e-5, of_channel="hammer_acceleration")
+STEP = GapStep(gap_jump=-1e-4, instant=0.7, in_file="cart2.csv")
+WITH_EFFECTS = Model(mass=2.0, suspension=Free(), law=LAW, effects=(STEP, CoulombFriction(1 / 3), HUM))
 
 
 @pytest.mark.parametrize("suspension", [MODEL.suspension, PENDULUM, Free()])
@@ -50,13 +55,50 @@ def test_what_is_no_model_is_not_written(value, message, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def changed(**changes):
-    document = json.loads(json.dumps(model_document(MODEL)))
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_every_effect_comes_back_exactly(effect, tmp_path):
+    places = {"in_file": "cart1.csv", "of_channel": "impact_force"}
+    named = {field: place for field, place in places.items() if field in effect.__dataclass_fields__}
+    effects = (effect(**named, **{p.field: p.start * (1 + 1e-15) for p in effect.parameters}), CoulombFriction(0.25))
+    model = Model(mass=1.0, suspension=MODEL.suspension, law=LAW, effects=effects)
+    write_model(model, tmp_path / "model.json")
+    assert read_model(tmp_path / "model.json") == model
+
+
+def test_effects_say_where_they_act_and_in_which_units():
+    document = model_document(WITH_EFFECTS)
+    assert document["effects"] == [
+        {"name": "gap_step", "record": "cart2.csv", "gap_jump": -1e-4, "instant": 0.7},
+        {"name": "coulomb_friction", "friction_force": 1 / 3},
+        {"name": "mains_hum", "channel": "hammer_acceleration", "frequency_hz": 50.0, "sine": 0.0, "cosine": -1e-5},
+    ]
+    assert document["units"]["effects"] == [
+        {"gap_jump": "m", "instant": "s"},
+        {"friction_force": "N"},
+        {"frequency_hz": "Hz", "sine": "m/s^2", "cosine": "m/s^2"},
+    ]
+    assert "effects" not in model_document(MODEL)
+
+
+@pytest.mark.parametrize(
+    ("effect", "message"),
+    [
+        (CoulombFriction(math.nan), "coulomb_friction.friction_force is nan"),
+        (GainError(1.1), "gain_error acts on channel ''.*expected one of"),
+    ],
+)
+def test_what_is_no_effect_is_not_written(effect, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        write_model(Model(mass=1.0, suspension=Free(), law=LAW, effects=(effect,)), tmp_path / "model.json")
+
+
+def changed(model=MODEL, **changes):
+    document = json.loads(json.dumps(model_document(model)))
     for place, value in changes.items():
         *tables, key = place.split("__")
         table = document
         for name in tables:
-            table = table[name]
+            table = table[int(name) if name.isdigit() else name]
         if value is None:
             del table[key]
         else:
@@ -90,6 +132,19 @@ MALFORMED = [
     (changed(law__n=0), "n is 0.0"),
     (changed(law__k_1=1.0), "law: unknown key 'k_1': did you mean 'k_i'"),
     (changed(units__mass="g"), "units are .*expected"),
+    (changed(effects={}), "effects is a dict: expected a list of objects"),
+    (changed(effects=["coulomb_friction"]), r"effects\[0\]: a str where an object"),
+    (changed(effects=[{}]), r"effects\[0\]: 'name' is missing"),
+    (changed(effects=[{"name": "coulomb_fricton"}]), "unknown name 'coulomb_fricton': did you mean 'coulomb_friction'"),
+    (changed(WITH_EFFECTS, effects__1__friction_forc=1.0), r"effects\[1\]: unknown key 'friction_forc': did you mean 'friction_force'"),
+    (changed(WITH_EFFECTS, effects__1__friction_force=-1.0), "friction_force is -1.0: expected a finite number of at least 0"),
+    (changed(WITH_EFFECTS, effects__1__friction_force=None), "'friction_force' is missing"),
+    (changed(WITH_EFFECTS, effects__0__gap_jump=math.inf), "gap_jump is inf: expected a finite number"),
+    (changed(WITH_EFFECTS, effects__0__record=2), "record is 2: expected a text in quotes"),
+    (changed(WITH_EFFECTS, effects__2__channel="hammer"), "unknown channel 'hammer'"),
+    (changed(WITH_EFFECTS, effects__2__frequency_hz=0.0), "frequency_hz is 0.0: expected a finite number above 0"),
+    (changed(WITH_EFFECTS, units__effects__2__sine="g"), "units are .*expected"),
+    (changed(WITH_EFFECTS, units__effects=None), "units are .*expected"),
 ]
 
 

@@ -10,7 +10,10 @@ from typing import Any, NoReturn
 
 import jax
 
+from vibrojax.channels import CHANNELS, UNITS
 from vibrojax.contact import LAWS
+from vibrojax.effects import EFFECTS, AbstractEffect
+from vibrojax.effects.base import UNIT_OF_CHANNEL
 from vibrojax.errors import InputError
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
@@ -18,7 +21,9 @@ from vibrojax.suspension import SUSPENSIONS
 
 SCHEMA = 1
 MAX_BYTES = 10_000_000
-_TOP = ("schema", "mass", "suspension", "law", "units", "provenance")
+_TOP = ("schema", "mass", "suspension", "law", "effects", "units", "provenance")
+_RECORD, _CHANNEL = ("in_file", "record"), ("of_channel", "channel")
+"""Field of an effect that acts in one record, or on one channel; and its key in the file."""
 
 
 def write_model(model: Model, path: Path, *, provenance: Mapping[str, Any] | None = None) -> None:
@@ -30,13 +35,16 @@ def write_model(model: Model, path: Path, *, provenance: Mapping[str, Any] | Non
         provenance: kept in the file for the reader's information.
 
     Raises:
-        ValueError: a parameter is not finite, or is an array.
+        ValueError: a parameter is not finite, or is an array; or an effect on one channel does not say on which.
     """
     path.write_text(json.dumps(model_document(model, provenance=provenance), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """What `model.json` holds: mass in kg, suspension by field, law by parameter name, and the unit of each number.
+    """What `model.json` holds: mass in kg, suspension by field, law and effects by parameter name, and the unit of each number.
+
+    An effect that acts in one record or on one channel names it (`record`, `channel`). A parameter of which every record has its own value
+    is written as the model holds it, zero unless it was set. `effects` is left out where there are none.
 
     Example:
         >>> from vibrojax.suspension import Linear
@@ -50,12 +58,14 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
         "suspension": {p.field: _number(getattr(suspension, p.field), p.field) for p in suspension.parameters} | _geometry(suspension),
         "law": {p.name: _number(getattr(law, p.field), p.name) for p in law.parameters},
     }
+    effects = {"effects": [_effect_document(effect) for effect in model.effects]} if model.effects else {}
     return {
         "schema": SCHEMA,
         "mass": _number(model.mass, "mass"),
         "suspension": {"kind": suspension.name} | numbers["suspension"],
         "law": {"name": law.name} | numbers["law"],
-        "units": _units(type(suspension), type(law)),
+        **effects,
+        "units": _units(type(suspension), type(law), model.effects),
         "provenance": dict(provenance or {}),
     }
 
@@ -70,8 +80,8 @@ def read_model(path: Path) -> Model:
         The model, its parameters as floats.
 
     Raises:
-        InputError: the file cannot be read, is not of this format, names an unknown law, suspension, key or unit, or holds a number
-            that is not finite or not possible; the message says which.
+        InputError: the file cannot be read, is not of this format, names an unknown law, suspension, effect, channel, key or unit, or holds
+            a number that is not finite or not possible; the message says which.
     """
     table = _Table(values=_parsed(path), where=str(path))
     if table.needed("schema") != SCHEMA or isinstance(table.needed("schema"), bool):
@@ -88,9 +98,38 @@ def read_model(path: Path) -> Model:
     rule: Any = LAWS[below.choice("name", LAWS)]
     below.allow(["name", *(p.name for p in rule.parameters)])
     law = rule(**{p.field: below.number(p.name, zero=p.logarithmic) for p in rule.parameters})
-    if "units" in table.values and table.values["units"] != _units(kind, rule):
-        table.refuse(f"units are {table.values['units']}: expected {_units(kind, rule)}; give the numbers in these")
-    return Model(mass=mass, suspension=suspension, law=law)
+    effects = tuple(_effect(part) for part in table.tables("effects"))
+    if "units" in table.values and table.values["units"] != _units(kind, rule, effects):
+        table.refuse(f"units are {table.values['units']}: expected {_units(kind, rule, effects)}; give the numbers in these")
+    return Model(mass=mass, suspension=suspension, law=law, effects=effects)
+
+
+def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
+    places = {key: getattr(effect, field) for field, key in _places(type(effect))}
+    if places.get("channel", CHANNELS[0]) not in CHANNELS:
+        raise ValueError(f"{effect.name} acts on channel {places['channel']!r}: expected one of {', '.join(CHANNELS)}")
+    return (
+        {"name": effect.name} | places | {p.name: _number(getattr(effect, p.field), f"{effect.name}.{p.name}") for p in effect.parameters}
+    )
+
+
+def _effect(table: "_Table") -> AbstractEffect:
+    """One effect from its object in the file."""
+    kind: Any = EFFECTS[table.choice("name", EFFECTS)]
+    places = _places(kind)
+    table.allow(["name", *(key for _, key in places), *(p.name for p in kind.parameters)])
+    named = {field: table.choice(key, CHANNELS) if key == "channel" else table.text(key) for field, key in places}
+    return kind(**named, **{p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in kind.parameters})
+
+
+def _places(effect: type[AbstractEffect]) -> list[tuple[str, str]]:
+    """Those of `_RECORD` and `_CHANNEL` that the effect has."""
+    return [(field, key) for field, key in (_RECORD, _CHANNEL) if field in effect.__dataclass_fields__]  # type: ignore[attr-defined]
+
+
+def _may_vanish(parameter: Parameter) -> bool:
+    """Strengths and damping may be zero; a frequency, a length or a stiffness by which an effect divides may not."""
+    return parameter.lower <= 0 or "damping" in parameter.meaning
 
 
 def _has_length(suspension: type) -> bool:
@@ -102,11 +141,17 @@ def _geometry(suspension: Any) -> dict[str, float]:
     return {"length": _number(suspension.length, "length")} if _has_length(type(suspension)) else {}
 
 
-def _units(suspension: Any, law: Any) -> dict[str, Any]:
+def _units(suspension: Any, law: Any, effects: Iterable[AbstractEffect]) -> dict[str, Any]:
     length = {"length": "m"} if _has_length(suspension) else {}
     listed: dict[str, Iterable[Parameter]] = {"suspension": suspension.parameters, "law": law.parameters}
     fields = {p.field: p.unit for p in listed["suspension"]}
-    return {"mass": MASS.unit, "suspension": fields | length, "law": {p.name: p.unit for p in listed["law"]}}
+    of_effects = [{p.name: _unit(p, effect) for p in effect.parameters} for effect in effects]
+    shared = {"mass": MASS.unit, "suspension": fields | length, "law": {p.name: p.unit for p in listed["law"]}}
+    return shared | ({"effects": of_effects} if of_effects else {})
+
+
+def _unit(parameter: Parameter, effect: AbstractEffect) -> str:
+    return UNITS[effect.channel or ""] if parameter.unit == UNIT_OF_CHANNEL else parameter.unit
 
 
 def _number(value: Any, name: str) -> float:
@@ -166,23 +211,36 @@ class _Table:
     def table(self, key: str) -> "_Table":
         return _Table(values=self.needed(key), where=f"{self.where}, {key}")
 
+    def tables(self, key: str) -> list["_Table"]:
+        """Objects of a list that may be missing."""
+        values = self.values.get(key, [])
+        if not isinstance(values, list):
+            self.refuse(f"{key} is a {type(values).__name__}: expected a list of objects {{…}}")
+        return [_Table(values=value, where=f"{self.where}, {key}[{index}]") for index, value in enumerate(values)]
+
+    def text(self, key: str) -> str:
+        value = self.needed(key)
+        if not isinstance(value, str):
+            self.refuse(f"{key} is {value!r}: expected a text in quotes")
+        return value
+
     def choice(self, key: str, known: Iterable[str]) -> str:
         value = self.needed(key)
         if not isinstance(value, str) or value not in known:
             self.refuse(f"unknown {key} {value!r}{_suggestion(str(value), known)}")
         return value
 
-    def number(self, key: str, *, zero: bool) -> float:
-        """A finite number above zero, or also zero itself."""
+    def number(self, key: str, *, zero: bool, negative: bool = False) -> float:
+        """A finite number above zero, or also zero itself, or any."""
         value = self.needed(key)
-        wanted = f"a finite number {'of at least' if zero else 'above'} 0"
+        wanted = "a finite number" if negative else f"a finite number {'of at least' if zero else 'above'} 0"
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.refuse(f"{key} is {value!r}: expected {wanted}")
         try:
             number = float(value)
         except OverflowError:
             number = math.inf
-        if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
+        if not math.isfinite(number) or (number < 0 and not negative) or (number == 0 and not zero):
             self.refuse(f"{key} is {number}: expected {wanted}")
         return number
 

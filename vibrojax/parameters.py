@@ -33,6 +33,8 @@ class Parameter:
     """Size that is usual, for one that is not estimated through its logarithm: a step of the fit is measured by it."""
     per_record: bool = False
     """Whether every record has its own value."""
+    searched: bool = False
+    """Found by trying values, because the records have no derivative in it; a fit leaves it alone."""
     meaning: str = ""
 
     def to_internal(self, value: float) -> float:

@@ -22,6 +22,7 @@ from vibrojax.contact import (
     KelvinVoigtClipped,
     LankaraniNikravesh,
     Newton,
+    NoContact,
     smoothed_force,
 )
 
@@ -58,7 +59,7 @@ def flat(law, *motion):
 
 
 def test_every_listed_law_is_tested():
-    assert set(EXAMPLES) | {Newton.name} == set(LAWS)
+    assert set(EXAMPLES) | {Newton.name, NoContact.name} == set(LAWS)
     assert all(issubclass(LAWS[name], AbstractCompliantLaw) for name in EXAMPLES)
 
 

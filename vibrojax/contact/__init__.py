@@ -9,10 +9,11 @@ from vibrojax.contact.kelvin_voigt import KelvinVoigt
 from vibrojax.contact.kelvin_voigt_clipped import KelvinVoigtClipped
 from vibrojax.contact.lankarani_nikravesh import LankaraniNikravesh
 from vibrojax.contact.newton import Newton
+from vibrojax.contact.no_contact import NoContact
 
 LAWS: dict[str, type[AbstractContactLaw]] = {
     law.name: law
-    for law in (HuntCrossley, HuntCrossleySeparate, Hertz, KelvinVoigt, KelvinVoigtClipped, LankaraniNikravesh, Flores, Newton)
+    for law in (HuntCrossley, HuntCrossleySeparate, Hertz, KelvinVoigt, KelvinVoigtClipped, LankaraniNikravesh, Flores, Newton, NoContact)
 }
 
 __all__ = [
@@ -28,5 +29,6 @@ __all__ = [
     "KelvinVoigtClipped",
     "LankaraniNikravesh",
     "Newton",
+    "NoContact",
     "smoothed_force",
 ]

@@ -24,6 +24,8 @@ from vibrojax.shapes import Scalars, Value
 Own = Float[Array, "... own"]
 """States of one effect, on the last axis; empty where it has none."""
 Readings = dict[str, Float[Array, " time"]]
+UNIT_OF_CHANNEL = "unit of the channel"
+"""Unit of a parameter that is added to a reading."""
 
 
 class Motion(eqx.Module):
@@ -132,6 +134,11 @@ class AbstractEffect(eqx.Module):
     def one_signed(self) -> bool:
         """Whether a negative strength is impossible."""
         return True
+
+    @property
+    def looked_at(self) -> int:
+        """How many possibilities `probes` had looked at for each candidate that it proposes."""
+        return 1
 
     @property
     def fastest_hz(self) -> Value:

@@ -1,0 +1,28 @@
+"""What a program may know of plausible records, and of records that show nothing."""
+
+import dataclasses
+
+from tests.effects.rig import LAW
+from vibrojax.effects import Facts
+
+FACTS = Facts(
+    mass=0.5,
+    f_n=5.0,
+    omega_exc=50.0,
+    gaps={"drop.csv": 0.0, "cart1.csv": 1e-3},
+    clock={"drop.csv": (0.0, 1.0), "cart1.csv": (0.0, 3.0)},
+    impacts={"drop.csv": (), "cart1.csv": (0.05, 0.1)},
+    channels=("hammer_displacement", "impact_force"),
+    noise={"hammer_displacement": 1e-5, "impact_force": 0.15},
+    amplitude=6e-3,
+    lowest=-6e-3,
+    speed=0.2,
+    force=40.0,
+    ceilings={},
+    lines={"hammer_displacement": (50.0,)},
+    sampling=5e-4,
+    law=LAW,
+)
+NOTHING = dataclasses.replace(
+    FACTS, f_n=0.0, omega_exc=0.0, impacts={}, channels=(), noise={}, amplitude=0.0, lowest=0.0, speed=0.0, force=0.0, lines={}, clock={}
+)

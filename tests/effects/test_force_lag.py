@@ -1,0 +1,28 @@
+import numpy as np
+from scipy.signal import lfilter
+
+from tests.effects.sensor import shown, unheard
+from vibrojax.effects import ForceLag
+
+
+def test_is_the_recursive_filter_of_first_order():
+    reading, force, ts = shown(ForceLag(1.5e-3))
+    a = np.exp(-(ts[1] - ts[0]) / 1.5e-3)
+    np.testing.assert_allclose(reading, lfilter([1 - a], [1, -a], force), atol=1e-12 * force.max())
+    assert unheard(ForceLag(1.5e-3))
+
+
+def test_keeps_the_impulse_and_comes_late_by_the_time_constant_less_half_a_sample():
+    reading, force, ts = shown(ForceLag(1.5e-3))
+    one = slice(0, int(np.flatnonzero(force)[0]) + 100)
+    reading, force, ts = reading[one], force[one], ts[one]
+    dt = ts[1] - ts[0]
+    np.testing.assert_allclose(reading.sum(), force.sum(), rtol=1e-6)
+    late = (reading @ ts) / reading.sum() - (force @ ts) / force.sum()
+    np.testing.assert_allclose(late, dt / np.expm1(dt / 1.5e-3), rtol=1e-4)
+    np.testing.assert_allclose(late, 1.5e-3 - dt / 2, rtol=0.02)
+
+
+def test_a_lag_of_zero_is_the_ideal_channel():
+    reading, force, _ = shown(ForceLag(0.0))
+    np.testing.assert_array_equal(reading, force)

@@ -1,0 +1,34 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tests.effects.facts import FACTS
+from tests.effects.sensor import shown, unheard
+from vibrojax.effects import GainError, MainsHum
+
+HUM = MainsHum(frequency_hz=50.0, sine=3e-5, cosine=-1e-5, of_channel="hammer_displacement")
+
+
+def test_adds_a_line_to_its_channel():
+    reading, value, ts = shown(HUM)
+    line = 3e-5 * np.sin(2 * np.pi * 50.0 * ts) - 1e-5 * np.cos(2 * np.pi * 50.0 * ts)
+    np.testing.assert_allclose(reading - value, line, atol=1e-17 + 1e-12 * 3e-5)
+    assert unheard(HUM)
+
+
+def test_members_of_its_candidate_are_sine_and_cosine():
+    (candidate,) = HUM.probes(dataclasses.replace(FACTS, lines={"impact_force": (50.0,)}))
+    sine, cosine = candidate
+    assert (sine.sine, sine.cosine, cosine.sine, cosine.cosine) == (0.15, 0.0, 0.0, 0.15)
+    assert sine.merged(cosine) == MainsHum(50.0, 0.15, 0.15, "impact_force")
+    with pytest.raises(TypeError, match="gain_error cannot be added"):
+        sine.merged(GainError(1.0))
+    with pytest.raises(TypeError, match="mains_hum cannot be added to mains_hum in impact_force"):
+        sine.merged(HUM)
+
+
+@pytest.mark.parametrize(("line", "heard"), [(12.0, False), (31.4, True), (37.5, False), (50.0, True), (49.9, True), (1200.0, False)])
+def test_multiples_of_the_drive_are_no_hum_unless_they_are_the_mains(line, heard):
+    facts = dataclasses.replace(FACTS, omega_exc=2 * np.pi * 12.5, lines={"hammer_displacement": (line,)})
+    assert bool(HUM.probes(facts)) == heard

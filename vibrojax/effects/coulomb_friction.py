@@ -1,0 +1,58 @@
+"""Dry friction in the suspension."""
+
+import dataclasses
+from typing import ClassVar
+
+import jax.numpy as jnp
+
+from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.parameters import Parameter
+from vibrojax.shapes import Scalars, Value
+
+_CREEP = 1e-3
+"""m/s; the jump of the force at rest is spread over this speed either way."""
+
+
+class CoulombFriction(AbstractEffect):
+    """Friction of constant size against the relative velocity.
+
+    force = -F_c tanh(u' / v_c) with v_c = 1 mm/s. Sticking is a creep below that speed.
+
+    Arguments:
+        friction_force: F_c >= 0, N.
+
+    Source: C. A. de Coulomb, Theorie des machines simples (1785); smoothed as in E. Pennestri et al., Nonlinear Dynamics 83 (2016)
+    1785-1801.
+    """
+
+    name: ClassVar[str] = "coulomb_friction"
+    summary: ClassVar[str] = "dry friction in the suspension"
+    equation: ClassVar[str] = "force = -F_c sign(u')"
+    source: ClassVar[str] = "Coulomb 1785"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="friction_force",
+            field="friction_force",
+            symbol="F_c",
+            unit="N",
+            start=0.1,
+            scale=0.1,
+            logarithmic=False,
+            meaning="friction",
+        ),
+    )
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+
+    friction_force: Value
+
+    def probes(self, facts: Facts) -> tuple[tuple["CoulombFriction", ...], ...]:
+        """One strength: a hundredth of the spring's force."""
+        return ((dataclasses.replace(self, friction_force=0.01 * facts.spring_force),),)
+
+    def scaled(self, factor: Value) -> "CoulombFriction":
+        """Friction in proportion."""
+        return dataclasses.replace(self, friction_force=factor * self.friction_force)
+
+    def force(self, motion: Motion, own: Own) -> Scalars:
+        """Against the velocity, N."""
+        return -self.friction_force * jnp.tanh(motion.v / _CREEP)

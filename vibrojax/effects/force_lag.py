@@ -1,0 +1,70 @@
+"""A load cell behind a low-pass filter."""
+
+import dataclasses
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jax import lax
+
+from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.parameters import Parameter
+from vibrojax.shapes import Value
+
+_LAG_GRID = (2e-4, 4e-4, 8e-4, 1.6e-3)
+
+
+class ForceLag(AbstractEffect):
+    """The force channel goes through a low-pass of first order, on its samples.
+
+    r_i = a_i r_(i-1) + (1 - a_i) F_i,   a_i = exp(-(t_i - t_(i-1)) / tau).
+
+    The filter starts with the first sample's force. Beside an analogue filter of the same tau its output comes half a sample early.
+    Differentiable for tau > 0.
+
+    Arguments:
+        lag: tau >= 0, s.
+
+    Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing (1989): the recursive filter of first order.
+    """
+
+    name: ClassVar[str] = "force_lag"
+    summary: ClassVar[str] = "a force channel that is low-passed or late"
+    equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) F_i,  a = exp(-dt/tau)"
+    source: ClassVar[str] = "Oppenheim and Schafer 1989"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="lag", field="lag", symbol="τ", unit="s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass"
+        ),
+    )
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+
+    lag: Value
+
+    def probes(self, facts: Facts) -> tuple[tuple["ForceLag", ...], ...]:
+        """Several time constants."""
+        if "impact_force" not in facts.channels or facts.force == 0:
+            return ()
+        return tuple((dataclasses.replace(self, lag=lag),) for lag in _LAG_GRID)
+
+    def scaled(self, factor: Value) -> "ForceLag":
+        """Time constant in proportion."""
+        return dataclasses.replace(self, lag=factor * self.lag)
+
+    @property
+    def channel(self) -> str | None:
+        """The load cell's."""
+        return "impact_force"
+
+    def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
+        """The load cell's channel through the filter."""
+        if "impact_force" not in readings:
+            return readings
+        force, lags = readings["impact_force"], jnp.asarray(self.lag) > 0
+        dt = jnp.diff(motion.t, prepend=motion.t[:1])
+        keeps = jnp.where(lags, jnp.exp(-dt / jnp.where(lags, self.lag, 1.0)), 0.0)
+        fresh = jnp.where(jnp.arange(force.shape[0]) == 0, force, (1.0 - keeps) * force)
+
+        def follow(before, after):
+            return before[0] * after[0], before[1] * after[0] + after[1]
+
+        return readings | {"impact_force": lax.associative_scan(follow, (keeps, fresh))[1]}

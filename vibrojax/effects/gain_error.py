@@ -1,0 +1,68 @@
+"""A channel with a wrong calibration factor."""
+
+import dataclasses
+from typing import ClassVar
+
+import equinox as eqx
+
+from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.parameters import Parameter
+from vibrojax.shapes import Value
+
+
+class GainError(AbstractEffect):
+    """One channel shows too much or too little, by a constant factor.
+
+    r = g value. Differentiable everywhere.
+
+    Arguments:
+        factor: g, 1.
+        of_channel: name of the channel.
+
+    Source: ISO 16063-1, Methods for the calibration of vibration and shock transducers (1998).
+    """
+
+    name: ClassVar[str] = "gain_error"
+    summary: ClassVar[str] = "a channel whose calibration factor is wrong"
+    equation: ClassVar[str] = "r = g value"
+    source: ClassVar[str] = "ISO 16063-1"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="factor",
+            field="factor",
+            symbol="g",
+            unit="1",
+            start=1.0,
+            scale=0.01,
+            logarithmic=False,
+            meaning="reading over true value",
+        ),
+    )
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+
+    factor: Value
+    of_channel: str = eqx.field(static=True, default="")
+
+    def probes(self, facts: Facts) -> tuple[tuple["GainError", ...], ...]:
+        """One hundredth too much, in every channel."""
+        return tuple((dataclasses.replace(self, factor=1.01, of_channel=channel),) for channel in facts.channels)
+
+    def scaled(self, factor: Value) -> "GainError":
+        """Distance from one in proportion."""
+        return dataclasses.replace(self, factor=1.0 + factor * (self.factor - 1.0))
+
+    @property
+    def one_signed(self) -> bool:
+        """Either sign."""
+        return False
+
+    @property
+    def channel(self) -> str | None:
+        """The one that is wrong."""
+        return self.of_channel or None
+
+    def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
+        """The channel times its factor."""
+        if self.of_channel not in readings:
+            return readings
+        return readings | {self.of_channel: self.factor * readings[self.of_channel]}

@@ -1,0 +1,125 @@
+"""An interference line in one channel."""
+
+import dataclasses
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.parameters import Parameter
+from vibrojax.shapes import Value
+
+_LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
+_MAINS_HZ = (50.0, 60.0, 100.0, 120.0)
+_LINES_IN_A_SPECTRUM = 5000
+_NEAR = 0.02
+"""Distance of a line from a multiple of the excitation, relative to the excitation, within which it is taken for that."""
+_ON_MAINS = 0.01
+"""Relative distance from a frequency of the mains within which a line is theirs, excitation or not."""
+
+
+class MainsHum(AbstractEffect):
+    """A steady line in one channel, unrelated to the excitation; its phase is another in every record.
+
+    r = value + a sin(2 pi f t) + b cos(2 pi f t), t on the record's clock. Differentiable everywhere.
+
+    Arguments:
+        frequency_hz: f > 0, Hz.
+        sine: a, in the channel's SI unit.
+        cosine: b, likewise.
+        of_channel: name of the channel.
+
+    Source: G. Vasilescu, Electronic Noise and Interfering Signals (2005).
+    """
+
+    name: ClassVar[str] = "mains_hum"
+    summary: ClassVar[str] = "an interference line in a channel"
+    equation: ClassVar[str] = "r = value + a sin(2 pi f t) + b cos(2 pi f t)"
+    source: ClassVar[str] = "Vasilescu 2005"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="frequency_hz",
+            field="frequency_hz",
+            symbol="f_h",
+            unit="Hz",
+            start=50.0,
+            lower=1.0,
+            upper=1e5,
+            meaning="frequency of the line",
+        ),
+        *(
+            Parameter(
+                name=name,
+                field=name,
+                symbol=symbol,
+                unit=UNIT_OF_CHANNEL,
+                start=0.0,
+                lower=-np.inf,
+                scale=1e-4,
+                logarithmic=False,
+                per_record=True,
+                meaning=f"{name} part of the line",
+            )
+            for name, symbol in (("sine", "a_h"), ("cosine", "b_h"))
+        ),
+    )
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+
+    frequency_hz: Value
+    sine: Value
+    cosine: Value
+    of_channel: str = eqx.field(static=True, default="")
+
+    def probes(self, facts: Facts) -> tuple[tuple["MainsHum", ...], ...]:
+        """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
+        lines = [(channel, line) for channel in facts.channels for line in facts.lines.get(channel, ()) if _foreign(line, facts.omega_exc)]
+        found = []
+        for channel, line in lines:
+            size = facts.noise[channel]
+            sine = dataclasses.replace(self, frequency_hz=line, sine=size, cosine=0.0, of_channel=channel)
+            found.append((sine, dataclasses.replace(sine, sine=0.0, cosine=size)))
+        return tuple(found)
+
+    def scaled(self, factor: Value) -> "MainsHum":
+        """Line in proportion, at the same frequency."""
+        return dataclasses.replace(self, sine=factor * self.sine, cosine=factor * self.cosine)
+
+    def merged(self, other: AbstractEffect) -> "MainsHum":
+        """Sum of sine and cosine of one line."""
+        if not isinstance(other, MainsHum) or other.of_channel != self.of_channel:
+            raise TypeError(f"{other.name} cannot be added to {self.name} in {self.of_channel}")
+        return dataclasses.replace(self, sine=self.sine + other.sine, cosine=self.cosine + other.cosine)
+
+    @property
+    def one_signed(self) -> bool:
+        """Either sign."""
+        return False
+
+    @property
+    def looked_at(self) -> int:
+        """Lines of a spectrum from which the strongest was taken."""
+        return _LINES_IN_A_SPECTRUM
+
+    @property
+    def channel(self) -> str | None:
+        """The one that hums."""
+        return self.of_channel or None
+
+    def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
+        """The channel with the line on it."""
+        if self.of_channel not in readings:
+            return readings
+        angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
+        return readings | {self.of_channel: readings[self.of_channel] + self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle)}
+
+
+def _foreign(line: float, omega_exc: float) -> bool:
+    """Whether a line is no multiple of the excitation, or else the mains' own."""
+    if not _LOWEST_HZ <= line <= _HIGHEST_HZ:
+        return False
+    if omega_exc == 0 or any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ):
+        return True
+    order = line * 2.0 * np.pi / omega_exc
+    return bool(order < 0.5 or abs(order - round(order)) > _NEAR)

@@ -1,0 +1,89 @@
+"""A stop where the nominal model has none."""
+
+import dataclasses
+from typing import ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+
+from vibrojax.contact import AbstractContactLaw, HuntCrossley, NoContact
+from vibrojax.contact.base import IMPACT_DAMPING, IMPACT_EXPONENT, IMPACT_STIFFNESS
+from vibrojax.effects.base import AbstractEffect, Facts, OwnState
+from vibrojax.parameters import Parameter
+from vibrojax.shapes import Value
+
+_OUT_OF_REACH = 1e3
+"""m"""
+_CONTACT_TIMES = (2e-3, 5e-3, 12e-3)
+"""s, of the impacts of probes."""
+_PROBE_EXPONENT = 1.5
+_PROBE_DAMPING = 0.3
+
+
+class MissingStop(AbstractEffect):
+    """A stop at the gap of the record, for a nominal model that knows no contact.
+
+    F = k_i delta^n (1 + lambda_i delta') >= 0 with delta = u - gap - offset; see `HuntCrossley`. Beside any other law it does nothing.
+
+    Arguments:
+        impact_stiffness: k_i > 0, N/m^n.
+        impact_exponent: n > 0, 1.
+        impact_damping: lambda_i >= 0, s/m.
+        gap_offset: of the stop beyond the gap as set, m.
+
+    Source: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975)
+    440-445.
+    """
+
+    name: ClassVar[str] = "missing_stop"
+    summary: ClassVar[str] = "impacts on a stop that the nominal model lacks"
+    equation: ClassVar[str] = "F = k_i delta^n (1 + lambda_i delta'),  delta = u - gap - offset"
+    source: ClassVar[str] = "Hunt and Crossley 1975"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        IMPACT_STIFFNESS,
+        IMPACT_EXPONENT,
+        IMPACT_DAMPING,
+        Parameter(
+            name="gap_offset",
+            field="gap_offset",
+            symbol="gap_0",
+            unit="m",
+            start=0.0,
+            lower=-np.inf,
+            scale=1e-4,
+            logarithmic=False,
+            meaning="place of the stop beyond the gap as set",
+        ),
+    )
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+
+    impact_stiffness: Value
+    impact_exponent: Value
+    impact_damping: Value
+    gap_offset: Value
+
+    def probes(self, facts: Facts) -> tuple[tuple["MissingStop", ...], ...]:
+        """Stops of several stiffnesses, for a nominal model without contact only."""
+        if not isinstance(facts.law, NoContact) or facts.speed == 0:
+            return ()
+        found, order = [], _PROBE_EXPONENT + 1.0
+        for contact_time in _CONTACT_TIMES:
+            deepest = facts.speed * contact_time / 3.0
+            stiffness = 0.5 * order * facts.mass * facts.speed**2 / deepest**order
+            found.append((MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, 0.0),))
+        return tuple(found)
+
+    def scaled(self, factor: Value) -> "MissingStop":
+        """Stiffness in proportion; out of reach for a factor of zero."""
+        there = jnp.asarray(factor) > 0
+        return dataclasses.replace(
+            self,
+            impact_stiffness=jnp.where(there, factor, 1.0) * self.impact_stiffness,
+            gap_offset=jnp.where(there, self.gap_offset, _OUT_OF_REACH),
+        )
+
+    def stop(self, law: AbstractContactLaw, gap: Value) -> tuple[AbstractContactLaw, Value]:
+        """The missing stop, where there is none."""
+        if not isinstance(law, NoContact):
+            return law, gap
+        return HuntCrossley(self.impact_stiffness, self.impact_exponent, self.impact_damping), gap + self.gap_offset

@@ -1,0 +1,55 @@
+"""Drag that grows with the square of the velocity."""
+
+import dataclasses
+from typing import ClassVar
+
+import jax.numpy as jnp
+
+from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.parameters import Parameter
+from vibrojax.shapes import Scalars, Value
+
+
+class QuadraticDrag(AbstractEffect):
+    """Drag against the relative velocity, in proportion to its square.
+
+    force = -c_d u' |u'|. Differentiable everywhere.
+
+    Arguments:
+        drag_coefficient: c_d >= 0, N s^2/m^2.
+
+    Source: I. Newton, Philosophiae naturalis principia mathematica (1687), book II, section II.
+    """
+
+    name: ClassVar[str] = "quadratic_drag"
+    summary: ClassVar[str] = "drag that grows with the square of the velocity"
+    equation: ClassVar[str] = "force = -c_d u' |u'|"
+    source: ClassVar[str] = "Newton 1687"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="drag_coefficient",
+            field="drag_coefficient",
+            symbol="c_d",
+            unit="N s^2/m^2",
+            start=1.0,
+            logarithmic=False,
+            meaning="drag coefficient",
+        ),
+    )
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+
+    drag_coefficient: Value
+
+    def probes(self, facts: Facts) -> tuple[tuple["QuadraticDrag", ...], ...]:
+        """One strength: at the highest speed, a hundredth of the spring's force."""
+        if facts.speed == 0:
+            return ()
+        return ((dataclasses.replace(self, drag_coefficient=0.01 * facts.spring_force / facts.speed**2),),)
+
+    def scaled(self, factor: Value) -> "QuadraticDrag":
+        """Drag in proportion."""
+        return dataclasses.replace(self, drag_coefficient=factor * self.drag_coefficient)
+
+    def force(self, motion: Motion, own: Own) -> Scalars:
+        """Against the velocity, N."""
+        return -self.drag_coefficient * motion.v * jnp.abs(motion.v)
