@@ -24,6 +24,8 @@ from vibrojax.model import Model
 Progress = Callable[[str, int, float], None]
 _STEPS_PER_PERIOD = 96.0
 """Of the fastest vibration, in flight."""
+_STEPS_PER_OWN_PERIOD = 16.0
+"""Of an effect's own vibration."""
 _CONTACT_STEPS = 80.0
 _CHUNK = 16
 """Windows that are integrated side by side."""
@@ -47,6 +49,8 @@ def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
     longest = max(float((group.ts[:, -1] - group.ts[:, 0]).max()) for group in groups)
     sampling = min(float(np.median(np.diff(group.ts, axis=1), axis=1).min()) for group in groups)
     sampled_input = any(group.motion is not None or group.applied is not None for group in groups)
+    own = max([float(effect.fastest_hz) for effect in prepared.model.effects], default=0.0)
+    flight = min(flight, 1.0 / (_STEPS_PER_OWN_PERIOD * own) if own > 0 else np.inf)
     flight = min(flight, sampling if sampled_input else np.inf, longest / _FEWEST_FLIGHT_STEPS)
     steps = 2 * (longest / flight + _MOST_IMPACTS * 2 * _CONTACT_STEPS)
     return Landing(
@@ -187,7 +191,7 @@ def _mask(prepared: Prepared, names: set[str]) -> np.ndarray:
 def bounds(prepared: Prepared) -> tuple[np.ndarray, np.ndarray]:
     """Range of every shared parameter in internal coordinates."""
     parameters = prepared.layout.parameters
-    low = np.array([p.to_internal(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in parameters])
+    low = np.array([p.to_internal(max(p.lower, 1e-300) if p.logarithmic else p.lower) for p in parameters])
     return low, np.array([p.to_internal(p.upper) for p in parameters])
 
 

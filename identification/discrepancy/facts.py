@@ -31,7 +31,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         channels=channels,
         noise=noise,
         amplitude=float(np.abs(at.u[inside]).max()),
-        lowest=float(at.u[inside].min()),
+        lowest=_lowest(prepared, at),
         speed=float(np.abs(at.v[inside]).max()),
         force=float(at.push[inside].max()),
         ceilings=_ceilings(prepared, channels),
@@ -39,6 +39,12 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         sampling=float(np.median(np.diff(experiment.records[0].time))),
         law=prepared.model.law,
     )
+
+
+def _lowest(prepared: Prepared, at: Linearised) -> float:
+    """Least u as recorded, or as fitted where that was not recorded, m."""
+    recorded = [float(motion.u.min()) for motion in prepared.motions if motion is not None]
+    return min(recorded) if recorded else float(at.u.min())
 
 
 def _flights(at: Linearised, record: int, time: np.ndarray) -> tuple[float, ...]:

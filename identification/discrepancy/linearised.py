@@ -24,12 +24,13 @@ _CHUNK = 16
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Linearised:
-    """Every window of the records at one point of the fit; the first axis is the window, time is padded as in `Windows`.
+    """Every window of the records at one point of the fit; the first axis is the window, time is padded to the longest.
 
     Attributes:
         record: index of each window's record.
         first: index of its first sample there.
         lengths: count of its samples.
+        ts: their times, s; (windows, time).
         weight: 1 / noise of every sample and channel, 0 where it does not count; (windows, time, channels).
         channels: names along the last axis.
         residual: (measured - model) / noise; (windows, time, channels).
@@ -46,6 +47,7 @@ class Linearised:
     record: np.ndarray
     first: np.ndarray
     lengths: np.ndarray
+    ts: np.ndarray
     weight: np.ndarray
     channels: tuple[str, ...]
     residual: np.ndarray
@@ -71,11 +73,11 @@ class Linearised:
             whole[first : first + length] = values[window, :length]
         return whole
 
-    def in_windows(self, values: np.ndarray, record: int, into: np.ndarray) -> None:
-        """Values along one record, (samples, ...), written into its windows of `into`, (windows, time, ...)."""
-        for window in np.flatnonzero(self.record == record):
-            first, length = self.first[window], self.lengths[window]
-            into[window, :length] = values[first : first + length]
+    def in_windows(self, values: np.ndarray, record: int) -> tuple[np.ndarray, np.ndarray]:
+        """The windows of one record, and values along it, (..., samples), in their shape, (..., windows, time)."""
+        windows = np.flatnonzero(self.record == record)
+        samples = self.first[windows, None] + np.minimum(np.arange(self.ts.shape[1]), self.lengths[windows, None] - 1)
+        return windows, values[..., samples]
 
 
 def linearised(prepared: Prepared, integrator: Landing, estimate: Estimate) -> Linearised:
@@ -97,8 +99,16 @@ def linearised(prepared: Prepared, integrator: Landing, estimate: Estimate) -> L
             whole[name][lanes] = array
     for name in ("residual", "jacobian", "fundamental", "stiffness", "damping", "restoring"):
         whole[name] = np.nan_to_num(whole[name], posinf=0.0, neginf=0.0)
+    longest = int(group.lengths.max())
+    cropped = {name: array[:, :, :longest] if name == "jacobian" else array[:, :longest] for name, array in whole.items() if array.ndim > 1}
     return Linearised(
-        record=prepared.record, first=group.first, lengths=group.lengths, weight=group.weight, channels=group.channels, **whole
+        record=prepared.record,
+        first=group.first,
+        lengths=group.lengths,
+        ts=group.ts[:, :longest],
+        weight=group.weight[:, :longest],
+        channels=group.channels,
+        **(whole | cropped),
     )
 
 

@@ -21,7 +21,7 @@ class Perturbation:
     """What sensors add of their own."""
 
 
-def response(at: Linearised, ts: np.ndarray, mass: float, perturbation: Perturbation) -> np.ndarray:
+def response(at: Linearised, mass: float, perturbation: Perturbation) -> np.ndarray:
     """Change of the residual, (windows, time, channels), to first order.
 
     (du, du')(t) = X(t) int X(s)^-1 (0, b(s)) ds with X the derivative of the motion in its initial state and b the added
@@ -34,7 +34,7 @@ def response(at: Linearised, ts: np.ndarray, mass: float, perturbation: Perturba
     determinant = x[..., 0, 0] * x[..., 1, 1] - x[..., 0, 1] * x[..., 1, 0]
     safe = np.where(np.abs(determinant) > 1e-9, determinant, np.inf)
     pulled = np.stack([-x[..., 0, 1] * added, x[..., 0, 0] * added], axis=-1) / safe[..., None]
-    dt = np.diff(ts, axis=1)[..., None]
+    dt = np.diff(at.ts, axis=1)[..., None]
     constants = np.concatenate([np.zeros_like(pulled[:, :1]), np.cumsum(0.5 * dt * (pulled[:, 1:] + pulled[:, :-1]), axis=1)], axis=1)
     du = x[..., 0, 0] * constants[..., 0] + x[..., 0, 1] * constants[..., 1]
     dv = x[..., 1, 0] * constants[..., 0] + x[..., 1, 1] * constants[..., 1]

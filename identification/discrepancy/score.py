@@ -1,7 +1,9 @@
 """Score test of all candidates at once: how much each would lower chi-square, orthogonal to everything already fitted."""
 
 import dataclasses
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -154,14 +156,18 @@ def score(
 ) -> list[Candidate]:
     """Every candidate with the gain that it promises, best first."""
     files, at = prepared.layout.files, by.at
-    ts = prepared.groups[0].ts
     members = [member for candidate in candidates for member in candidate]
     columns: dict[int, Reduced] = {}
-    for batch in _alike(members):
-        for effect, perturbation in zip(batch, signatures(at, courses, files, batch), strict=True):
-            columns[id(effect)] = reduced(by, response(at, ts, mass, perturbation))
-    found = [_candidate(by, candidate, [columns[id(member)] for member in candidate]) for candidate in candidates]
-    return sorted(found, key=lambda candidate: -candidate.gain)
+
+    def answer(batch: list[AbstractEffect]) -> list[tuple[int, Reduced]]:
+        perturbed = signatures(at, courses, files, batch)
+        return [(id(effect), reduced(by, response(at, mass, one))) for effect, one in zip(batch, perturbed, strict=True)]
+
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        for found in threads.map(answer, _alike(members)):
+            columns.update(found)
+    tested = [_candidate(by, candidate, [columns[id(member)] for member in candidate]) for candidate in candidates]
+    return sorted(tested, key=lambda candidate: -candidate.gain)
 
 
 def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list[Reduced]) -> Candidate:
@@ -199,4 +205,4 @@ def _alike(members: Sequence[AbstractEffect]) -> list[list[AbstractEffect]]:
     kinds: dict[tuple, list[AbstractEffect]] = {}
     for member in members:
         kinds.setdefault((type(member), member.channel, member.record), []).append(member)
-    return [kind[first : first + 16] for kind in kinds.values() for first in range(0, len(kind), 16)]
+    return [kind[first : first + 16] for kind in kinds.values() for first in range(0, len(kind), 8)]

@@ -14,6 +14,7 @@ from identification.discrepancy.response import Perturbation
 from identification.layout import Estimate
 from identification.prepare import Prepared
 from vibrojax.channels import CHANNELS
+from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.system import System
@@ -36,8 +37,8 @@ class Course(eqx.Module):
 
 
 def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Course, ...]:
-    """The fitted motion along every record, with a continuous clock."""
-    found = []
+    """The fitted motion along every record, with a continuous clock; all padded to the longest."""
+    found, longest = [], max(len(record.time) for record in prepared.experiment.records)
     values = prepared.layout.physical(estimate.shared)
     model = prepared.model.replace(values)
     for index, record in enumerate(prepared.experiment.records):
@@ -46,10 +47,11 @@ def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Cou
         system = model.system(gap=record.gap + gap_error, base=base, applied=Unforced())
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), system)
         along = {
-            name: jnp.asarray(at.of_record(getattr(at, name), index, len(record.time)))
+            name: jnp.asarray(_padded(at.of_record(getattr(at, name), index, len(record.time)), longest))
             for name in ("u", "v", "acceleration", "push", "in_contact")
         }
-        ts = jnp.asarray(record.time)
+        step = record.time[-1] - record.time[-2]
+        ts = jnp.asarray(np.concatenate([record.time, record.time[-1] + step * np.arange(1, longest - len(record.time) + 1)]))
         y, y2 = system.base.displacement(ts), system.base.acceleration(ts)
         readings = {
             "hammer_displacement": along["u"] + y,
@@ -64,6 +66,11 @@ def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Cou
     return tuple(found)
 
 
+def _padded(values: np.ndarray, samples: int) -> np.ndarray:
+    """Values held at their last until there are as many as `samples`."""
+    return np.pad(values, (0, samples - len(values)), mode="edge")
+
+
 def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ...], effects: list[AbstractEffect]) -> list[Perturbation]:
     """Perturbation of every effect of one class (and the same channel and record), in the windows' shape."""
     stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *effects)
@@ -76,16 +83,27 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
             continue
         parts, read = jax.tree.map(np.asarray, _along(stacked, course))
         for name in names:
-            for k in range(len(effects)):
-                at.in_windows(parts[name][k], index, whole[name][k])
-        for channel, values in read.items():
-            into = readings.setdefault(channel, np.zeros(shape))
-            for k in range(len(effects)):
-                at.in_windows(values[k], index, into[k])
+            windows, values = at.in_windows(parts[name], index)
+            whole[name][:, windows] = values
+        for channel, added in read.items():
+            if added.any():
+                windows, values = at.in_windows(added, index)
+                readings.setdefault(channel, np.zeros(shape))[:, windows] = values
     return [
         Perturbation(**{name: whole[name][k] for name in names}, readings={c: v[k] for c, v in readings.items() if v[k].any()})
         for k in range(len(effects))
     ]
+
+
+def own_states(effect: AbstractEffect, courses: tuple[Course, ...]) -> list[np.ndarray]:
+    """The effect's own states along every record, (time, own), from rest at its start."""
+    effect = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), effect)
+    return [np.asarray(_own_along(effect, course)) for course in courses]
+
+
+@eqx.filter_jit
+def _own_along(effect: AbstractEffect, course: Course):
+    return _own(course, effect, _motion(course))
 
 
 @eqx.filter_jit
@@ -95,20 +113,12 @@ def _along(effects: AbstractEffect, course: Course):
 
 
 def _one(course: Course, effect: AbstractEffect):
-    system = course.system
-    motion = Motion(
-        t=course.ts,
-        u=course.u,
-        v=course.v,
-        indentation=system.indentation(course.u),
-        indentation_rate=course.v,
-        in_contact=course.in_contact,
-    )
+    system, motion = course.system, _motion(course)
     own = _own(course, effect, motion)
     moved = effect.base(system.base)
-    read = effect.read(course.readings, course.ts, own)
+    read = effect.read(course.readings, motion, own)
     parts = {
-        "force": effect.force(motion, own),
+        "force": effect.force(motion, own) + _second_stop(system, effect, motion),
         "stop_position": effect.stop_position(course.ts, own),
         "stop_velocity": effect.stop_velocity(course.ts, own),
         "base_displacement": moved.displacement(course.ts) - system.base.displacement(course.ts) + effect.base_displacement(own),
@@ -117,6 +127,26 @@ def _one(course: Course, effect: AbstractEffect):
         + effect.base_acceleration(own, course.push),
     }
     return parts, {name: read[name] - course.readings[name] for name in CHANNELS if name != "applied_force"}
+
+
+def _second_stop(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
+    """Push of a stop behind, along a motion that does not know it, N."""
+    if effect.back_gap is None or not isinstance(system.law, AbstractCompliantLaw):
+        return jnp.zeros_like(motion.u)
+    indentation = -motion.u - effect.back_gap
+    pushed = system.law.force(jnp.maximum(indentation, 0.0), -motion.v, jnp.full_like(motion.u, 0.1))
+    return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
+
+
+def _motion(course: Course) -> Motion:
+    return Motion(
+        t=course.ts,
+        u=course.u,
+        v=course.v,
+        indentation=course.system.indentation(course.u),
+        indentation_rate=course.v,
+        in_contact=course.in_contact,
+    )
 
 
 def _own(course: Course, effect: AbstractEffect, motion: Motion) -> Float[Array, "time own"]:

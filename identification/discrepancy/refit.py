@@ -1,0 +1,107 @@
+"""A candidate taken into the model, and the whole fitted again."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.discrepancy.score import Candidate
+from identification.discrepancy.signature import Course, own_states
+from identification.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.layout import Estimate, Layout, layout_of
+from identification.levenberg_marquardt import LevenbergMarquardt, Outcome
+from identification.prepare import Prepared
+from vibrojax.effects import AbstractEffect
+from vibrojax.model import Model
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """A model with its windows, fitted: one point of the search."""
+
+    prepared: Prepared
+    outcome: Outcome
+
+    @property
+    def model(self) -> Model:
+        """With the estimated numbers."""
+        return self.prepared.model.replace(self.prepared.layout.physical(self.outcome.estimate.shared))
+
+    @property
+    def chi2(self) -> float:
+        """Chi-square."""
+        return 2.0 * self.outcome.cost
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the effects in the model."""
+        return tuple(effect.name for effect in self.prepared.model.effects)
+
+    @property
+    def unknowns(self) -> int:
+        """Count of estimated numbers that are not states of windows."""
+        active = free_unknowns(self.prepared)
+        return int(active.shared.sum() + active.nuisances.sum())
+
+
+def refit(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], method: LevenbergMarquardt | None = None) -> Fitted:
+    """The model with one more effect, everything estimated together from where the score test points."""
+    start = extended(fitted, candidate, courses)
+    return fit_all(start, method)
+
+
+def fit_all(prepared: Prepared, method: LevenbergMarquardt | None = None) -> Fitted:
+    """Everything estimated together from `prepared.start`."""
+    evaluate = evaluator(prepared, integrator_for(prepared))
+    outcome = (method or LevenbergMarquardt())(evaluate, prepared.start, free_unknowns(prepared), bounds(prepared))
+    return Fitted(prepared=prepared, outcome=outcome)
+
+
+def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Prepared:
+    """The fitted model and its windows with one more effect, at the strength that the score test asks for."""
+    effect, of_records = strengthened(candidate, records=len(courses))
+    before, estimate = fitted.prepared, fitted.outcome.estimate
+    model = dataclasses.replace(fitted.model, effects=(*before.model.effects, effect))
+    own = own_states(effect, courses)
+    free = [index for index, state in enumerate(effect.own_states) if state.scale > 0]
+    first = np.concatenate([group.first for group in before.groups])
+    begin = np.array([[own[record][at, index] for index in free] for record, at in zip(before.record, first, strict=True)])
+    states = np.concatenate([estimate.states, begin.reshape(len(first), len(free))], axis=1)
+    nuisances = np.concatenate([estimate.nuisances, of_records], axis=1)
+    return with_model(before, model, nuisances, states)
+
+
+def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray) -> Prepared:
+    """The same windows under another model, starting from its own numbers."""
+    known = {p.name for p in prepared.model.parameters}
+    extra = tuple(p for p in prepared.layout.parameters if p.name not in known)
+    layout = layout_of(model, *extra, files=prepared.layout.files)
+    values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
+    searched = {p.name: values[p.name] for p in model.parameters if p.searched}
+    shared = layout.internal({p.name: values[p.name] for p in layout.parameters})
+    return dataclasses.replace(
+        prepared,
+        model=model,
+        layout=layout,
+        fixed=prepared.fixed | searched,
+        start=Estimate(shared=_inside(layout, shared), nuisances=nuisances, states=states),
+    )
+
+
+def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect, np.ndarray]:
+    """The effect of a candidate at its estimated strength, and what each record has of its own, (records, parameters)."""
+    own = [p for p in candidate.members[0].parameters if p.per_record]
+    if own:
+        factors = candidate.factors.reshape(len(candidate.members), -1)
+        values = [sum(f * float(getattr(m, p.field)) for f, m in zip(factors, candidate.members, strict=True)) for p in own]
+        return candidate.members[0], np.stack([np.broadcast_to(v, records) / p.scale for v, p in zip(values, own, strict=True)], axis=1)
+    effect, *others = [m.scaled(float(factor)) for m, factor in zip(candidate.members, candidate.factors, strict=True)]
+    for other in others:
+        effect = effect.merged(other)
+    return effect, np.zeros((records, 0))
+
+
+def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:
+    """Moved into the range of every parameter."""
+    low = np.array([p.to_internal(max(p.lower, 1e-300) if p.logarithmic else p.lower) for p in layout.parameters])
+    high = np.array([p.to_internal(p.upper) for p in layout.parameters])
+    return np.clip(shared, low, high)

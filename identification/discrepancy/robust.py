@@ -1,0 +1,109 @@
+"""The nominal fit where the model is badly wrong somewhere: short windows, and those that resist it count little."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.block_arrow import Equations
+from identification.discrepancy.refit import Fitted
+from identification.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.layout import Estimate
+from identification.levenberg_marquardt import LevenbergMarquardt, settle
+from identification.prepare import Prepared, prepare
+from identification.start.contact import contact_start
+from identification.windows import WindowLength
+
+SHORT = WindowLength(impacts=0.5, longest=256)
+"""Windows so short that the free initial states take up most of what the model gets wrong."""
+_LEAST_CUT = 4.0
+"""Mean squared residual of a window, in variances of the noise, above which it loses weight."""
+_ORDERLY = 0.3
+"""Share of the windows that is trusted to be explained about as well as any."""
+_ROUNDS = 3
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """How much a window may be misfitted before it loses weight: rho(x) = x up to `cut`, then cut (1 + ln(x / cut)).
+
+    x is the mean squared residual of a window over the noise variance.
+    """
+
+    samples: np.ndarray
+    """(windows,) count of samples times channels."""
+    cut: float
+
+    def weights(self, cost: np.ndarray) -> np.ndarray:
+        """Slope of rho for every window; 0 where it could not be integrated."""
+        x = 2.0 * cost / np.maximum(self.samples, 1)
+        return np.where(np.isfinite(cost), np.minimum(1.0, self.cut / np.maximum(x, 1e-300)), 0.0)
+
+    def cost(self, cost: np.ndarray) -> np.ndarray:
+        """Half n rho for every window."""
+        x = 2.0 * cost / np.maximum(self.samples, 1)
+        far = self.cut * (1.0 + np.log(np.maximum(x, self.cut) / self.cut))
+        return np.where(np.isfinite(cost), 0.5 * self.samples * np.where(x > self.cut, far, x), np.inf)
+
+    def evaluator(self, evaluate: Callable[[Estimate], Equations]) -> Callable[[Estimate], Equations]:
+        """Normal equations of the tolerant cost; windows that cannot be integrated are left out."""
+
+        def tolerant(estimate: Estimate) -> Equations:
+            found = evaluate(estimate)
+            weight = self.weights(found.cost)
+            return Equations(
+                hessian=np.nan_to_num(found.hessian) * weight[:, None, None],
+                gradient=np.nan_to_num(found.gradient) * weight[:, None],
+                cost=np.where(np.isfinite(found.cost), self.cost(found.cost), self._lost()),
+                record=found.record,
+            )
+
+        return tolerant
+
+    def _lost(self) -> np.ndarray:
+        return 0.5 * self.samples * self.cut * 40.0
+
+
+def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
+    """From the costs of the windows: the orderly share of them sets what is usual."""
+    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
+    usual = float(np.quantile(np.where(np.isfinite(cost), 2.0 * cost / np.maximum(samples, 1), 1e12), _ORDERLY))
+    return Tolerance(samples=samples, cut=max(_LEAST_CUT, 2.0 * usual))
+
+
+def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
+    """The nominal model on short windows of the same records, as most of them want it."""
+    short = prepare(prepared.experiment, law=prepared.model.law.name, window=SHORT)
+    evaluate, active, limits = evaluator(short, integrator_for(short)), free_unknowns(short), bounds(short)
+    best = None
+    for start in _starts(short):
+        estimate, cost = settle(evaluate, start)
+        allowed = tolerance(short, cost)
+        total = float(np.sum(np.log1p(2.0 * np.nan_to_num(cost, posinf=1e12) / allowed.samples)))
+        if best is None or total < best[0]:
+            best = total, estimate, cost
+    assert best is not None
+    _, estimate, cost = best
+    for rough in (True,) * (_ROUNDS - 1) + (False,):
+        allowed = tolerance(short, cost)
+        method = LevenbergMarquardt(tolerance=0.3 if rough else 0.1, most_iterations=8 if rough else 20)
+        outcome = method(allowed.evaluator(evaluate), estimate, active, limits)
+        if rough:
+            estimate, cost = settle(evaluate, outcome.estimate, iterations=3)
+    return Fitted(prepared=short, outcome=dataclasses.replace(outcome, equations=evaluate(outcome.estimate))), allowed
+
+
+def _starts(short: Prepared) -> list[Estimate]:
+    """The first guesses of the fit, and one that gives every contact a gap of its own."""
+    layout, starts = short.layout, [dataclasses.replace(short.start, shared=shared) for shared in short.candidates.values()]
+    names = tuple(p.name for p in short.model.law.parameters if p.name not in short.fixed)
+    for load_cell in (True, False):
+        values, errors = contact_start(
+            short.model, list(short.experiment.records), list(short.motions), names, load_cell=load_cell, each_contact=True
+        )
+        if values:
+            shared = layout.internal(layout.physical(short.start.shared) | values)
+            nuisances = short.start.nuisances.copy()
+            nuisances[:, 2] = errors
+            starts.append(dataclasses.replace(short.start, shared=shared, nuisances=nuisances))
+    return starts
