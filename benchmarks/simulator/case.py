@@ -67,12 +67,12 @@ def draw_case(rng: np.random.Generator, order: Order) -> Case:
     left_out = WITHOUT[order.channels]
     chosen = standard_sensors(force="impact_force" not in left_out, acceleration="hammer_acceleration" not in left_out)
     sensors = tuple(dataclasses.replace(sensor, noise=order.noise * sensor.noise) for sensor in chosen)
-    setting = Setting(rig, plans, tuple(sensor.channel for sensor in sensors))
+    sealed = sealed_plans(rng, order.kind, rig.f_n, planned, samples=order.samples[1])
+    setting = Setting(rig, plans, tuple(sensor.channel for sensor in sensors), sealed)
     for name, _ in order.effects:
         if missing := EFFECTS[name].needs - set(setting.channels):
             raise ValueError(f"{name} cannot be seen without {', '.join(sorted(missing))}: keep that channel, or choose another effect")
     parts = tuple(EFFECTS[name].draw(rng, setting, strength) for name, strength in order.effects)
-    sealed = sealed_plans(rng, order.kind, rig.f_n, planned, samples=order.samples[1])
     return Case(order=order, rig=rig, plans=plans, sealed=sealed, sensors=sensors, parts=parts)
 
 

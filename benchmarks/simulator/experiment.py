@@ -112,11 +112,16 @@ def true_signals(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> dict[s
 
 
 def motion(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING, *, refinement: int = 1) -> dict[str, np.ndarray]:
-    """The same from the start of the motion to a little after the record's end; `refinement` divides the steps."""
+    """The same from the start of the motion to a little after the record's end; `refinement` divides the steps.
+
+    Raises `ArithmeticError` where the hammer runs away (a softening spring lets it).
+    """
     p = parameter_vector(rig, plan, hidden)
     time = SAMPLING_STEP * np.arange(-plan.transient, plan.samples + _AFTER)
     base = np.array([kernel.base_motion(t, p) for t in time])
     states, slopes, forces = kernel.sampled(time[0], SAMPLING_STEP, len(time), initial_state(plan, base[0], p), p, refinement)
+    if not np.isfinite(states).all():
+        raise ArithmeticError(f"the hammer runs away in {plan.file}: choose a weaker effect")
     if states.shape[1] > kernel.PLAIN:  # the cart's recoil
         base = base + np.stack([states[:, kernel.R], states[:, kernel.RD], slopes[:, kernel.RD]], axis=1)
     return {

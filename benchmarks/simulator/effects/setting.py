@@ -5,7 +5,8 @@ import functools
 
 import numpy as np
 
-from benchmarks.simulator.experiment import RecordPlan, true_signals
+from benchmarks.simulator.experiment import RecordPlan, motion, true_signals
+from benchmarks.simulator.hidden import Hidden
 from benchmarks.simulator.rig import Rig
 
 
@@ -16,6 +17,8 @@ class Setting:
     rig: Rig
     plans: tuple[RecordPlan, ...]
     channels: tuple[str, ...]
+    sealed: tuple[RecordPlan, ...] = ()
+    """Records of other operating points, in which the effect must be possible too."""
 
     @property
     def spring_force(self) -> float:
@@ -41,6 +44,17 @@ class Setting:
     def displacements(self) -> tuple[np.ndarray, ...]:
         """The same records' u = x - y, m."""
         return tuple(signals["hammer_displacement"] - signals["cart_displacement"] for signals in self.nominal)
+
+    def farthest(self, hidden: Hidden) -> float:
+        """Largest |x - y| in all motions, also before the records begin, m; infinite where one runs away."""
+        farthest = 0.0
+        for plan in self.plans + self.sealed:
+            try:
+                signals = motion(self.rig, plan, hidden)
+            except ArithmeticError:
+                return np.inf
+            farthest = max(farthest, float(np.abs(signals["hammer_displacement"] - signals["cart_displacement"]).max()))
+        return farthest
 
     @property
     def highest_force(self) -> float:

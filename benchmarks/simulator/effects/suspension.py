@@ -7,7 +7,7 @@ from benchmarks.simulator.effects.setting import Setting
 from benchmarks.simulator.hidden import Hidden
 
 _SOFTEST = 0.3
-"""A softening suspension loses at most this share of its stiffness anywhere in the records."""
+"""The force of a softening suspension is at most this much less than that of a linear one."""
 
 
 def coulomb_friction(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
@@ -21,10 +21,12 @@ def quadratic_drag(rng: np.random.Generator, setting: Setting, strength: float) 
 
 
 def cubic_stiffness(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
-    """F = k_3 u^3, hardening or softening; k_3 A0^2 = 0.0075 k."""
-    cubic = either_sign(rng) * 0.0075 * strength * setting.rig.k / setting.rig.base_amplitude**2
-    farthest = max(float(np.abs(u).max()) for u in setting.displacements)
-    return Hidden(motion={"cubic": max(cubic, -_SOFTEST * setting.rig.k / farthest**2)})
+    """F = k_3 u^3; k_3 A0^2 = 0.0075 k hardening or -0.0012 k softening, less where the hammer would run away or nearly so."""
+    share = 0.0075 if either_sign(rng) > 0.0 else -0.0012
+    hidden = Hidden(motion={"cubic": share * strength * setting.rig.k / setting.rig.base_amplitude**2})
+    while hidden.motion["cubic"] < 0.0 and -hidden.motion["cubic"] * setting.farthest(hidden) ** 2 > _SOFTEST * setting.rig.k:
+        hidden = Hidden(motion={"cubic": 0.7 * hidden.motion["cubic"]})
+    return hidden
 
 
 def constant_force(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:

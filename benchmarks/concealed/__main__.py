@@ -1,0 +1,129 @@
+"""`python -m benchmarks.concealed --null N --per-effect K --json FILE`: conceal effects in simulated experiments and count what is found.
+
+Each case is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept,
+except for failures and for cases drawn with other settings.
+"""
+
+import argparse
+import json
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from benchmarks.concealed.jobs import SERIES, Draw, Job, jobs
+from benchmarks.concealed.summary import summary
+from benchmarks.concealed.table import effects_table, methods_table
+from benchmarks.concealed.trial import trial
+from benchmarks.machine import machine
+from benchmarks.simulator import EFFECTS
+from benchmarks.simulator.case import WITHOUT
+from vibrojax.cli.environment import prepare_jax
+
+
+def main() -> None:
+    """Command line."""
+    options = parser().parse_args()
+    draw = drawn(options)
+    lines = options.json.with_suffix(".jsonl")
+    if not options.resume:
+        lines.unlink(missing_ok=True)
+    wanted = jobs(draw)
+    done = finished(lines)
+    run(
+        [job for job in wanted if not is_done(job, done)],
+        lines,
+        workers=options.workers,
+        budget_minutes=options.budget_minutes,
+        baselines=not options.no_baselines,
+    )
+    trials = finished(lines)
+    result = summary([trials[job.key] for job in wanted if job.key in trials])
+    settings = {"series": draw.series, "seed": draw.seed, "noise": draw.noise, "channels": draw.channels, "driven": draw.driven}
+    document = result | {"settings": settings, "machine": machine()}
+    options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    console = Console()
+    console.print(methods_table(result))
+    console.print(effects_table(result))
+    for key, failure in result["failures"].items():
+        console.print(f"  {key}: {failure}", markup=False)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options."""
+    made = argparse.ArgumentParser(prog="python -m benchmarks.concealed", description=(__doc__ or "").splitlines()[0])
+    made.add_argument("--null", type=int, default=0, metavar="N", help="cases that conceal nothing")
+    made.add_argument("--per-effect", type=int, default=0, metavar="K", help="cases of each listed effect")
+    made.add_argument("--off-list", type=int, metavar="J", help="cases of each effect that is on no list; K if left out")
+    made.add_argument("--pairs", type=int, default=0, metavar="P", help="cases with two listed effects")
+    made.add_argument("--weak", type=float, nargs="+", default=[], metavar="S", help="K more of each listed effect at these strengths")
+    made.add_argument("--effects", nargs="+", choices=list(EFFECTS), default=list(EFFECTS), metavar="NAME", help="only these")
+    made.add_argument("--noise", type=float, nargs="+", default=[1.0], metavar="F", help="factors on the noise, in turn")
+    made.add_argument("--channels", nargs="+", choices=list(WITHOUT), help="what is recorded, in turn")
+    made.add_argument("--driven", type=int, nargs="+", choices=(1, 2, 3), default=[3], help="driven records, in turn")
+    made.add_argument(
+        "--series", choices=list(SERIES), default="calibration", help="thresholds are set on the first, figures come from the second"
+    )
+    made.add_argument("--seed", type=int, default=0, help="of the series")
+    made.add_argument("--budget-minutes", type=float, default=5.0, help="of one diagnosis")
+    made.add_argument("--no-baselines", action="store_true", help="leave out the simpler methods")
+    made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
+    made.add_argument("--workers", type=int, default=1, metavar="W", help="processes")
+    made.add_argument("--resume", action="store_true", help="keep the cases that an earlier run has finished without failure")
+    return made
+
+
+def drawn(options: argparse.Namespace) -> Draw:
+    """What the options ask for."""
+    chosen = {"channels": tuple(options.channels)} if options.channels else {}
+    return Draw(
+        null=options.null,
+        per_effect=options.per_effect,
+        off_list=options.per_effect if options.off_list is None else options.off_list,
+        pairs=options.pairs,
+        weak=tuple(options.weak),
+        effects=tuple(options.effects),
+        noise=tuple(options.noise),
+        driven=tuple(options.driven),
+        series=options.series,
+        seed=options.seed,
+        **chosen,
+    )
+
+
+def finished(lines: Path) -> dict[str, dict]:
+    """Cases by key; a last line that an interruption cut off does not count."""
+    found = {}
+    for line in lines.read_text(encoding="utf-8").splitlines() if lines.exists() else []:
+        try:
+            one = json.loads(line)
+        except ValueError:
+            continue
+        found[one["key"]] = one
+    return found
+
+
+def is_done(job: Job, done: dict[str, dict]) -> bool:
+    """Whether an earlier run has finished this very case; what failed is tried again."""
+    found = done.get(job.key)
+    return found is not None and "failure" not in found and found["job"] == json.loads(json.dumps(job.settings))
+
+
+def run(wanted: list[Job], lines: Path, *, workers: int, budget_minutes: float, baselines: bool) -> None:
+    """Run the cases and append each to the file as it ends."""
+    bar = Progress(TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    context = get_context("spawn")
+    with bar, ProcessPoolExecutor(workers, mp_context=context, initializer=prepare_jax) as pool, lines.open("a", encoding="utf-8") as file:
+        task = bar.add_task("", total=len(wanted))
+        if lines.stat().st_size and not lines.read_bytes().endswith(b"\n"):
+            file.write("\n")
+        for future in as_completed([pool.submit(trial, job, budget_minutes=budget_minutes, baselines=baselines) for job in wanted]):
+            file.write(json.dumps(future.result()) + "\n")
+            file.flush()
+            bar.advance(task)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""One case: drawn, written to a temporary folder, diagnosed, and compared with its truth."""
+
+import tempfile
+import time
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+from benchmarks.concealed.jobs import Job
+from benchmarks.simulator import draw_case, write_case
+from benchmarks.simulator.case import truth
+
+
+def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> dict:
+    """Draw, write and diagnose one case; a failure is a result too, with its message."""
+    rng = job.rng
+    case = draw_case(rng, job.order)
+    known = truth(case)
+    found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven")}
+    found = {"key": job.key, "group": job.group, "job": job.settings} | found
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "rig"
+        write_case(folder, case, rng)
+        before = time.perf_counter()
+        found |= _kept("diagnosis", lambda: diagnosed(folder, budget_minutes=budget_minutes))
+        found["seconds"] = time.perf_counter() - before
+        if baselines:
+            found |= {"baselines": _baselines(folder)}
+    return found
+
+
+def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:
+    """The program's verdict on an experiment, and how well its two models predict the sealed records beside it.
+
+    This is the only place that calls the program. What is read is the document that `vibrojax diagnose` writes.
+    """
+    from benchmarks.concealed.prediction import sealed_errors
+    from identification.experiment import load_experiment
+
+    diagnose = import_module("identification.diagnose")
+    result = diagnose.diagnose_experiment(load_experiment(folder), budget_minutes=budget_minutes)
+    document = result.document()
+    sealed = load_experiment(folder.with_name(f"{folder.name}.sealed"))
+    return {
+        "verdict": document["verdict"],
+        "effects": [effect["name"] for effect in document["effects"]],
+        "probabilities": [effect["probability"] for effect in document["effects"]],
+        "ambiguous_with": list(document["ambiguous_with"]),
+        "location": document["location"],
+        "chi2_nominal": document["nominal"]["chi2_reduced"],
+        "chi2_augmented": document["augmented"]["chi2_reduced"],
+        "held_out_nominal": document["nominal"]["held_out_nrmse"],
+        "held_out_augmented": document["augmented"]["held_out_nrmse"],
+        "sealed_nominal": sealed_errors(result.nominal_model, sealed),
+        "sealed_augmented": sealed_errors(result.model, sealed),
+    }
+
+
+def _baselines(folder: Path) -> dict:
+    """What simpler methods name, on the same records."""
+    from benchmarks.concealed import bic, sindy
+    from benchmarks.concealed.force_balance import force_balance
+
+    found = _kept("balance", lambda: force_balance(folder))
+    if "failure" in found:
+        return {"bic": found, "sindy": found}
+    return {module.NAME: _kept("name", lambda module=module: module.name_effect(found["balance"])) for module in (bic, sindy)}
+
+
+def _kept(key: str, compute: Callable[[], object]) -> dict:
+    """The result under its key, or the failure."""
+    try:
+        return {key: compute()}
+    except Exception as error:  # noqa: BLE001 - whatever goes wrong is counted, and told
+        return {"failure": f"{type(error).__name__}: {error}"}

@@ -1,0 +1,235 @@
+import json
+import sys
+import types
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed import __main__ as command
+from benchmarks.concealed.jobs import Draw, jobs
+from benchmarks.concealed.outcome import outcome
+from benchmarks.concealed.prediction import displacement_error, impact_peaks, peak_error, sealed_errors
+from benchmarks.concealed.summary import summary
+from benchmarks.concealed.table import effects_table, methods_table
+from benchmarks.concealed.trial import trial
+from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
+from benchmarks.simulator.case import WITHOUT
+from identification.experiment import load_experiment
+from identification.nominal import nominal_model
+
+SMALL = (801, 1201)
+
+
+def said(verdict, *effects, twins=(), after=0.1, before=1.0, location=None):
+    sealed = {"sealed_nominal": {"displacement": before, "peaks": before}, "sealed_augmented": {"displacement": after, "peaks": after}}
+    return {"verdict": verdict, "effects": list(effects), "ambiguous_with": list(twins), "location": location or {}} | sealed
+
+
+def case(key, group, truth, diagnosis, *, strength=1.0, bic=None, **more):
+    effects = [{"name": name, "strength": strength} for name in truth]
+    found = {"key": key, "group": group, "effects": effects, "where": None, "kind": "soft", "noise": 1.0, "channels": "all", "driven": 3}
+    found |= {"seconds": 2.0} | more
+    found |= {"failure": diagnosis} if isinstance(diagnosis, str) else {"diagnosis": diagnosis}
+    return found | ({"baselines": {"bic": {"name": bic}}} if bic is not None else {})
+
+
+TRIALS = [
+    case("null-0", "null", (), said("adequate"), bic=[]),
+    case("null-1", "null", (), said("missing", "force_lag"), bic=["unlisted"]),
+    case("null-2", "null", (), "ValueError: no"),
+    case("a", "listed", ("back_stop",), said("missing", "back_stop", "mains_hum"), strength=0.5, bic=["back_stop", "unlisted"]),
+    case("b", "listed", ("back_stop",), said("missing", "gap_drift", twins=["back_stop"], after=0.3), bic=["unlisted", "back_stop"]),
+    case("c", "listed", ("gap_drift",), said("unlisted", after=0.5), bic=[]),
+    case("d", "listed", ("gap_drift",), "RuntimeError: bad", bic=["gap_drift"]),
+    case("e", "off-list", ("x_magnet",), said("unlisted"), bic=["unlisted"]),
+    case("f", "off-list", ("x_knocks",), said("missing", "gap_drift"), bic=[]),
+    case("g", "pair", ("gap_drift", "hysteresis"), said("missing", "hysteresis", "gap_drift"), bic=["hysteresis"]),
+    case("h", "weak", ("gap_drift",), said("adequate"), strength=0.1),
+]
+
+
+def test_shares_are_those_of_the_contract():
+    result = summary(TRIALS)
+    assert result["false_alarm"]["count"] == 1
+    assert result["false_alarm"]["of"] == 2
+    low, high = result["false_alarm"]["ci95"]
+    assert low < 0.5 < high
+    assert result["named"] == pytest.approx(1 / 4)
+    assert result["named_or_twin"] == pytest.approx(2 / 4)
+    assert result["named_alone"] == 0.0
+    assert result["unlisted"] == pytest.approx(1 / 2)
+    assert result["confusion"]["none"] == {"adequate": 1, "force_lag": 1, "failure": 1}
+    assert result["confusion"]["gap_drift"] == {"unlisted": 1, "failure": 1}
+    assert result["confusion"]["x_knocks"] == {"gap_drift": 1}
+    assert result["held_out_ratio"] == pytest.approx(0.2)
+    assert result["seconds_per_case"] == 2.0
+    assert result["failures"] == {"null-2": "ValueError: no", "d": "RuntimeError: bad"}
+    assert result["pairs"] == {"of": 1, "both": 1.0, "one": 1.0}
+
+
+def test_detail_tells_strength_and_effect():
+    detail = summary(TRIALS)["detail"]
+    assert detail["effect"]["back_stop"]["of"] == 2
+    assert detail["effect"]["back_stop"]["named"] == 0.5
+    assert detail["strength"]["0 to 0.4"] == {"of": 1, "detected": 0.0, "named": 0.0, "named_or_twin": 0.0, "unlisted": 0.0}
+    assert detail["strength"]["0.4 to 0.7"]["named"] == 1.0
+    assert detail["weak"]["0.1"]["detected"] == 0.0
+
+
+def test_baselines_are_judged_as_the_program_is():
+    bic = summary(TRIALS)["baselines"]["bic"]
+    assert (bic["false_alarm"]["count"], bic["false_alarm"]["of"]) == (1, 2)
+    assert bic["named"] == pytest.approx(2 / 4)
+    assert bic["named_alone"] == pytest.approx(2 / 4)
+    assert bic["unlisted"] == pytest.approx(1 / 2)
+    assert bic["pairs"]["both"] == 0.0
+
+
+def test_a_baseline_that_failed_named_nothing():
+    broken = case("x", "listed", ("drag",), said("missing", "drag")) | {"baselines": {"bic": {"failure": "KeyError: 'x'"}}}
+    assert outcome(broken, "bic").claim == "failure"
+
+
+def test_jump_is_located():
+    place = {"record": "cart2.csv", "time": 1.31}
+    where = {"record": "cart2.csv", "time": 1.30}
+    found = case("j", "listed", ("gap_step",), said("missing", "gap_step", location=place), where=where)
+    other = case("k", "listed", ("gap_step",), said("missing", "gap_step", location={"record": "cart1.csv", "time": 1.0}), where=where)
+    assert summary([found, other])["gap_step_located"] == {"of": 2, "record": 1, "time_error_median": pytest.approx(0.01)}
+
+
+def test_nothing_drawn_is_no_figure():
+    result = summary([])
+    assert result["false_alarm"] == {"count": 0, "of": 0, "ci95": None}
+    assert result["named"] is None
+    assert result["held_out_ratio"] is None
+    json.dumps(result)
+
+
+def test_tables_hold_every_truth_and_method():
+    result = summary(TRIALS)
+    assert effects_table(result).row_count == len(result["confusion"])
+    assert methods_table(result).row_count == 2
+
+
+def test_jobs_cover_what_is_asked_for():
+    drawn = jobs(Draw(null=4, per_effect=2, off_list=1, pairs=3, weak=(0.1, 0.2), noise=(1.0, 4.0), driven=(3, 1)))
+    groups = [job.group for job in drawn]
+    counts = {group: groups.count(group) for group in dict.fromkeys(groups)}
+    assert counts == {"null": 4, "listed": 2 * len(LISTED), "off-list": len(UNLISTED), "weak": 4 * len(LISTED), "pair": 3}
+    assert len({job.key for job in drawn}) == len({job.seed for job in drawn}) == len(drawn)
+    assert {job.order.kind for job in drawn if job.group == "null"} == {"soft", "stiff"}
+    assert all(0.4 <= job.order.effects[0][1] <= 1.3 for job in drawn if job.group == "listed")
+    assert {job.order.noise for job in drawn} == {1.0, 4.0}
+    assert {job.order.driven for job in drawn} == {1, 3}
+    for job in drawn:
+        if job.order.effects and job.order.effects[0][0] in ("force_lag", "force_clipping"):
+            assert "impact_force" not in WITHOUT[job.order.channels]
+
+
+def test_a_case_does_not_depend_on_what_else_is_drawn():
+    few, many = (jobs(Draw(null=count, per_effect=1, effects=names)) for count, names in ((1, ("gap_drift",)), (5, tuple(LISTED))))
+    assert few[0] == many[0]
+    assert next(job for job in many if job.key == few[1].key).seed == few[1].seed
+
+
+def test_series_share_no_seed():
+    seeds = [{job.seed for job in jobs(Draw(null=9, per_effect=1, series=series, seed=3))} for series in ("calibration", "published")]
+    assert not seeds[0] & seeds[1]
+
+
+def test_peaks_of_impacts():
+    force = np.array([0.0, 2.0, 5.0, 1.0, 0.0, 0.0, 3.0, 0.0])
+    np.testing.assert_array_equal(impact_peaks(force, 0.5), [5.0, 3.0])
+    assert peak_error(force, force) == 0.0
+    assert peak_error(np.roll(force, 1), force) == 0.0
+    assert peak_error(np.zeros(8), force) == pytest.approx(1.0)
+    assert peak_error(np.full(8, np.nan), force) == 1.0
+    assert displacement_error(np.full(8, np.nan), force) == 10.0
+
+
+class FakeResult:
+    """Claims that a force lags; both its models are the nominal one."""
+
+    def __init__(self, experiment):
+        self.nominal_model = self.model = nominal_model(experiment, None)
+
+    def document(self):
+        effects = [{"name": "force_lag", "probability": 0.8, "parameters": {}}]
+        scores = {"chi2_reduced": 2.0, "held_out_nrmse": 0.1}
+        return {
+            "verdict": "missing",
+            "effects": effects,
+            "ambiguous_with": ["gain_error"],
+            "location": {"time": None},
+            "nominal": scores,
+            "augmented": scores,
+        }
+
+
+@pytest.fixture
+def program(monkeypatch):
+    asked = []
+
+    def diagnose_experiment(experiment, *, budget_minutes):
+        asked.append((experiment, budget_minutes))
+        return FakeResult(experiment)
+
+    module = types.ModuleType("identification.diagnose")
+    module.diagnose_experiment = diagnose_experiment
+    monkeypatch.setitem(sys.modules, "identification.diagnose", module)
+    return asked
+
+
+def test_trial_asks_the_program_and_scores_sealed_records(program):
+    job = next(job for job in jobs(Draw(per_effect=1, samples=SMALL)) if job.order.effects[0][0] == "force_lag")
+    found = json.loads(json.dumps(trial(job, budget_minutes=2.0)))
+    ((experiment, budget),) = program
+    assert budget == 2.0
+    assert [record.stem for record in experiment.records] == ["drop", "cart1", "cart2", "cart3"]
+    assert outcome(found).named
+    assert 0.0 < found["diagnosis"]["sealed_nominal"]["displacement"] < 10.0
+    assert found["effects"][0]["faults"][0]["kind"] == "LowPass"
+    assert set(found["baselines"]) == {"bic", "sindy"}
+
+
+def test_a_failure_is_told(program, monkeypatch):
+    def broken(experiment, *, budget_minutes):
+        raise RuntimeError("no convergence")
+
+    monkeypatch.setattr(sys.modules["identification.diagnose"], "diagnose_experiment", broken)
+    found = trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=False)
+    assert found["failure"] == "RuntimeError: no convergence"
+    assert outcome(found).claim == "failure"
+
+
+def test_the_true_model_predicts_sealed_records_and_what_does_not_run_predicts_nothing(tmp_path):
+    rng = np.random.default_rng(2)
+    drawn = draw_case(rng, Order(kind="soft", samples=SMALL))
+    sealed = load_experiment(write_case(tmp_path / "x", drawn, rng))
+    right = sealed_errors(nominal_model(sealed, None).replace(drawn.rig.fitted), sealed)
+    assert right["displacement"] < 1e-4
+    assert right["peaks"] < 1e-3
+    errors = sealed_errors(None, sealed)
+    assert errors["displacement"] == errors["peaks"] == 1.0
+    assert len(errors["failures"]) == 2
+
+
+def test_resuming_keeps_what_is_done_and_repeats_failures(tmp_path, monkeypatch, capsys):
+    def fake_run(wanted, lines, **options):
+        ran.append([job.key for job in wanted])
+        with lines.open("a", encoding="utf-8") as file:
+            for number, job in enumerate(wanted):
+                one = case(job.key, job.group, [name for name, _ in job.order.effects], "Error: x" if number else said("adequate"))
+                file.write(json.dumps(one | {"job": job.settings}) + "\n")
+
+    ran = []
+    monkeypatch.setattr(command, "run", fake_run)
+    for arguments in (["--null", "2"], ["--null", "3", "--resume"], ["--null", "1", "--resume", "--noise", "2"]):
+        monkeypatch.setattr(sys, "argv", ["concealed", *arguments, "--json", str(tmp_path / "x.json")])
+        command.main()
+    assert ran == [["null-0000", "null-0001"], ["null-0001", "null-0002"], ["null-0000"]]
+    result = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
+    assert result["false_alarm"]["of"] == 1
+    assert result["settings"]["noise"] == [2.0]
+    capsys.readouterr()
