@@ -29,10 +29,9 @@ class Job:
     seed: tuple[int, ...]
     order: Order
 
-    @property
-    def rng(self) -> np.random.Generator:
-        """The job's own random numbers: the same whatever else runs."""
-        return np.random.default_rng(self.seed)
+    def rng(self, attempt: int = 0) -> np.random.Generator:
+        """The job's own random numbers, the same whatever else runs; others for another attempt."""
+        return np.random.default_rng((*self.seed, 100 + attempt))
 
     @property
     def settings(self) -> dict:
@@ -80,7 +79,7 @@ def _job(
     """One case; rigs, noise, channels and the number of records take turns, `turn` says whose; no `names` means any two."""
     key = f"{what}-{number:04d}"
     seed = (SERIES[draw.series], draw.seed, zlib.crc32(key.encode("ascii")))
-    rng = np.random.default_rng((*seed, 1))
+    rng = np.random.default_rng(seed)
     if names is None:
         allowed = [name for name in LISTED if name not in _NOT_PAIRED]
         names = tuple(str(name) for name in rng.choice(allowed, 2, replace=False))

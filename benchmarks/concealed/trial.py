@@ -7,26 +7,38 @@ from importlib import import_module
 from pathlib import Path
 
 from benchmarks.concealed.jobs import Job
-from benchmarks.simulator import draw_case, write_case
+from benchmarks.simulator import Case, draw_case, write_case
 from benchmarks.simulator.case import truth
+
+_ATTEMPTS = 20
 
 
 def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> dict:
     """Draw, write and diagnose one case; a failure is a result too, with its message."""
-    rng = job.rng
-    case = draw_case(rng, job.order)
-    known = truth(case)
-    found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven")}
-    found = {"key": job.key, "group": job.group, "job": job.settings} | found
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "rig"
-        write_case(folder, case, rng)
+        known = truth(written(job, folder))
+        found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven")}
+        found = {"key": job.key, "group": job.group, "job": job.settings} | found
         before = time.perf_counter()
         found |= _kept("diagnosis", lambda: diagnosed(folder, budget_minutes=budget_minutes))
         found["seconds"] = time.perf_counter() - before
         if baselines:
             found |= {"baselines": _baselines(folder)}
     return found
+
+
+def written(job: Job, folder: Path) -> Case:
+    """Draw the case and write it; where the hammer runs away in one of the motions, the case is drawn anew."""
+    for attempt in range(_ATTEMPTS):
+        rng = job.rng(attempt)
+        try:
+            case = draw_case(rng, job.order)
+            write_case(folder, case, rng)
+        except ArithmeticError:
+            continue
+        return case
+    raise ArithmeticError(f"the hammer ran away in {_ATTEMPTS} drawings of {job.key}: choose weaker effects")
 
 
 def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:

@@ -11,7 +11,7 @@ from benchmarks.concealed.outcome import outcome
 from benchmarks.concealed.prediction import displacement_error, impact_peaks, peak_error, sealed_errors
 from benchmarks.concealed.summary import summary
 from benchmarks.concealed.table import effects_table, methods_table
-from benchmarks.concealed.trial import trial
+from benchmarks.concealed.trial import trial, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
 from benchmarks.simulator.case import WITHOUT
 from identification.experiment import load_experiment
@@ -191,6 +191,20 @@ def test_trial_asks_the_program_and_scores_sealed_records(program):
     assert 0.0 < found["diagnosis"]["sealed_nominal"]["displacement"] < 10.0
     assert found["effects"][0]["faults"][0]["kind"] == "LowPass"
     assert set(found["baselines"]) == {"bic", "sindy"}
+
+
+def test_a_case_whose_hammer_runs_away_is_drawn_anew(tmp_path, monkeypatch):
+    def fails_once(rng, order):
+        drawn.append(rng.bit_generator.state["state"]["state"])
+        if len(drawn) == 1:
+            raise ArithmeticError("the hammer runs away")
+        return draw_case(rng, order)
+
+    drawn = []
+    monkeypatch.setattr("benchmarks.concealed.trial.draw_case", fails_once)
+    written(jobs(Draw(null=1, samples=SMALL))[0], tmp_path / "rig")
+    assert len(set(drawn)) == 2
+    assert (tmp_path / "rig" / "experiment.toml").exists()
 
 
 def test_a_failure_is_told(program, monkeypatch):

@@ -72,7 +72,7 @@ def test_drag_takes_its_work_from_the_energy():
 def test_bouc_wen_with_one_way_of_motion_saturates():
     still = dataclasses.replace(RIG, f_n=1e-6, zeta=0.0)
     hidden = Hidden(motion={"hysteresis_force": 0.3, "hysteresis_a": 1e4, "hysteresis_b": 5e3, "hysteresis_g": 5e3, "constant_force": 1.0})
-    acceleration = true_signals(still, dataclasses.replace(FREE, release=0.0), hidden)["hammer_acceleration"]
+    acceleration = true_signals(still, dataclasses.replace(FREE, samples=801, release=0.0), hidden)["hammer_acceleration"]
     assert acceleration[0] == pytest.approx(1.0 / RIG.m)
     assert acceleration[-1] == pytest.approx((1.0 - 0.3) / RIG.m, rel=1e-6)
 
@@ -176,6 +176,11 @@ def test_one_effect_twice_is_refused():
 def test_unknown_parameters_are_refused():
     with pytest.raises(ValueError, match="unknown parameters"):
         true_signals(RIG, DRIVEN, Hidden(motion={"drga": 1.0}))
+
+
+def test_a_hammer_that_runs_away_is_refused():
+    with pytest.raises(ArithmeticError, match=r"runs away in free\.csv"):
+        true_signals(RIG, FREE, Hidden(motion={"cubic": -1e9}))
 
 
 def test_effects_without_memory_cost_no_state():
