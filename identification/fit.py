@@ -24,7 +24,7 @@ from vibrojax.model import Model
 Progress = Callable[[str, int, float], None]
 _STEPS_PER_PERIOD = 96.0
 """Of the fastest vibration, in flight."""
-_STEPS_PER_OWN_PERIOD = 16.0
+_STEPS_PER_OWN_PERIOD = 12.0
 """Of an effect's own vibration."""
 _CONTACT_STEPS = 80.0
 _CHUNK = 16

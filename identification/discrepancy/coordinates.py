@@ -60,6 +60,8 @@ class Coordinate:
     value: np.ndarray
     by_record: bool = False
     """Whether each record has a profile of its own: no two records share a clock."""
+    turn: np.ndarray | None = None
+    """Excitation phase, rad, where what is missing may also be a drive that drifts: a sine of that phase in every bin."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -104,8 +106,10 @@ def impacts(prepared: Prepared, at: Linearised) -> Impacts:
     return Impacts(**whole, contact_time=float(np.median(durations)) if durations else 0.0)
 
 
-def coordinates(prepared: Prepared, at: Linearised, estimate: Estimate, hits: Impacts, near_stop: np.ndarray) -> tuple[Coordinate, ...]:
-    """All of them; `near_stop` (windows, time) is where the indentation has a meaning."""
+def coordinates(
+    prepared: Prepared, at: Linearised, estimate: Estimate, hits: Impacts, near_stop: np.ndarray, *, drifting: bool
+) -> tuple[Coordinate, ...]:
+    """All of them; `near_stop` (windows, time) is where the indentation has a meaning, `drifting` whether the drive may be at fault."""
     records = prepared.experiment.records
     frequency = np.array([record.excitation_frequency or np.nan for record in records])[at.record, None]
     gap = np.array([record.gap for record in records])[at.record, None] + estimate.nuisances[at.record, 2, None]
@@ -117,7 +121,7 @@ def coordinates(prepared: Prepared, at: Linearised, estimate: Estimate, hits: Im
         Coordinate(name="impact speed", unit="m/s", value=hits.speed),
         Coordinate(name="time since impact", unit="s", value=hits.since_touch),
         Coordinate(name="excitation phase", unit="rad", value=phase),
-        Coordinate(name="time", unit="s", value=at.ts, by_record=True),
+        Coordinate(name="time", unit="s", value=at.ts, by_record=True, turn=phase if drifting else None),
     )
 
 
@@ -148,26 +152,31 @@ def profile(prepared: Prepared, at: Linearised, missing: Missing, region: np.nda
         center=np.array(center),
         mean=np.array(mean),
         stderr=np.array(stderr),
-        explained=explained(prepared, at, missing, region, bins, use, by_record=coordinate.by_record),
+        explained=_explained(prepared, at, missing, region, coordinate),
     )
 
 
-def explained(
-    prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, bins: np.ndarray, use: np.ndarray, *, by_record: bool
-) -> float:
+def _explained(prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, coordinate: Coordinate) -> float:
     """Share of the excess in a region that bin means foretell in other records, or, by record, in other excitation periods."""
+    use = region & missing.known & np.isfinite(coordinate.value)
     total = float(np.sum(missing.excess[region]))
     if total <= 0 or not use.any():
         return 0.0
-    records, best = np.broadcast_to(at.record[:, None], bins.shape), 0.0
-    ways = [_parities(prepared, at)] if by_record or len(np.unique(at.record)) < 3 else [records]
-    labels = bins + BINS * records if by_record else bins
-    for folds in ways:
-        left_out = _left_out(missing, labels, folds, use)
-        weight = np.where(use, missing.weight, 0.0)
-        gain = float(np.sum(weight * (missing.value**2 - (missing.value - left_out) ** 2)))
-        best = max(best, gain / total)
-    return min(best, 1.0)
+    labels, folds = _labels(prepared, at, coordinate, _bins(coordinate.value, use))
+    foretold = _left_out(missing, missing.value, labels, folds, use)
+    if coordinate.turn is not None:
+        for wave in (np.cos(np.nan_to_num(coordinate.turn)), np.sin(np.nan_to_num(coordinate.turn))):
+            foretold = foretold + 2.0 * wave * _left_out(missing, wave * missing.value, labels, folds, use)
+    gain = float(np.sum(np.where(use, missing.weight, 0.0) * (missing.value**2 - (missing.value - foretold) ** 2)))
+    return float(np.clip(gain / total, 0.0, 1.0))
+
+
+def _labels(prepared: Prepared, at: Linearised, coordinate: Coordinate, bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What every sample's mean is taken with, and the fold that it is foretold without: its record, or half of the periods."""
+    records = np.broadcast_to(at.record[:, None], bins.shape)
+    if coordinate.by_record:
+        return bins + BINS * records, _parities(prepared, at)
+    return bins, records if len(np.unique(at.record)) > 2 else _parities(prepared, at)
 
 
 def gathered(prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, coordinate: Coordinate) -> float:
@@ -176,13 +185,9 @@ def gathered(prepared: Prepared, at: Linearised, missing: Missing, region: np.nd
     It sees a misfit that changes its sign from impact to impact, of which no mean remains; records count alike, but by time.
     """
     use = region & missing.known & np.isfinite(coordinate.value)
-    bins = _bins(coordinate.value, use)
-    records = np.broadcast_to(at.record[:, None], bins.shape)
+    labels, folds = _labels(prepared, at, coordinate, _bins(coordinate.value, use))
     count, excess = (_by_record(at, x) for x in (region & missing.known, np.where(region, missing.excess, 0.0)))
-    if coordinate.by_record:
-        labels, folds, usual = bins + BINS * records, _parities(prepared, at), np.full(len(count), excess.sum() / max(count.sum(), 1))
-    else:
-        labels, folds, usual = bins, records, excess / np.maximum(count, 1)
+    usual = np.full(len(count), excess.sum() / max(count.sum(), 1)) if coordinate.by_record else excess / np.maximum(count, 1)
     loud = (usual > 0) & (excess > _QUIET * excess.sum())
     use = use & (loud[at.record][:, None] | coordinate.by_record)
     if not use.any() or (usual[at.record] <= 0).all():
@@ -204,13 +209,13 @@ def _by_record(at: Linearised, values: np.ndarray) -> np.ndarray:
     return np.bincount(at.record, weights=values.sum(axis=1).astype(float))
 
 
-def _left_out(missing: Missing, labels: np.ndarray, folds: np.ndarray, use: np.ndarray) -> np.ndarray:
+def _left_out(missing: Missing, values: np.ndarray, labels: np.ndarray, folds: np.ndarray, use: np.ndarray) -> np.ndarray:
     """Mean of each sample's bin over all folds but its own."""
     weight = np.where(use, missing.weight, 0.0)
     labels, count = np.where(use, labels, 0), int(labels[use].max()) + 1
     joint = labels + count * np.where(use, folds, 0)
     size = count * (int(folds[use].max()) + 1)
-    sums = [np.bincount(joint[use], weights=w[use], minlength=size).reshape(-1, count) for w in (weight, weight * missing.value)]
+    sums = [np.bincount(joint[use], weights=w[use], minlength=size).reshape(-1, count) for w in (weight, weight * values)]
     others = [(s.sum(axis=0) - s) for s in sums]
     trust = _TRUST * float(np.median(weight[use]))
     return (others[1] / (others[0] + trust)).reshape(-1)[joint]

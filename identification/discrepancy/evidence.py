@@ -21,10 +21,10 @@ def chance(gain: float, degrees: int, trials: int) -> float:
 
 
 def best_of_each(found: list[Candidate]) -> dict[str, Candidate]:
-    """The candidate of every kind of effect that promises most, best first."""
+    """The candidate of every kind of effect, and of every channel, that promises most; best first."""
     best: dict[str, Candidate] = {}
     for candidate in sorted(found, key=lambda one: -one.gain):
-        best.setdefault(candidate.name, candidate)
+        best.setdefault(f"{candidate.name} {candidate.members[0].channel or ''}".strip(), candidate)
     return best
 
 
@@ -36,4 +36,4 @@ def trials(found: list[Candidate], name: str) -> int:
 def significant(found: list[Candidate]) -> dict[str, Candidate]:
     """The best of each kind, where noise alone would hardly do as much."""
     best = best_of_each(found)
-    return {name: one for name, one in best.items() if chance(one.gain, one.degrees, trials(found, name)) < FALSE_ALARM}
+    return {name: one for name, one in best.items() if chance(one.gain, one.degrees, trials(found, one.name)) < FALSE_ALARM}

@@ -26,8 +26,8 @@ _TELLING = 0.15
 _STEADY_LINE = 0.4
 """Share of the excess that makes a line."""
 _TIME_MUST_WIN_BY = 0.05
-_MOST = 0.8
-"""Share of the excess that the interval holds; it is None where as large a share of the samples is needed."""
+_MOST, _EVERYWHERE = 0.8, 0.6
+"""Share of the excess that the interval holds; share of the samples that is so many that there is no interval."""
 _CELLS = 24
 _QUIET, _LOUD = 1.2, 1.5
 """Mean squared residual over the noise variance of a window that is fitted, and of one that is not."""
@@ -70,15 +70,18 @@ def locate(
     phase = _phase(missing, regions)
     region = ~at.in_contact & regions["all"] if phase == "free flight" else regions[phase]
     near = at.in_contact | regions["separation"]
-    profiles, best = _ranked(prepared, at, missing, region, coordinates(prepared, at, estimate, hits, near))
+    among = coordinates(prepared, at, estimate, hits, near, drifting=missing.quantity.startswith("cart_"))
+    profiles, best = _ranked(prepared, at, missing, region, among)
     tone = line(prepared, at, missing, regions["all"])
-    hum = Line(*tone) if tone[1] > max(_STEADY_LINE, profiles[0].explained) else None
+    hum = Line(frequency_hz=tone[0], share=tone[1]) if tone[1] > max(_STEADY_LINE, profiles[0].explained) else None
     onset = _onset(prepared, at, records)
     record, time = _of_effect(named) if named is not None else onset
     if hum is not None or time is not None:
-        best = [one for one in coordinates(prepared, at, estimate, hits, near) if one.name == "time"][0]
+        best = next(one for one in among if one.name == "time")
         profiles = tuple(sorted(profiles, key=lambda one: one.coordinate != "time"))
     interval = None if hum is not None else _interval(at, missing, region, best, files.index(record) if record in files else None)
+    if time is not None:
+        interval = time, float(prepared.experiment.records[files.index(record) if record in files else 0].time[-1])
     channel = max(channels, key=lambda name: channels[name])
     found = Location(
         channel=channel,
@@ -120,8 +123,7 @@ def _missing(
     if found is None or (alone and (loudest in _OF_ONE_SENSOR or _contradicted(prepared, at, loudest, residuals))):
         return residuals[loudest]
     force = Missing(quantity="force", value=found[0], stderr=found[1], share=share)
-    carts = [residuals[name] for name in channels if name.startswith("cart_")]
-    return max([force, *carts], key=lambda one: float(one.excess.sum()) / max(int(one.known.sum()), 1))
+    return residuals[loudest] if loudest.startswith("cart_") else force
 
 
 def _contradicted(prepared: Prepared, at: Linearised, channel: str, residuals: dict[str, Missing]) -> bool:
@@ -160,14 +162,25 @@ def _phase(missing: Missing, regions: dict[str, np.ndarray]) -> str:
         inside = regions[name] & everywhere
         if inside.any() and (everywhere & ~inside).any():
             density, rest = float(excess[inside].mean()), max(float(excess[everywhere & ~inside].mean()), 0.0)
-            if density > _DENSER * rest and excess[inside].sum() > _FAIR * total:
+            if density > _DENSER * rest and excess[inside].sum() > _FAIR * total and _larger(missing, inside, everywhere & ~inside):
                 densities[name] = density
     if densities:
         return max(densities, key=lambda name: densities[name])
+    if missing.quantity.startswith("cart_"):
+        return "all"
     contact = regions["contact"] & everywhere
     if not contact.any() or not (everywhere & ~contact).any():
         return "all"
     return "free flight" if excess[everywhere & ~contact].mean() > _DENSER * max(excess[contact].mean(), 0.0) else "all"
+
+
+def _larger(missing: Missing, inside: np.ndarray, outside: np.ndarray) -> bool:
+    """Whether what is missing is larger in some samples than in others, not just better seen."""
+    variance = np.where(missing.known, missing.stderr, 0.0) ** 2
+    square = missing.share[:, None] * (missing.value**2 - variance * missing.share[:, None])
+    weight = np.broadcast_to(missing.share[:, None], square.shape)
+    sizes = [float(square[part].sum()) / max(float(weight[part].sum()), 1e-300) for part in (inside, outside)]
+    return sizes[0] > _DENSER * max(sizes[1], 0.0)
 
 
 def _ranked(
@@ -223,7 +236,7 @@ def _interval(at: Linearised, missing: Missing, region: np.ndarray, along: Coord
     last = np.searchsorted(held, held[:-1] + _MOST * held[-1])
     ranges = [(edges[b] - edges[a], a, b) for a, b in enumerate(last) if b < len(held)]
     _, a, b = min(ranges)
-    if np.mean((values >= edges[a]) & (values <= edges[b])) > _MOST - 0.05:
+    if np.mean((values >= edges[a]) & (values <= edges[b])) > _EVERYWHERE:
         return None
     return float(edges[a]), float(edges[b])
 

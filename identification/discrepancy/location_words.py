@@ -2,10 +2,12 @@
 
 import dataclasses
 
+import numpy as np
+
 from identification.discrepancy.diagnosis import Location, Profile
 
 
-@dataclasses.dataclass(frozen=True, kw_only=False)
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Line:
     """A steady tone in what is missing: frequency in Hz, share of the excess in it."""
 
@@ -28,75 +30,97 @@ _PHASES = {
     "separation": "sits where the hammer leaves the stop",
     "after impact": "sits just after impacts",
 }
+_RANGES = {
+    "displacement": "at displacements of {}",
+    "velocity": "at velocities of {}",
+    "indentation": "at indentations of {}",
+    "impact speed": "after impacts at {}",
+    "time since impact": "from {} after the hammer touches the stop",
+    "excitation phase": "at {} of the excitation period",
+    "time": "from {}",
+}
+_UNITS = {"m": (1e3, " mm"), "m/s": (1e3, " mm/s"), "s": (1e3, " ms"), "rad": (57.29577951308232, "°")}
 _ALONE, _NAMED, _EVEN = 0.9, 0.1, 1.7
 """Share of a channel that is alone; of a record worth naming; largest share of a record over an equal one that is still even."""
+_TOLD = 0.3
+"""Share that a profile must explain before its numbers are told."""
 
 
-def sentence(location: Location, quantity: str, hum: Line | None, *, before_is_quiet: bool) -> str:
-    """Phase, coordinate, records and channel, in this order; a beginning in time first of all."""
+def sentence(location: Location, quantity: str, tone: Line | None, *, before_is_quiet: bool) -> str:
+    """Phase, coordinate, records and channel, in this order; a beginning in time first of all.
+
+    Arguments:
+        location: all but its sentence.
+        quantity: that is missing, as in `Profile`.
+        tone: that most of it is, if it is one.
+        before_is_quiet: whether the record agrees to the noise before `location.time`.
+    """
     where = _channel(location, quantity)
     if location.time is not None and location.record is not None:
         quiet = "; before it the record agrees to the noise" if before_is_quiet else ""
-        return f"The misfit starts at {location.time:.2f} s of {location.record}{quiet}; it {_PHASES[location.phase]}, {where}."
-    told = f"The misfit {_PHASES[location.phase]}{_along(location, quantity, hum)}, {_records(location.records)}, {where}."
-    return told.replace(", ,", ",")
+        return f"The misfit starts at {location.time:.2f} s of {location.record}{quiet}. It {_PHASES[location.phase]}, {where}."
+    parts = [_PHASES[location.phase], _along(location, quantity, tone), _records(location.records), where]
+    return f"The misfit {', '.join(part for part in parts if part)}."
 
 
 def _channel(location: Location, quantity: str) -> str:
+    """The channel that shows it most, or alone."""
     spoken = _SPOKEN.get(location.channel, location.channel.replace("_", " "))
     if quantity == location.channel and location.channels[location.channel] >= _ALONE:
-        return f"in {spoken} alone; the other channels agree to the noise"
+        others = "; the other channels agree to the noise" if location.channels[location.channel] >= 1.0 - 0.5 * (1.0 - _ALONE) else ""
+        return f"in {spoken} alone{others}" if others else f"nearly all of it in {spoken}"
     return f"seen most in {spoken}"
 
 
 def _records(shares: dict[str, float]) -> str:
     """Those with a part worth naming."""
-    ranked = sorted(shares.items(), key=lambda item: -item[1])
-    if ranked[0][1] < _EVEN / len(ranked):
-        return "in all records" if ranked[-1][1] > _NAMED / len(ranked) else f"in {_listed([f for f, s in ranked if s > _NAMED])} alike"
-    loud = [(file, share) for file, share in ranked if share >= _NAMED]
-    shown = _listed([f"{100 * share:.0f} %" for _, share in loud])
-    return f"in {_listed([file for file, _ in loud])} ({shown})"
+    fair = 1.0 / len(shares)
+    loud = {file: share for file, share in shares.items() if share >= _NAMED * max(1.0, 4.0 * fair)}
+    if max(shares.values()) < _EVEN * fair:
+        return "in all records" if min(shares.values()) > 0.1 * fair else f"in {_listed(list(loud))} alike"
+    ranked = sorted(loud.items(), key=lambda item: -item[1])
+    shown = _listed([f"{100 * share:.0f} %" for _, share in ranked])
+    return f"in {_listed([file for file, _ in ranked])} ({shown})" if len(ranked) > 1 else f"in {ranked[0][0]}"
 
 
 def _listed(words: list[str]) -> str:
+    """Words in a row."""
     return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
 
 
-def _along(location: Location, quantity: str, hum: Line | None) -> str:
-    """Range of the coordinate, or how what is missing varies along it."""
-    if hum is not None:
-        return f", as a steady tone of {hum.frequency_hz:.1f} Hz that is no multiple of the drive's frequency"
+def _along(location: Location, quantity: str, tone: Line | None) -> str:
+    """Range of the coordinate, and how what is missing varies along it."""
     best = location.profiles[0]
+    if tone is not None:
+        return f"as a steady tone of {tone.frequency_hz:.1f} Hz that is no multiple of the drive's frequency"
+    extremes = _force(best, location.interval) if quantity == "force" and best.explained >= _TOLD else ""
     if location.interval is None:
-        return f", and goes with the {best.coordinate}{_extremes(best, quantity)}"
+        return f"and changes with the {best.coordinate}{extremes}" if best.coordinate != "time" else "and changes with time"
     factor, unit = _unit(best)
     low, high = (factor * end for end in location.interval)
     if location.coordinate == "velocity" and low < 0 < high and max(-low, high) < 2 * min(-low, high):
-        return f" at low speed (below {_number(max(-low, high))} {unit})"
-    ends = f"{_number(low)} to {_number(high)} {unit}".strip()
-    return (
-        f", mostly at {'an ' if best.coordinate[0] in 'aeiou' else 'a '}{best.coordinate} of {ends}"
-        if location.coordinate != "time"
-        else f", mostly from {ends}"
-    )
+        return f"at low speed (|u'| below {_number(max(-low, high))}{unit}){extremes}"
+    if location.coordinate == "indentation" and high < 0:
+        return f"mostly {_number(-high)} to {_number(-low)}{unit} clear of it{extremes}"
+    return "mostly " + _RANGES[location.coordinate].format(f"{_number(low)} to {_number(high)}{unit}") + extremes
 
 
-def _extremes(best: Profile, quantity: str) -> str:
-    """Largest and smallest of a profile that explains something."""
-    if best.explained < 0.3 or quantity != "force":
-        return ""
+def _force(best: Profile, interval: tuple[float, float] | None) -> str:
+    """What is surely missing at least: at most in an interval, or from where to where along the whole coordinate."""
     factor, unit = _unit(best)
-    low, high = int(best.mean.argmin()), int(best.mean.argmax())
-    ends = [f"{_number(best.mean[k])} N near {_number(factor * best.center[k])} {unit}" for k in (low, high)]
+    sure = np.sign(best.mean) * np.maximum(np.abs(best.mean) - 2.0 * best.stderr, 0.0)
+    if interval is not None:
+        inside = (best.center >= interval[0]) & (best.center <= interval[1])
+        largest = best.mean[inside][np.abs(sure[inside]).argmax()] if inside.any() else 0.0
+        return f" (up to {_number(abs(largest))} N)" if largest else ""
+    low, high = int(sure.argmin()), int(sure.argmax())
+    ends = [f"{_number(best.mean[k])} N near {_number(factor * best.center[k])}{unit}" for k in (low, high)]
     return f" (missing force from {ends[0]} to {ends[1]})"
 
 
 def _unit(best: Profile) -> tuple[float, str]:
     """Factor and unit that read well."""
-    if best.unit == "s" and best.coordinate == "time":
-        return 1.0, "s"
-    return {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms")}.get(best.unit, (1.0, best.unit))
+    return (1.0, " s") if best.coordinate == "time" else _UNITS.get(best.unit, (1.0, f" {best.unit}"))
 
 
 def _number(value: float) -> str:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import numpy as np
 
 from identification.discrepancy.score import Candidate
@@ -105,3 +106,15 @@ def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:
     low = np.array([p.to_internal(max(p.lower, 1e-300) if p.logarithmic else p.lower) for p in layout.parameters])
     high = np.array([p.to_internal(p.upper) for p in layout.parameters])
     return np.clip(shared, low, high)
+
+
+def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
+    """Some of the windows, in their order, with their own start."""
+    groups, begin = [], 0
+    for group in prepared.groups:
+        mine = chosen[(chosen >= begin) & (chosen < begin + len(group.record))] - begin
+        begin += len(group.record)
+        if len(mine):
+            groups.append(jax.tree.map(lambda leaf, mine=mine: leaf[mine], group))
+    start = dataclasses.replace(prepared.start, states=prepared.start.states[chosen])
+    return dataclasses.replace(prepared, groups=tuple(groups), start=start)

@@ -7,24 +7,38 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
+from identification.block_arrow import Equations
 from identification.discrepancy.evidence import significant
 from identification.discrepancy.facts import facts
 from identification.discrepancy.linearised import Linearised, linearised
-from identification.discrepancy.refit import Fitted, extended
+from identification.discrepancy.refit import Fitted, extended, windows_of
 from identification.discrepancy.robust import Tolerance, tolerance
 from identification.discrepancy.score import Candidate, projector, score
 from identification.discrepancy.signature import Course, courses
 from identification.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.lanes import initial_states
+from identification.layout import Estimate
 from identification.levenberg_marquardt import LevenbergMarquardt, settle
+from identification.prepare import Prepared
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
-_SHORT_LIST = 4
+_SHORT_LIST = 6
 _WORTH_A_TRY = 0.03
 """Share of the best gain that a candidate must promise to be refitted."""
 _MOST_EFFECTS = 3
 _NO_CUT = np.inf
+_EVERY, _LARGE_GAIN = 4, 4000.0
+"""Where some candidate promises so much, every fourth window tells the candidates apart."""
+_FINALIST = 1.03
+"""Cost over the lowest up to which a candidate is fitted to all windows."""
+_NOISE = 1.05
+"""Cost over that of pure noise at which a candidate explains nearly everything."""
+_CLOSE = 0.3
+"""Share of the best gain from which a candidate is tried although another explains everything: it may be its twin."""
+_HOPELESS = 1.2
+"""Cost over the lowest of the short list at which a candidate is given up after its rough fit."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -81,18 +95,21 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         progress(f"scoring all candidates beside {_words(fitted)}")
         scored = look(fitted, allowed)
         cost = float(allowed.cost(fitted.outcome.equations.cost).sum())
-        enough = _explained(fitted, allowed, scored)
+        enough = _explained(fitted, allowed, scored, rounds)
         if enough or not scored.significant or len(fitted.names) >= _MOST_EFFECTS or time.monotonic() > deadline:
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=enough)
         rivals = _refitted(scored, allowed, progress)
-        rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
-        if not rivals or cost - rivals[0].cost < _LEAST_GAIN:
+        if not rivals or cost - rivals[0].cost < max(_LEAST_GAIN, _HELPS * (cost - 0.5 * allowed.samples.sum())):
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=False)
+        rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
 
 
-_LEAST_GAIN = 12.0
-"""Drop of the cost (half chi-square) below which a refit has not helped."""
+_LEAST_GAIN, _HELPS = 12.0, 0.05
+"""Drop of the cost (half chi-square), and share of the misfit, below which a refit has not helped."""
+_ROUNDS = 3
+_REST = 0.01
+"""Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
 
 
 def look(fitted: Fitted, allowed: Tolerance) -> Scored:
@@ -112,25 +129,89 @@ def blank(kind: type[AbstractEffect]) -> AbstractEffect:
     return kind(**{p.field: p.start for p in kind.parameters})
 
 
-def _explained(fitted: Fitted, allowed: Tolerance, scored: Scored) -> bool:
-    """No misfit beyond the noise, overall or along any candidate."""
+def _explained(fitted: Fitted, allowed: Tolerance, scored: Scored, rounds: list[Round]) -> bool:
+    """Whether what is left is noise, or a trifle beside what has been explained."""
     degrees = int(allowed.samples.sum()) - fitted.unknowns - fitted.prepared.layout.states * len(allowed.samples)
-    return fitted.chi2 / degrees <= chi2_limit(degrees, OVERALL) and not scored.significant
+    noise = 0.5 * float(allowed.samples.sum())
+    misfit = float(allowed.cost(fitted.outcome.equations.cost).sum()) - noise
+    first = rounds[0].cost - noise if rounds else 0.0
+    left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    adequate = fitted.chi2 / degrees <= chi2_limit(degrees, OVERALL)
+    return (adequate or misfit < _REST * first) and left <= _REST * 2.0 * first
 
 
 def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
-    """The short list, each fitted in full; best first."""
+    """The short list, each fitted in full as long as it is in the running; best first.
+
+    Where the misfit is large, every candidate is first fitted to a part of the windows, and only the best to all.
+    """
+    thin = _thinned(scored, allowed)
+    rivals = _heats(thin, allowed, scored, progress)
+    if thin.every == 1 or not rivals:
+        return rivals
+    finals, lowest = [], np.inf
+    for rival in rivals:
+        if rival.cost > _FINALIST * rivals[0].cost + 100.0:
+            break
+        progress(f"fitting {rival.name} to all records")
+        fitted = fit_tolerantly(_with_all_windows(scored, rival), allowed, give_up_above=_HOPELESS * lowest)
+        if fitted is not None:
+            finals.append(_rival(rival.candidate, fitted, allowed))
+            lowest = min(lowest, finals[-1].cost)
+    return _ranked(finals, allowed)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Thinned:
+    """Every so manieth window."""
+
+    every: int
+    chosen: np.ndarray
+    allowed: Tolerance
+
+
+def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
+    """A part of the windows that suffices to tell large gains apart."""
+    best = max(candidate.gain for candidate in scored.significant.values())
+    every = _EVERY if best > _LARGE_GAIN and len(allowed.samples) > 16 * _EVERY else 1
+    chosen = np.arange(0, len(allowed.samples), every)
+    return _Thinned(every=every, chosen=chosen, allowed=dataclasses.replace(allowed, samples=allowed.samples[chosen]))
+
+
+def _heats(thin: _Thinned, allowed: Tolerance, scored: Scored, progress: Progress) -> list[Rival]:
+    """The short list, fitted to the chosen windows; best first."""
     best = max(candidate.gain for candidate in scored.significant.values())
     short = [one for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
-    rivals = []
+    noise, rivals = 0.5 * thin.allowed.samples.sum(), []
     for candidate in [*short, *_beyond_scores(scored, short)]:
-        progress(f"trying {candidate.name} beside {_words(scored.fitted)}")
+        lowest = min((rival.cost for rival in rivals), default=np.inf)
+        if lowest < _NOISE * noise and candidate.gain < _CLOSE * best:
+            continue
+        progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {_words(scored.fitted)}")
+        prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
         try:
-            fitted = tried(scored, candidate, allowed)
+            fitted = fit_tolerantly(prepared, thin.allowed, give_up_above=max(_HOPELESS * lowest, lowest + 100.0))
         except NoConvergenceError:
             continue
-        rivals.append(Rival(candidate=candidate, fitted=fitted, cost=float(allowed.cost(fitted.outcome.equations.cost).sum())))
+        if fitted is not None:
+            rivals.append(_rival(candidate, fitted, thin.allowed))
+    return _ranked(rivals, thin.allowed)
+
+
+def _rival(candidate: Candidate, fitted: Fitted, allowed: Tolerance) -> Rival:
+    return Rival(candidate=candidate, fitted=fitted, cost=float(allowed.cost(fitted.outcome.equations.cost).sum()))
+
+
+def _ranked(rivals: list[Rival], allowed: Tolerance) -> list[Rival]:
+    """By cost with the price of every estimated number."""
     return sorted(rivals, key=lambda rival: rival.cost + 0.5 * np.log(allowed.samples.sum()) * rival.fitted.unknowns)
+
+
+def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
+    """All windows, from what the fit to a part of them found."""
+    whole = extended(scored.fitted, rival.candidate, scored.courses)
+    found = rival.fitted.outcome.estimate
+    return dataclasses.replace(whole, start=dataclasses.replace(whole.start, shared=found.shared, nuisances=found.nuisances))
 
 
 def _beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
@@ -143,20 +224,39 @@ def _beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
     return [dataclasses.replace(one, factors=np.ones(len(one.members))) for one in stops[:1]]
 
 
-def tried(scored: Scored, candidate: Candidate, allowed: Tolerance) -> Fitted:
-    """The model with one more effect, fitted tolerantly; windows that resist may settle anew in between."""
-    prepared = extended(scored.fitted, candidate, scored.courses)
-    return fit_tolerantly(prepared, allowed)
+def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf) -> Fitted | None:
+    """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
 
-
-def fit_tolerantly(prepared, allowed: Tolerance) -> Fitted:
-    """Everything from `prepared.start`, first roughly, then, after every window has settled anew, to the end."""
+    None where the rough fit leaves a tolerant cost above `give_up_above`.
+    """
     evaluate = evaluator(prepared, integrator_for(prepared))
     tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
-    rough = LevenbergMarquardt(tolerance=0.5, most_iterations=10)(tolerant, prepared.start, active, limits)
-    settled, _ = settle(evaluate, rough.estimate, iterations=3)
-    outcome = LevenbergMarquardt(tolerance=0.1, most_iterations=25)(tolerant, settled, active, limits)
+    rough = LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)(tolerant, prepared.start, active, limits)
+    settled, cost = resettled(prepared, evaluate, rough.estimate, allowed)
+    if not float(allowed.cost(cost).sum()) <= give_up_above:
+        return None
+    for _ in range(_ROUNDS):
+        outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-6, most_iterations=15)(tolerant, settled, active, limits)
+        before = float(allowed.cost(evaluate(outcome.estimate).cost).sum())
+        settled, cost = resettled(prepared, evaluate, outcome.estimate, allowed)
+        if before - float(allowed.cost(cost).sum()) < 1e-3 * before:
+            break
     return Fitted(prepared=prepared, outcome=dataclasses.replace(outcome, equations=evaluate(outcome.estimate)))
+
+
+def resettled(
+    prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, allowed: Tolerance
+) -> tuple[Estimate, np.ndarray]:
+    """Windows that resist settle from where they are and from the recorded state, and keep the better; with the windows' costs."""
+    before = evaluate(estimate).cost
+    if np.all(allowed.weights(before) >= 1.0):
+        return estimate, before
+    read = np.concatenate([initial_states(group, prepared.motions) for group in prepared.groups])
+    own = estimate.states[:, read.shape[1] :]
+    here, here_cost = settle(evaluate, estimate, iterations=3)
+    there, there_cost = settle(evaluate, dataclasses.replace(estimate, states=np.concatenate([read, own], axis=1)), iterations=4)
+    better = (there_cost < here_cost)[:, None]
+    return dataclasses.replace(here, states=np.where(better, there.states, here.states)), np.minimum(here_cost, there_cost)
 
 
 def no_tolerance(fitted: Fitted) -> Tolerance:

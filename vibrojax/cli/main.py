@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import fit, simulate
+from vibrojax.cli import diagnose, fit, simulate
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -21,6 +21,7 @@ def _print_version(wanted: bool) -> bool:
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
 app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
+app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 
 
@@ -28,7 +29,7 @@ app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 def options(
     version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True)] = False,
 ) -> None:
-    """Identify and simulate a hammer that hits a stop."""
+    """Identify, diagnose and simulate a hammer that hits a stop."""
 
 
 def main() -> NoReturn:

@@ -11,7 +11,7 @@ from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, 
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_FREQUENCY_GRID = tuple(float(f) for f in np.geomspace(200.0, 1500.0, 8).round())
+_FREQUENCY_GRID = tuple(float(f) for f in np.geomspace(60.0, 1200.0, 13))
 _STIFFER = 10.0
 """Stiffness of a probe under the stop, relative to that of the contact at its deepest."""
 _PROBE_DAMPING = 0.05

@@ -1,0 +1,213 @@
+"""What a diagnosis returns: the verdict, its evidence, and both models beside the records."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from identification.experiment import Experiment
+from identification.result import RecordFit
+from vibrojax.effects import AbstractEffect
+from vibrojax.model import Model
+
+ADEQUATE, MISSING, UNLISTED = "adequate", "missing", "unlisted"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Number:
+    """A parameter as estimated: SI value, standard error (None where it has no meaning), unit and symbol."""
+
+    name: str
+    symbol: str
+    unit: str
+    value: float
+    stderr: float | None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Asserted:
+    """An effect that the verdict asserts.
+
+    Attributes:
+        effect: with its estimated numbers.
+        probability: of being the cause among everything considered.
+        parameters: estimated.
+    """
+
+    effect: AbstractEffect
+    probability: float
+    parameters: tuple[Number, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Profile:
+    """What is missing against one coordinate: bins with mean and standard error of it.
+
+    Attributes:
+        coordinate: "time", "excitation phase", "displacement", "velocity", "indentation", "impact speed" or "time since impact".
+        unit: of the coordinate.
+        quantity: what is missing: "force" (N), or the residual of a channel, in its noise.
+        center, mean, stderr: (bins,).
+        explained: share of the excess misfit's variance that the mean explains.
+    """
+
+    coordinate: str
+    unit: str
+    quantity: str
+    center: np.ndarray
+    mean: np.ndarray
+    stderr: np.ndarray
+    explained: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Location:
+    """Where the nominal model goes wrong.
+
+    Attributes:
+        channel: that shows it most.
+        channels: share of the excess misfit by channel.
+        records: share of the excess misfit by record file.
+        phase: "free flight", "contact", "separation", "after impact" or "all".
+        coordinate: that explains it best.
+        interval: of that coordinate, in its unit, that holds most of it; None where it acts everywhere.
+        time: s, of an effect that begins at an instant; else None.
+        record: file, of an effect that acts in one record only; else None.
+        sentence: that a test engineer understands.
+        profiles: by coordinate, the best first.
+        maps: by record file, mean squared residual over the noise variance in equal parts of the record (rows) and of the excitation
+            period (columns); (24, 24); NaN where there is none.
+    """
+
+    channel: str
+    channels: dict[str, float]
+    records: dict[str, float]
+    phase: str
+    coordinate: str
+    interval: tuple[float, float] | None
+    time: float | None
+    record: str | None
+    sentence: str
+    profiles: tuple[Profile, ...]
+    maps: dict[str, np.ndarray]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Considered:
+    """One candidate that was looked at.
+
+    Attributes:
+        name: of the effect.
+        detail: which channel, record or frequency.
+        gain: drop of chi-square that the score test promises.
+        chance: probability that noise alone promises as much.
+        drop: of chi-square when the whole was fitted again with it; None where it was not.
+        bic: Bayesian information criterion after that, less that of the best; None likewise.
+        held_out: drop of chi-square on records left out of the fit; None likewise.
+        beside: effects that were in the model already.
+    """
+
+    name: str
+    detail: str
+    gain: float
+    chance: float
+    drop: float | None
+    bic: float | None
+    held_out: float | None
+    beside: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Side:
+    """One of the two models beside the records.
+
+    Attributes:
+        model: fitted.
+        parameters: every shared one, those of effects too.
+        chi2_reduced: of the whole.
+        held_out_nrmse: error on records left out of the fit: rms over standard deviation, mean square over channels.
+        records: beside their predictions.
+    """
+
+    model: Model
+    parameters: tuple[Number, ...]
+    chi2_reduced: float
+    held_out_nrmse: float
+    records: tuple[RecordFit, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """The verdict on one experiment.
+
+    Attributes:
+        verdict: `ADEQUATE`, `MISSING` or `UNLISTED`.
+        sentences: the verdict in words, first what is missing, then what it does to the error; two to four of them.
+        effects: asserted, by probability.
+        free_form: formula of the term that was learned where no listed effect explains the misfit; empty otherwise.
+        ambiguous_with: names of effects that these records cannot tell from the asserted ones.
+        location: of the misfit; None where there is none.
+        considered: all candidates, the best first.
+        nominal, augmented: models before and after; the same where nothing is missing.
+        next_experiment: what would separate the leading causes.
+        warnings: that the reader must see.
+        seconds: wall time by stage.
+    """
+
+    experiment: Experiment
+    verdict: str
+    sentences: tuple[str, ...]
+    effects: tuple[Asserted, ...]
+    free_form: str
+    ambiguous_with: tuple[str, ...]
+    location: Location | None
+    considered: tuple[Considered, ...]
+    nominal: Side
+    augmented: Side
+    next_experiment: str
+    warnings: tuple[str, ...]
+    seconds: dict[str, float]
+
+    @property
+    def nominal_model(self) -> Model:
+        """Before."""
+        return self.nominal.model
+
+    @property
+    def model(self) -> Model:
+        """After."""
+        return self.augmented.model
+
+    def document(self, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
+        """`diagnosis.json`."""
+        return {
+            "schema": 1,
+            "verdict": self.verdict,
+            "effects": [
+                {
+                    "name": one.effect.name,
+                    "probability": one.probability,
+                    "parameters": {p.name: {"value": p.value, "stderr": p.stderr, "unit": p.unit} for p in one.parameters},
+                }
+                | ({"record": one.effect.record} if one.effect.record else {})
+                | ({"channel": one.effect.channel} if one.effect.channel else {})
+                for one in self.effects
+            ],
+            "ambiguous_with": list(self.ambiguous_with),
+            "location": _location(self.location),
+            "nominal": {"chi2_reduced": self.nominal.chi2_reduced, "held_out_nrmse": self.nominal.held_out_nrmse},
+            "augmented": {"chi2_reduced": self.augmented.chi2_reduced, "held_out_nrmse": self.augmented.held_out_nrmse},
+            "free_form": self.free_form,
+            "next_experiment": self.next_experiment,
+            "sentences": list(self.sentences),
+            "considered": [dataclasses.asdict(one) for one in self.considered],
+            "warnings": list(self.warnings),
+            "provenance": dict(provenance or {}),
+        }
+
+
+def _location(location: Location | None) -> dict[str, Any] | None:
+    if location is None:
+        return None
+    plain = ("channel", "records", "channels", "phase", "coordinate", "interval", "time", "record", "sentence")
+    return {name: getattr(location, name) for name in plain}

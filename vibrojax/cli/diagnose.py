@@ -1,0 +1,59 @@
+"""`vibrojax diagnose`: experiment in; what the nominal model leaves out, both models, and a report out."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from vibrojax.cli.default_folder import default_folder
+from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.output import output_folder
+from vibrojax.cli.progress import stages
+from vibrojax.cli.source import check_source, experiment_source
+
+EXAMPLE = "Example:  vibrojax diagnose rig-B/experiment.toml --out rig-B-diagnosis"
+
+
+def _above_zero(minutes: float) -> float:
+    """Not a number is refused as well."""
+    if not minutes > 0:
+        raise typer.BadParameter(f"{minutes:g} is not above 0")
+    return minutes
+
+
+def diagnose(
+    experiment: Annotated[
+        Path | None,
+        typer.Argument(help="Folder of the experiment, or its experiment.toml. Left out: the embedded example.", show_default=False),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: diagnose-NAME, NAME being the experiment's.")
+    ] = None,
+    budget_minutes: Annotated[
+        float, typer.Option(metavar="MINUTES", help="Time after which no further effect is looked for.", callback=_above_zero)
+    ] = 5.0,
+    recipe: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Use recordings published by others, read as this recipe says; with --data.", show_default=False),
+    ] = None,
+    data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+) -> None:
+    """Find out what the impact model leaves out of recorded experiments.
+
+    Writes diagnosis.json, nominal.json, model.json, report.html and plots into the results folder, all of them or none.
+    Exit status: 0 done, whatever the verdict; 2 bad input; 3 no convergence.
+    """
+    check_source(experiment, recipe, data)
+    out = default_folder("diagnose", experiment, recipe) if out is None else out
+    with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source, stages(quiet=quiet) as say:
+        say("loading JAX")
+        prepare_jax()
+        from identification.run import run_diagnose
+
+        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, seed=seed, progress=say)
+    console = Console(quiet=quiet, highlight=False)
+    console.print(summary)
+    console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
