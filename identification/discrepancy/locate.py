@@ -26,7 +26,7 @@ _TELLING = 0.15
 _STEADY_LINE = 0.4
 """Share of the excess that makes a line."""
 _TIME_MUST_WIN_BY = 0.05
-_MOST, _EVERYWHERE = 0.8, 0.6
+_MOST, _EVERYWHERE = 0.8, 0.5
 """Share of the excess that the interval holds; share of the samples that is so many that there is no interval."""
 _CELLS = 24
 _QUIET, _LOUD = 1.2, 1.5
@@ -47,8 +47,9 @@ def locate(
 
     Excess is the squared residual over the noise variance less 1; windows that the fit has given up on count as little as they did there.
     A phase of the motion has the misfit if what is missing is twice as dense there as elsewhere and a quarter of the whole is in it.
-    The coordinate is that whose bin means foretell most of what is missing in records (time: periods) that they were not taken from; where
-    none does, because its sign changes from impact to impact, that along which its size is most uneven.
+    What is missing is a force on the hammer (`missing_force`); or a channel's residual, where one sensor has the misfit to itself or the
+    cart shows it most. The coordinate is that whose bin means foretell most of it in records (time: periods) that they were not taken
+    from; where none does, because its sign changes from impact to impact, that along which its size is most uneven.
 
     Arguments:
         prepared: windows of the nominal model.
@@ -59,15 +60,16 @@ def locate(
     """
     mass = float(prepared.layout.physical(estimate.shared).get("m", prepared.experiment.mass))
     share = window_weights(prepared, at)
-    residuals = {name: _residual(at, share, index) for index, name in enumerate(at.channels)}
-    channels = _shares({name: float(one.excess.sum()) for name, one in residuals.items() if one.known.any()})
+    residuals = {name: _residual(at, share, index) for index, name in enumerate(at.channels) if (at.weight[..., index] > 0).any()}
+    channels = _shares({name: float(one.excess.sum()) for name, one in residuals.items()})
     whole = np.sum([one.excess.sum(axis=1) for one in residuals.values()], axis=0)
     files = [record.file for record in prepared.experiment.records]
     records = _shares({file: float(whole[at.record == index].sum()) for index, file in enumerate(files)})
     hits = impacts(prepared, at)
     regions = _regions(prepared, at, hits)
     missing = _missing(prepared, at, mass, residuals, channels, share)
-    phase = _phase(missing, regions)
+    smoothed = missing.quantity == "force" and "hammer_acceleration" not in residuals
+    phase = _phase(missing, regions, ("contact",) if smoothed else ("contact", "separation", "after impact"))
     region = ~at.in_contact & regions["all"] if phase == "free flight" else regions[phase]
     near = at.in_contact | regions["separation"]
     among = coordinates(prepared, at, estimate, hits, near, drifting=missing.quantity.startswith("cart_"))
@@ -129,7 +131,7 @@ def _missing(
 def _contradicted(prepared: Prepared, at: Linearised, channel: str, residuals: dict[str, Missing]) -> bool:
     """Whether another sensor of the hammer's motion, or a steady line in this one, tells that no force is behind its residual."""
     others = _DISPLACEMENTS if channel in _ACCELERATIONS else _ACCELERATIONS if channel in _DISPLACEMENTS else ()
-    if channel in _DISPLACEMENTS and any(name in residuals and residuals[name].known.any() for name in others):
+    if channel in _DISPLACEMENTS and any(name in residuals for name in others):
         return True
     return line(prepared, at, residuals[channel], residuals[channel].known)[1] > _STEADY_LINE
 
@@ -151,14 +153,17 @@ def _regions(prepared: Prepared, at: Linearised, hits: Impacts) -> dict[str, np.
     return {"contact": contact, "separation": separation, "after impact": after, "free flight": flight, "all": inside}
 
 
-def _phase(missing: Missing, regions: dict[str, np.ndarray]) -> str:
-    """The narrow phase with the densest excess if it stands out; else free flight if contacts are free of it; else all."""
+def _phase(missing: Missing, regions: dict[str, np.ndarray], narrow: tuple[str, ...]) -> str:
+    """The narrow phase with the densest excess if it stands out; else free flight if contacts are free of it; else all.
+
+    A smoothed force does not tell a contact from what follows within milliseconds.
+    """
     excess, everywhere = missing.excess, regions["all"] & missing.known
     total = float(excess[everywhere].sum())
     if total <= 0:
         return "all"
     densities = {}
-    for name in ("contact", "separation", "after impact"):
+    for name in narrow:
         inside = regions[name] & everywhere
         if inside.any() and (everywhere & ~inside).any():
             density, rest = float(excess[inside].mean()), max(float(excess[everywhere & ~inside].mean()), 0.0)

@@ -99,7 +99,7 @@ def _along(location: Location, quantity: str, tone: Line | None) -> str:
     factor, unit = _unit(best)
     low, high = (factor * end for end in location.interval)
     if location.coordinate == "velocity" and low < 0 < high and max(-low, high) < 2 * min(-low, high):
-        return f"at low speed (|u'| below {_number(max(-low, high))}{unit}){extremes}"
+        return f"at low speed, |u'| below {_number(max(-low, high))}{unit}{extremes}"
     if location.coordinate == "indentation" and high < 0:
         return f"mostly {_number(-high)} to {_number(-low)}{unit} clear of it{extremes}"
     return "mostly " + _RANGES[location.coordinate].format(f"{_number(low)} to {_number(high)}{unit}") + extremes
@@ -112,7 +112,7 @@ def _force(best: Profile, interval: tuple[float, float] | None) -> str:
     if interval is not None:
         inside = (best.center >= interval[0]) & (best.center <= interval[1])
         largest = best.mean[inside][np.abs(sure[inside]).argmax()] if inside.any() else 0.0
-        return f" (up to {_number(abs(largest))} N)" if largest else ""
+        return f" (missing force up to {_number(abs(largest))} N)" if largest else ""
     low, high = int(sure.argmin()), int(sure.argmax())
     ends = [f"{_number(best.mean[k])} N near {_number(factor * best.center[k])}{unit}" for k in (low, high)]
     return f" (missing force from {ends[0]} to {ends[1]})"

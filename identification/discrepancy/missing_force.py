@@ -34,7 +34,9 @@ def missing_force(prepared: Prepared, at: Linearised, mass: float) -> tuple[np.n
     recorded = {name: at.weight[..., index] > 0 for index, name in enumerate(at.channels)}
     inside = np.arange(at.ts.shape[1]) < at.lengths[:, None]
     accelerations = recorded.get("hammer_acceleration", np.zeros(at.ts.shape, bool))
-    moved = np.array([recorded[name] for name in _MOTION if name in recorded] or [np.zeros(at.ts.shape, bool)]).any(axis=0)
+    moved = np.zeros(at.ts.shape, bool)
+    for name in _MOTION:
+        moved |= recorded.get(name, moved)
     if not (accelerations.any() or moved.any()):
         return None
     direct = accelerations.sum(axis=1) > 0.5 * at.lengths
