@@ -50,6 +50,33 @@ def run_fit(
     return fit_summary(result, table)
 
 
+def run_diagnose(
+    experiment: Path,
+    folder: Path,
+    *,
+    budget_minutes: float = 5.0,
+    seed: int = 0,
+    progress: Progress = lambda stage: None,
+) -> RenderableType:
+    """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, report.html and plots into `folder`.
+
+    Returns the summary for a terminal. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
+    `NoConvergenceError` where the nominal model cannot be fitted.
+    """
+    from identification.diagnose import diagnose_experiment
+    from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
+
+    progress("reading the records")
+    diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, seed=seed, progress=progress)
+    progress("drawing the report")
+    origin = diagnosis_provenance(diagnosis, seed=seed)
+    write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
+    write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
+    write_model(diagnosis.model, folder / "model.json", provenance=origin)
+    write_diagnosis_report(diagnosis, folder, provenance=origin)
+    return diagnosis_summary(diagnosis)
+
+
 def run_simulate(model: Path, experiment: Path, folder: Path) -> None:
     """Simulate every record of an experiment and write one CSV each into `folder`."""
     fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)

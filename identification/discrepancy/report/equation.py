@@ -1,0 +1,40 @@
+"""Equations of effects, which are written in plain text, as HTML."""
+
+import re
+
+from markupsafe import Markup, escape
+
+_GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
+_SHORT_WORDS = ("if", "in", "or")
+_SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("''", "″"), ("'", "′"), (" * ", " · "))
+_SYMBOL = re.compile(r"(?P<letters>[^\W\d_]+)(?P<digits>\d*)(?:_(?P<index>\w+|\([^)]*\)))?|\^(?P<power>\w+|\([^)]*\))")
+
+
+def equation_html(text: str) -> Markup:
+    """An equation with lowered indices, raised powers, Greek letters and italic symbols; words of three letters or more stand upright.
+
+    Example:
+        >>> print(equation_html("force = -k_3 u^3"))
+        force = −<i>k</i><sub>3</sub> <i>u</i><sup>3</sup>
+    """
+    pieces, begin = [], 0
+    for found in _SYMBOL.finditer(text):
+        pieces += [_signs(text[begin : found.start()]), _symbol(found)]
+        begin = found.end()
+    return Markup("".join((*pieces, _signs(text[begin:]))))
+
+
+def _symbol(found: re.Match[str]) -> str:
+    if found["power"]:
+        return f"<sup>{_signs(found['power'].strip('()'))}</sup>"
+    letters = _GREEK.get(found["letters"], found["letters"])
+    upright = len(letters) > 2 or letters in _SHORT_WORDS
+    below = (found["index"] or found["digits"]).strip("()")
+    return (letters if upright else f"<i>{letters}</i>") + (f"<sub>{_signs(below)}</sub>" if below else "")
+
+
+def _signs(text: str) -> str:
+    """What stands between symbols, with proper signs."""
+    for plain, proper in _SIGNS:
+        text = text.replace(plain, proper)
+    return str(escape(text))

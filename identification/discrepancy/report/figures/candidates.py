@@ -1,0 +1,83 @@
+"""What each candidate promised and delivered; or, where nothing is missing, how likely noise alone promises as much."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import NullLocator
+
+from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis
+from identification.discrepancy.evidence import FALSE_ALARM
+from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, Picture
+from identification.discrepancy.report.words import beside, chance_text, plain_name
+from identification.report.figures.base import new_figure
+from identification.report.numbers import significant
+
+_MOST = 10
+
+
+def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
+    """One picture: the strongest candidates."""
+    shown = diagnosis.considered[:_MOST]
+    if not shown:
+        return
+    height = 0.65 + 0.24 * len(shown)
+    figure = new_figure(height)
+    axes = figure.add_axes((0.36, 0.43 / height, 0.61, 1 - 0.65 / height))
+    places = -np.arange(len(shown), dtype=float)
+    adequate = diagnosis.verdict == ADEQUATE
+    (_chances if adequate else _gains)(axes, places, shown)
+    axes.set_yticks(places, [_name(one, everywhere=adequate) for one in shown])
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(places[-1] - 0.7, 0.7)
+    axes.xaxis.set_minor_locator(NullLocator())
+    if adequate:
+        caption = "Chance that noise alone promises as much, for the strongest candidates. One is worth a refit only below"
+        caption += f" {significant(FALSE_ALARM, 1)}, left of the dashed line."
+        told = [f"{plain_name(one.name)} {chance_text(one.chance)}" for one in shown]
+    else:
+        caption = (
+            "Drop of chi-square that each candidate promises beside the model named (pale) and, where everything was fitted again with"
+        )
+        caption += " it, delivers (dark)."
+        told = [f"{plain_name(one.name)} {significant(one.gain if one.drop is None else one.drop, 2)}" for one in shown]
+    yield Picture(
+        name="candidates",
+        section="considered",
+        record=None,
+        caption=caption,
+        alt=("Chances of noise: " if adequate else "Drop of chi-square: ") + "; ".join(told) + ".",
+        figure=figure,
+    )
+
+
+def _gains(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> None:
+    gains = np.maximum(np.nan_to_num([one.gain for one in shown]), 1.0)
+    drops = np.maximum([np.nan if one.drop is None else one.drop for one in shown], 1.0)
+    least = 0.5 * float(np.nanmin(np.concatenate([gains, drops])))
+    axes.barh(places, gains - least, left=least, height=0.62, color=BEFORE_BAND, label="promised")
+    axes.barh(places, drops - least, left=least, height=0.28, color=AFTER, label="delivered")
+    axes.set_xscale("log")
+    axes.set_xlim(least, 1.5 * float(np.nanmax(np.concatenate([gains, drops]))))
+    axes.set_xlabel("drop of chi-square")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=2, borderpad=0.1)
+
+
+def _chances(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> None:
+    chances = np.maximum([one.chance for one in shown], 1e-12)
+    axes.hlines(places, chances, 1.0, color="#c8c8c8", linewidth=1.4)
+    axes.plot(chances, places, "o", color=BEFORE, markersize=5)
+    axes.axvline(FALSE_ALARM, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
+    axes.set_xscale("log")
+    axes.set_xlim(0.3 * min(float(chances.min()), FALSE_ALARM), 1.6)
+    axes.set_xlabel("chance that noise alone promises as much")
+
+
+def _name(one: Considered, *, everywhere: bool) -> str:
+    """The effect and, where it tells anything, the model it was added to."""
+    name = plain_name(one.name)
+    return name if everywhere or not one.beside else f"{name} (beside {_short(beside(one))})"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 18 else text[:17] + "…"

@@ -1,0 +1,104 @@
+"""`report.html` of a diagnosis: one page that stands alone, with every image inside and no script."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import jinja2
+
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Diagnosis
+from identification.discrepancy.report import rows, words
+from identification.discrepancy.report.equation import equation_html
+from identification.report.channel_labels import spoken
+from identification.report.numbers import significant, unit_text
+from identification.report.page import Image
+from identification.report.symbols import symbol_html
+
+
+def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, Any]) -> str:
+    """The whole page.
+
+    Args:
+        diagnosis: of one experiment.
+        images: in the order in which they appear within their section.
+        provenance: as in `diagnosis.json`.
+
+    Returns:
+        HTML without any address outside itself.
+    """
+    return _template().render(
+        diagnosis=diagnosis,
+        adequate=diagnosis.verdict == ADEQUATE,
+        missing=diagnosis.verdict == MISSING,
+        headline=words.headline(diagnosis),
+        place=_place(diagnosis),
+        effects=[_effect(one) for one in diagnosis.effects],
+        ambiguous=words.listed([words.effect_words(name) for name in diagnosis.ambiguous_with]),
+        errors=rows.error_rows(diagnosis),
+        changes=rows.change_rows(diagnosis),
+        candidates=rows.candidate_rows(diagnosis),
+        warnings=list(rows.warnings(diagnosis)),
+        samples=sum(len(record.time) for record in diagnosis.experiment.records),
+        images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},
+        seconds=sum(diagnosis.seconds.values()),
+        provenance=provenance,
+    )
+
+
+def _effect(one: Asserted) -> dict[str, Any]:
+    """What the page says about one asserted effect."""
+    return {
+        "name": one.effect.name,
+        "summary": one.effect.summary,
+        "equation": one.effect.equation,
+        "source": one.effect.source,
+        "where": words.where(one),
+        "probability": words.probability_text(one.probability),
+        "numbers": rows.number_rows(one.parameters, one.effect.parameters),
+    }
+
+
+def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """The location as pairs of a heading and what is found under it."""
+    where = diagnosis.location
+    if where is None:
+        return []
+    look = next((words.axis(p.coordinate, p.unit) for p in where.profiles if p.coordinate == where.coordinate), None)
+    pairs = [("channel", _shares({spoken(name): share for name, share in where.channels.items()}) or spoken(where.channel))]
+    pairs += [("records", _shares(where.records))] if where.records else []
+    pairs.append(("phase of the motion", where.phase))
+    follows = where.coordinate
+    if where.interval is not None and look is not None:
+        follows += f", mostly {_between(*(look.factor * end for end in where.interval))} {look.unit}".rstrip()
+    pairs.append(("follows", follows))
+    if where.time is not None:
+        pairs.append(("begins at", f"{significant(where.time, 4)} s"))
+    if where.record is not None:
+        pairs.append(("only in", where.record))
+    return pairs
+
+
+def _between(low: float, high: float) -> str:
+    """An interval, which may be open at either end."""
+    if not math.isfinite(low):
+        return f"below {significant(high, 3)}"
+    return f"between {significant(low, 3)} and {significant(high, 3)}" if math.isfinite(high) else f"above {significant(low, 3)}"
+
+
+def _shares(shares: Mapping[str, float]) -> str:
+    """Names with their shares, the largest first; what has none is left out."""
+    told = sorted(((name, share) for name, share in shares.items() if share >= 0.005), key=lambda item: -item[1])
+    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in told)
+
+
+def _template() -> jinja2.Template:
+    """The template, with what is not marked as HTML escaped and a misspelt name an error."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("identification.discrepancy.report", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"symbol": symbol_html, "equation": equation_html, "number": significant, "unit": unit_text}
+    return environment.get_template("template.html")

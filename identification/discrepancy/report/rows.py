@@ -1,0 +1,165 @@
+"""A diagnosis as rows of text, the same for the terminal and the page."""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis, Number
+from identification.discrepancy.report.words import beside, chance_text, effect_words, plain_name
+from identification.report.numbers import NONE, rounded, significant, unit_text
+from identification.report.symbols import symbol_text
+from vibrojax.model import MASS
+from vibrojax.parameters import Parameter
+
+_SHOWN_SHIFT = 0.05
+"""Standard errors; a smaller shift is told as such."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class NumberRow:
+    """One estimated number as printed."""
+
+    symbol: str
+    name: str
+    meaning: str
+    value: str
+    unit: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ChangeRow:
+    """One parameter before and after; the shift in standard errors of the nominal fit."""
+
+    symbol: str
+    name: str
+    before: str
+    after: str
+    unit: str
+    shift: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class CandidateRow:
+    """One candidate as printed; the drop and what follows from a refit are `NONE` where it was not refitted."""
+
+    name: str
+    words: str
+    detail: str
+    beside: str
+    gain: str
+    chance: str
+    drop: str
+    bic: str
+    held_out: str
+    asserted: bool
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ErrorRow:
+    """One measure of misfit, before and after."""
+
+    name: str
+    before: str
+    after: str
+    best: str
+
+
+def number_rows(numbers: tuple[Number, ...], known: tuple[Parameter, ...] = ()) -> list[NumberRow]:
+    """Numbers with their errors, and what each means where that is known."""
+    meanings = {p.name: p.meaning for p in known}
+    return [
+        NumberRow(
+            symbol=one.symbol,
+            name=plain_name(one.name),
+            meaning=meanings.get(one.name) or plain_name(one.name),
+            value=rounded(one.value, one.stderr).text,
+            unit=unit_text(one.unit),
+        )
+        for one in numbers
+    ]
+
+
+def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
+    """Every parameter of either model, before and after."""
+    before = {one.name: one for one in diagnosis.nominal.parameters}
+    after = {one.name: one for one in diagnosis.augmented.parameters}
+    if diagnosis.verdict == ADEQUATE:
+        after = before
+    meanings = {p.name: p.meaning for model in (diagnosis.nominal_model, diagnosis.model) for p in (MASS, *model.parameters)}
+    return [
+        ChangeRow(
+            symbol=(before.get(name) or after[name]).symbol,
+            name=meanings.get(name) or plain_name(name.partition(".")[2] or name),
+            before=_value(before.get(name)),
+            after=_value(after.get(name)),
+            unit=unit_text((before.get(name) or after[name]).unit),
+            shift=_shift(before.get(name), after.get(name)),
+        )
+        for name in (before | after)
+    ]
+
+
+def candidate_rows(diagnosis: Diagnosis, most: int | None = None) -> list[CandidateRow]:
+    """Candidates in the order of the diagnosis."""
+    asserted = {one.effect.name for one in diagnosis.effects}
+    return [_candidate(one, one.name in asserted) for one in diagnosis.considered[:most]]
+
+
+def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:
+    """Misfit of both models: on all records, and on records that were held back."""
+    before, after = diagnosis.nominal, diagnosis.augmented
+    pairs = (
+        ("reduced chi-square, all records", before.chi2_reduced, after.chi2_reduced, "1"),
+        ("NRMSE on records held back", before.held_out_nrmse, after.held_out_nrmse, "noise"),
+    )
+    return [ErrorRow(name=name, before=significant(a, 3), after=significant(b, 3), best=best) for name, a, b, best in pairs]
+
+
+def warnings(diagnosis: Diagnosis) -> Iterator[str]:
+    """Everything that the reader must see, the notices of the reader of records included; each once."""
+    seen = dict.fromkeys(warning.rstrip(".") for warning in diagnosis.warnings)
+    seen |= dict.fromkeys(f"{r.file}: {notice}".rstrip(".") for r in diagnosis.experiment.records for notice in r.notices)
+    yield from seen
+
+
+def _candidate(one: Considered, asserted: bool) -> CandidateRow:
+    return CandidateRow(
+        name=one.name,
+        words=effect_words(one.name),
+        detail=one.detail,
+        beside=beside(one),
+        gain=_count(one.gain),
+        chance=chance_text(one.chance),
+        drop=_count(one.drop),
+        bic=_count(one.bic),
+        held_out=_count(one.held_out),
+        asserted=asserted,
+    )
+
+
+def _count(number: float | None) -> str:
+    """A difference of chi-square: whole numbers from a hundred on."""
+    if number is None or not math.isfinite(number):
+        return NONE
+    return f"{number:.0f}".replace("-", "−") if 100 <= abs(number) < 1e6 else significant(number, 3)
+
+
+def _value(one: Number | None) -> str:
+    return NONE if one is None else rounded(one.value, one.stderr).text
+
+
+def _shift(before: Number | None, after: Number | None) -> str:
+    """After less before over the standard error that the nominal fit states."""
+    if before is None:
+        return "new"
+    if after is None or before is after or before.stderr is None or not before.stderr > 0:
+        return NONE
+    shift = (after.value - before.value) / before.stderr
+    if not math.isfinite(shift):
+        return NONE
+    return f"{'+' if shift > 0 else ''}{significant(shift, 2)} σ" if abs(shift) >= _SHOWN_SHIFT else "none"
+
+
+def symbol_and_name(symbol: str, name: str) -> str:
+    """For a terminal: the symbol, then the name if it is another."""
+    return symbol_text(symbol) if symbol == name else f"{symbol_text(symbol)}  {name}"

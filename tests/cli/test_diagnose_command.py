@@ -1,0 +1,153 @@
+"""`vibrojax diagnose` as a user meets it: arguments handed on, files all at once or not at all, errors in one line, Ctrl-C in silence."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from identification.experiment import ExperimentError
+from tests.identification.discrepancy.made_diagnosis import made_diagnosis
+from tests.identification.made_result import made_result
+from vibrojax.cli import main
+from vibrojax.data_files import data_path
+from vibrojax.errors import NoConvergenceError
+from vibrojax.model_file import read_model
+
+
+@pytest.fixture
+def engine(monkeypatch, tmp_path):
+    """Stands in for the search: records what it was asked for, returns a diagnosis made by hand or raises what it is told to."""
+    module = ModuleType("identification.diagnose")
+    module.calls, module.error, module.verdict = [], None, "missing"
+
+    def diagnose_experiment(experiment, *, budget_minutes=5.0, seed=0, progress=lambda stage: None):
+        module.calls.append((experiment.name, budget_minutes, seed))
+        progress("scoring all candidates")
+        if module.error is not None:
+            raise module.error
+        return made_diagnosis(made_result(samples=700), module.verdict)
+
+    module.diagnose_experiment = diagnose_experiment
+    monkeypatch.setitem(sys.modules, "identification.diagnose", module)
+    monkeypatch.setattr("vibrojax.cli.diagnose.prepare_jax", lambda: None)
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.chdir(tmp_path)
+    return module
+
+
+def call(monkeypatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["vibrojax", "diagnose", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    return ended.value.code
+
+
+def test_everything_is_written_and_told(engine, monkeypatch, capsys, tmp_path):
+    assert call(monkeypatch, str(data_path("example")), "--out", "results", "--budget-minutes", "0.5", "--seed", "3") == 0
+    assert engine.calls == [("example rig", 0.5, 3)]
+    folder = tmp_path / "results"
+    assert {"diagnosis.json", "nominal.json", "model.json", "report.html", "missing.png"} <= {path.name for path in folder.iterdir()}
+    document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+    assert (document["verdict"], document["effects"][0]["name"], document["provenance"]["seed"]) == ("missing", "coulomb_friction", 3)
+    assert read_model(folder / "nominal.json").effects == ()
+    assert [effect.name for effect in read_model(folder / "model.json").effects] == ["coulomb_friction"]
+    captured = capsys.readouterr()
+    assert "scoring all candidates" in captured.err
+    assert captured.out.startswith("Missing: dry friction in the suspension\n")
+    assert "results/report.html" in captured.out
+
+
+def test_without_an_experiment_the_example_is_taken_and_names_the_folder(engine, monkeypatch, capsys, tmp_path):
+    engine.verdict = "adequate"
+    assert call(monkeypatch, "--quiet") == 0
+    assert engine.calls == [("example rig", 5.0, 0)]
+    assert (tmp_path / "diagnose-example-rig" / "report.html").is_file()
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("error", "status"), [(ExperimentError("gap is -1;\nexpected >= 0"), 2), (NoConvergenceError("gap is -1; expected\n>= 0"), 3)]
+)
+def test_expected_errors_are_one_line_and_leave_nothing(engine, monkeypatch, capsys, tmp_path, error, status):
+    engine.error = error
+    assert call(monkeypatch, "--out", "results", "--quiet") == status
+    assert capsys.readouterr() == ("", "error: gap is -1; expected >= 0\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("arguments", [["--budget-minutes", "0"], ["--budget-minutes", "nan"], ["--seed", "-1"], ["one", "two"]])
+def test_usage_errors_exit_with_2(engine, monkeypatch, capsys, arguments):
+    assert call(monkeypatch, *arguments) == 2
+    assert "Usage" in capsys.readouterr().err
+    assert engine.calls == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nowhere"], "nowhere"),
+        (["--recipe", "silverbox"], "--recipe silverbox needs the folder of its recordings: add --data DIR"),
+        (["rig", "--recipe", "silverbox", "--data", "."], "both rig and --recipe silverbox are given"),
+    ],
+)
+def test_bad_sources_are_one_line(engine, monkeypatch, capsys, tmp_path, arguments, message):
+    assert call(monkeypatch, *arguments, "--quiet") == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ") and message in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+SLOW = """
+import sys, time
+from types import ModuleType
+module = ModuleType("identification.diagnose")
+def diagnose_experiment(experiment, **options):
+    options["progress"]("at work")
+    time.sleep(60)
+module.diagnose_experiment = diagnose_experiment
+sys.modules["identification.diagnose"] = module
+from vibrojax.cli.main import main
+main()
+"""
+
+
+def test_ctrl_c_ends_without_a_traceback_and_leaves_nothing(tmp_path):
+    job = subprocess.Popen(
+        [sys.executable, "-c", SLOW, "diagnose", "--out", "results"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
+    assert job.stderr is not None
+    try:
+        limit = time.monotonic() + 60
+        while "at work" not in job.stderr.readline():
+            assert time.monotonic() < limit
+        job.send_signal(signal.SIGINT)
+        out, error = job.communicate(timeout=30)
+    finally:
+        job.kill()
+    assert job.returncode not in (0, 2, 3)
+    assert "Traceback" not in out + error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_shows_an_example_and_needs_no_jax():
+    code = "import sys\nfrom vibrojax.cli.main import main\ntry: main()\nfinally: assert not {'jax', 'numpy'} & set(sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code, "diagnose", "--help"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "Example:" in done.stdout
+
+
+def test_the_path_is_handed_on(engine, monkeypatch):
+    assert call(monkeypatch, str(Path(data_path("example")) / "experiment.toml"), "--out", "results", "--quiet") == 0
+    assert len(engine.calls) == 1
