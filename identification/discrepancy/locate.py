@@ -28,6 +28,8 @@ _STEADY_LINE = 0.4
 _TIME_MUST_WIN_BY = 0.05
 _MOST, _EVERYWHERE = 0.8, 0.5
 """Share of the excess that the interval holds; share of the samples that is so many that there is no interval."""
+_QUIET_RECORD = 0.02
+"""Share of the excess below which a record does not say in which phase it is."""
 _CELLS = 24
 _QUIET, _LOUD = 1.2, 1.5
 """Mean squared residual over the noise variance of a window that is fitted, and of one that is not."""
@@ -55,7 +57,7 @@ def locate(
         prepared: windows of the nominal model.
         estimate: its fit.
         at: its motion and derivatives there.
-        courses: its motion along the records.
+        courses: its motion along the records; not needed at present.
         named: effect that the verdict asserts, if any: it says in which record and from which instant on it acts.
     """
     mass = float(prepared.layout.physical(estimate.shared).get("m", prepared.experiment.mass))
@@ -67,17 +69,22 @@ def locate(
     records = _shares({file: float(whole[at.record == index].sum()) for index, file in enumerate(files)})
     hits = impacts(prepared, at)
     regions = _regions(prepared, at, hits)
-    missing = _missing(prepared, at, mass, residuals, channels, share)
+    missing, rough = _missing(prepared, at, mass, residuals, channels, share)
+    onset = _onset(prepared, at, records)
+    record, time = _of_effect(named) if named is not None else onset
+    loud = (np.array([records[file] for file in files]) > _QUIET_RECORD)[at.record, None] & (at.ts >= (-np.inf if time is None else time))
     smoothed = missing.quantity == "force" and "hammer_acceleration" not in residuals
-    phase = _phase(missing, regions, ("contact",) if smoothed else ("contact", "separation", "after impact"))
+    phase = _phase(
+        missing,
+        {name: part & loud for name, part in regions.items()},
+        ("contact",) if smoothed else ("contact", "separation", "after impact"),
+    )
     region = ~at.in_contact & regions["all"] if phase == "free flight" else regions[phase]
     near = at.in_contact | regions["separation"]
     among = coordinates(prepared, at, estimate, hits, near, drifting=missing.quantity.startswith("cart_"))
-    profiles, best = _ranked(prepared, at, missing, region, among)
+    profiles, best, missing = _ranked(prepared, at, missing, rough, region, among)
     tone = line(prepared, at, missing, regions["all"])
     hum = Line(frequency_hz=tone[0], share=tone[1]) if tone[1] > max(_STEADY_LINE, profiles[0].explained) else None
-    onset = _onset(prepared, at, records)
-    record, time = _of_effect(named) if named is not None else onset
     if hum is not None or time is not None:
         best = next(one for one in among if one.name == "time")
         profiles = tuple(sorted(profiles, key=lambda one: one.coordinate != "time"))
@@ -117,15 +124,20 @@ def _shares(sums: dict[str, float]) -> dict[str, float]:
 
 def _missing(
     prepared: Prepared, at: Linearised, mass: float, residuals: dict[str, Missing], channels: dict[str, float], share: np.ndarray
-) -> Missing:
-    """The missing force; or the residual of the channel that has the misfit to itself."""
+) -> tuple[Missing, Missing]:
+    """The missing force; or the residual of the channel that has the misfit to itself. Twice: first as a mean is to be taken of it.
+
+    For that a lone channel counts in full where the others are fitted; second, as little as the fit has let it.
+    """
     loudest = max(channels, key=lambda name: channels[name])
     alone = channels[loudest] >= _ALONE
     found = missing_force(prepared, at, mass)
     if found is None or (alone and (loudest in _OF_ONE_SENSOR or _contradicted(prepared, at, loudest, residuals))):
-        return residuals[loudest]
+        index = at.channels.index(loudest)
+        others = dataclasses.replace(at, residual=np.where(np.arange(len(at.channels)) == index, 0.0, at.residual))
+        return _residual(at, window_weights(prepared, others), index), residuals[loudest]
     force = Missing(quantity="force", value=found[0], stderr=found[1], share=share)
-    return residuals[loudest] if loudest.startswith("cart_") else force
+    return (residuals[loudest], residuals[loudest]) if loudest.startswith("cart_") else (force, force)
 
 
 def _contradicted(prepared: Prepared, at: Linearised, channel: str, residuals: dict[str, Missing]) -> bool:
@@ -167,7 +179,7 @@ def _phase(missing: Missing, regions: dict[str, np.ndarray], narrow: tuple[str, 
         inside = regions[name] & everywhere
         if inside.any() and (everywhere & ~inside).any():
             density, rest = float(excess[inside].mean()), max(float(excess[everywhere & ~inside].mean()), 0.0)
-            if density > _DENSER * rest and excess[inside].sum() > _FAIR * total and _larger(missing, inside, everywhere & ~inside):
+            if density > _DENSER * rest and excess[inside].sum() > _FAIR * total:
                 densities[name] = density
     if densities:
         return max(densities, key=lambda name: densities[name])
@@ -179,44 +191,39 @@ def _phase(missing: Missing, regions: dict[str, np.ndarray], narrow: tuple[str, 
     return "free flight" if excess[everywhere & ~contact].mean() > _DENSER * max(excess[contact].mean(), 0.0) else "all"
 
 
-def _larger(missing: Missing, inside: np.ndarray, outside: np.ndarray) -> bool:
-    """Whether what is missing is larger in some samples than in others, not just better seen."""
-    variance = np.where(missing.known, missing.stderr, 0.0) ** 2
-    square = missing.share[:, None] * (missing.value**2 - variance * missing.share[:, None])
-    weight = np.broadcast_to(missing.share[:, None], square.shape)
-    sizes = [float(square[part].sum()) / max(float(weight[part].sum()), 1e-300) for part in (inside, outside)]
-    return sizes[0] > _DENSER * max(sizes[1], 0.0)
-
-
 def _ranked(
-    prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, among: tuple[Coordinate, ...]
-) -> tuple[tuple[Profile, ...], Coordinate]:
-    """Profiles along all coordinates that have a meaning here, the best first, and the best coordinate."""
+    prepared: Prepared, at: Linearised, missing: Missing, rough: Missing, region: np.ndarray, among: tuple[Coordinate, ...]
+) -> tuple[tuple[Profile, ...], Coordinate, Missing]:
+    """Profiles along all coordinates that have a meaning here, the best first, the best coordinate, and the measure that told."""
     among = tuple(one for one in among if (region & missing.known & np.isfinite(one.value)).any())
     if not among:
         raise ValueError("no window of the nominal model could be integrated: there is nothing to locate a misfit in")
     profiles = {one.name: profile(prepared, at, missing, region, one) for one in among}
     scores = {name: one.explained for name, one in profiles.items()}
     if max(scores.values()) < _TELLING:
-        scores = {one.name: gathered(prepared, at, missing, region, one) for one in among}
+        missing, scores = rough, {one.name: gathered(prepared, at, rough, region, one) for one in among}
     order = sorted(among, key=lambda one: -(scores[one.name] - (_TIME_MUST_WIN_BY if one.name == "time" else 0.0)))
-    return tuple(profiles[one.name] for one in order), order[0]
+    return tuple(profiles[one.name] for one in order), order[0], missing
 
 
 def _onset(prepared: Prepared, at: Linearised, records: dict[str, float]) -> tuple[str | None, float | None]:
-    """Record that has the misfit to itself, and when it starts there, s, if it is fitted before and not after; else None."""
+    """Record that has the misfit to itself, and when it starts there, s.
+
+    If its windows are fitted before, and most of those after (or of those with a contact) are not; else None twice.
+    """
     files = [record.file for record in prepared.experiment.records]
     file = max(files, key=lambda name: records[name])
     count = np.maximum((at.weight > 0).sum(axis=(1, 2)), 1)
     mean = np.where(at.finite, np.sum(at.residual**2, axis=(1, 2)) / count, np.inf)
-    here = np.flatnonzero(at.record == files.index(file))
-    if records[file] < _MOST or len(here) < 4:
+    here = np.flatnonzero((at.record == files.index(file)) & at.finite)
+    loud = here[mean[here] > _LOUD]
+    if records[file] < _MOST or len(loud) < 3 or np.sum(here < loud[0]) < 3 or mean[here[here < loud[0]]].mean() > _QUIET:
         return None, None
-    loud = mean[here] > _LOUD
-    splits = [k for k in range(2, len(here) - 1) if np.mean(mean[here[:k]]) < _QUIET and loud[k]]
-    if not splits or loud[splits[-1] :].mean() < 0.5:
+    window = loud[0]
+    later = here[here >= window]
+    touching = later[(at.in_contact & (np.arange(at.ts.shape[1]) < at.lengths[:, None])).any(axis=1)[later]]
+    if max(np.isin(part, loud).mean() for part in (later, touching) if len(part)) < 0.5:
         return None, None
-    window = here[splits[-1]]
     shows = (np.abs(at.residual[window]) > _SHOWS).any(axis=1)
     return file, float(at.ts[window, int(np.argmax(shows))])
 

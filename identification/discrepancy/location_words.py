@@ -40,8 +40,8 @@ _RANGES = {
     "time": "from {}",
 }
 _UNITS = {"m": (1e3, " mm"), "m/s": (1e3, " mm/s"), "s": (1e3, " ms"), "rad": (57.29577951308232, "°")}
-_ALONE, _NAMED, _EVEN = 0.9, 0.1, 1.7
-"""Share of a channel that is alone; of a record worth naming; largest share of a record over an equal one that is still even."""
+_ALONE, _QUITE_ALONE, _NAMED, _EVEN = 0.9, 0.99, 0.1, 1.7
+"""Share of a channel that is nearly alone, or quite; of a record worth naming; largest over an equal share of records that is still even."""
 _TOLD = 0.3
 """Share that a profile must explain before its numbers are told."""
 
@@ -67,8 +67,8 @@ def _channel(location: Location, quantity: str) -> str:
     """The channel that shows it most, or alone."""
     spoken = _SPOKEN.get(location.channel, location.channel.replace("_", " "))
     if quantity == location.channel and location.channels[location.channel] >= _ALONE:
-        others = "; the other channels agree to the noise" if location.channels[location.channel] >= 1.0 - 0.5 * (1.0 - _ALONE) else ""
-        return f"in {spoken} alone{others}" if others else f"nearly all of it in {spoken}"
+        alone = location.channels[location.channel] >= _QUITE_ALONE
+        return f"in {spoken} alone; the other channels agree to the noise" if alone else f"nearly all of it in {spoken}"
     return f"seen most in {spoken}"
 
 

@@ -1,0 +1,75 @@
+"""Windows of the embedded example along its true motion, with residuals made to order."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from identification.discrepancy.linearised import Linearised, linearised
+from identification.discrepancy.response import Perturbation, response
+from identification.discrepancy.robust import SHORT
+from identification.discrepancy.signature import Course, courses
+from identification.fit import integrator_for
+from identification.layout import Estimate
+from identification.prepare import Prepared, prepare
+from tests.identification.conftest import TRUTH, cropped
+
+
+@dataclasses.dataclass(frozen=True)
+class Motion:
+    """The example's nominal model, its motion, and what any misfit would look like there."""
+
+    prepared: Prepared
+    estimate: Estimate
+    at: Linearised
+    courses: tuple[Course, ...]
+
+    @property
+    def mass(self) -> float:
+        """kg"""
+        return self.prepared.experiment.mass
+
+    def shown(self, *, force: np.ndarray | float = 0.0, readings: dict[str, np.ndarray] | None = None, noise: bool = True) -> Linearised:
+        """The same with residuals of noise, of a force on the hammer that the model leaves out, and of what sensors add."""
+        none = np.zeros_like(self.at.u)
+        missing = Perturbation(
+            force=none + force,
+            stop_position=none,
+            stop_velocity=none,
+            base_displacement=none,
+            base_acceleration=none,
+            readings=readings or {},
+        )
+        drawn = np.random.default_rng(7).standard_normal(self.at.residual.shape) * noise
+        residual = np.where(self.at.weight > 0, drawn, 0.0) - response(self.at, self.mass, missing)
+        return dataclasses.replace(self.at, residual=_without_initial_states(self, residual))
+
+    def without(self, at: Linearised, *names: str) -> Linearised:
+        """As if some channels had not been recorded."""
+        kept = np.array([name not in names for name in at.channels])
+        return dataclasses.replace(at, weight=at.weight * kept, residual=at.residual * kept, jacobian=at.jacobian * kept)
+
+
+def _without_initial_states(motion: Motion, residual: np.ndarray) -> np.ndarray:
+    """What is left when every window has chosen its initial state anew, as the fit would."""
+    layout = motion.prepared.layout
+    columns = motion.at.jacobian[:, layout.size - layout.states :].reshape(len(residual), layout.states, -1).transpose(0, 2, 1)
+    flat = residual.reshape(len(residual), -1, 1)
+    return (flat - columns @ (np.linalg.pinv(columns) @ flat)).reshape(residual.shape)
+
+
+@pytest.fixture(scope="session")
+def motion(example) -> Motion:
+    """0.75 s of each of the four records."""
+    prepared = prepare(cropped(example, 3000, (0, 1, 2, 3)), window=SHORT)
+    layout = prepared.layout
+    estimate = dataclasses.replace(prepared.start, shared=layout.internal(layout.physical(prepared.start.shared) | TRUTH))
+    at = linearised(prepared, integrator_for(prepared), estimate)
+    return Motion(prepared, estimate, at, courses(prepared, at, estimate))
+
+
+@pytest.fixture(scope="session")
+def friction(motion) -> Callable[[float], np.ndarray]:
+    """Dry friction along the motion, N, of a given size."""
+    return lambda size: -size * np.tanh(motion.at.v / 2e-3)
