@@ -41,7 +41,7 @@ _RANGES = {
 }
 _UNITS = {"m": (1e3, " mm"), "m/s": (1e3, " mm/s"), "s": (1e3, " ms"), "rad": (57.29577951308232, "°")}
 _ALONE, _QUITE_ALONE, _NAMED, _EVEN = 0.9, 0.99, 0.1, 1.7
-"""Share of a channel that is nearly alone, or quite; of a record worth naming; largest over an equal share of records that is still even."""
+"""Share of a channel that is nearly alone, or quite; of a record worth naming; largest over an equal share of records, still even."""
 _TOLD = 0.3
 """Share that a profile must explain before its numbers are told."""
 
