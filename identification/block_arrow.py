@@ -18,6 +18,7 @@ class Equations:
     gradient: np.ndarray
     cost: np.ndarray
     record: np.ndarray
+    onward: np.ndarray
 
     def total(self, estimate: Estimate) -> float:
         """Cost of all windows and of the prior on the gap errors."""

@@ -78,10 +78,11 @@ def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], E
             return jax.tree.map(np.asarray, found)
 
         hessian, gradient, cost = np.empty((count, layout.size, layout.size)), np.empty((count, layout.size)), np.empty(count)
+        onward = np.empty((count, layout.states))
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             for (lanes, _), found in zip(chunks, threads.map(part, chunks), strict=True):
-                hessian[lanes], gradient[lanes], cost[lanes] = found.hessian, found.gradient, found.cost
-        found = Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record)
+                hessian[lanes], gradient[lanes], cost[lanes], onward[lanes] = found.hessian, found.gradient, found.cost, found.onward
+        found = Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record, onward=onward)
         return _with_prior(found, layout, estimate)
 
     return evaluate

@@ -5,7 +5,7 @@ from functools import partial
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from identification.layout import STATES, Layout
 from identification.windows import Windows
@@ -23,6 +23,8 @@ class Normal(eqx.Module):
     gradient: Float[Array, "lanes size"]
     cost: Float[Array, " lanes"]
     """Half the sum of squared residuals; infinite where the integration failed."""
+    onward: Float[Array, "lanes states"]
+    """State one sample after the window's last: where the next window of the record begins."""
 
 
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
@@ -59,17 +61,26 @@ def predict(
 
 def weighted_residual(
     model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
-) -> tuple[Float[Array, "lanes time channels"], Int[Array, " lanes"]]:
-    """r = (measured - model) / sigma, zero where nothing counts, and each window's result code."""
+) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
+    """r = (measured - model) / sigma, zero where nothing counts, and the motions."""
     predicted, trajectory = predict(model, layout, integrator, windows, local)
     counted = windows.weight > 0
-    return jnp.where(counted, (windows.measured - predicted) * windows.weight, 0.0), trajectory.result
+    return jnp.where(counted, (windows.measured - predicted) * windows.weight, 0.0), trajectory
+
+
+def _onward(layout: Layout, windows: Windows, trajectory: Trajectory) -> Float[Array, "lanes states"]:
+    """State one sample after the last of each window, extrapolated from the last three."""
+    own = trajectory.own[..., jnp.asarray(layout.free_own, int)]
+    states = jnp.concatenate([trajectory.u[..., None], trajectory.v[..., None], own], axis=-1)
+    last = [jnp.take_along_axis(states, (windows.lengths - back)[:, None, None], axis=1)[:, 0] for back in (1, 2, 3)]
+    return 3.0 * (last[0] - last[1]) + last[2]
 
 
 @eqx.filter_jit
 def residuals(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]):
-    """Compiled `weighted_residual`."""
-    return weighted_residual(model, layout, integrator, windows, local)
+    """Compiled `weighted_residual`, and each window's result code."""
+    residual, trajectory = weighted_residual(model, layout, integrator, windows, local)
+    return residual, trajectory.result
 
 
 @eqx.filter_jit
@@ -83,8 +94,13 @@ def normal_equations(model: Model, layout: Layout, integrator: Landing, windows:
         tangent = jnp.broadcast_to(direction, local.shape)
         return jax.jvp(partial(weighted_residual, model, layout, integrator, windows), (local,), (tangent,), has_aux=True)
 
-    residual, derivative, result = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
+    residual, derivative, trajectory = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
     lanes = residual.shape[0]
     flat, jacobian = residual.reshape(lanes, -1), derivative.reshape(lanes, layout.size, -1)
-    cost = jnp.where(result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
-    return Normal(hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian), gradient=jnp.einsum("lis,ls->li", jacobian, flat), cost=cost)
+    cost = jnp.where(trajectory.result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
+    return Normal(
+        hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian),
+        gradient=jnp.einsum("lis,ls->li", jacobian, flat),
+        cost=cost,
+        onward=_onward(layout, windows, trajectory),
+    )

@@ -12,7 +12,7 @@ from identification.layout import Estimate, Layout, layout_of
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
-from vibrojax.model import Model
+from vibrojax.model import MASS, Model
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -73,8 +73,7 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
 
 def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray) -> Prepared:
     """The same windows under another model, starting from its own numbers."""
-    known = {p.name for p in prepared.model.parameters}
-    extra = tuple(p for p in prepared.layout.parameters if p.name not in known)
+    extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
     layout = layout_of(model, *extra, files=prepared.layout.files)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
     searched = {p.name: values[p.name] for p in model.parameters if p.searched}

@@ -99,15 +99,17 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         if enough or not scored.significant or len(fitted.names) >= _MOST_EFFECTS or time.monotonic() > deadline:
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=enough)
         rivals = _refitted(scored, allowed, progress)
-        if not rivals or cost - rivals[0].cost < max(_LEAST_GAIN, _HELPS * (cost - 0.5 * allowed.samples.sum())):
+        if not rivals or cost - rivals[0].cost < max(LEAST_GAIN, _HELPS * (cost - 0.5 * allowed.samples.sum())):
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=False)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
 
 
-_LEAST_GAIN, _HELPS = 12.0, 0.05
+LEAST_GAIN, _HELPS = 12.0, 0.05
 """Drop of the cost (half chi-square), and share of the misfit, below which a refit has not helped."""
 _ROUNDS = 3
+_ASTRAY = 0.02
+"""Share of the short windows that may have settled wrongly without a verdict being drawn from them."""
 _REST = 0.01
 """Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
 
@@ -131,13 +133,20 @@ def blank(kind: type[AbstractEffect]) -> AbstractEffect:
 
 def _explained(fitted: Fitted, allowed: Tolerance, scored: Scored, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
-    degrees = int(allowed.samples.sum()) - fitted.unknowns - fitted.prepared.layout.states * len(allowed.samples)
     noise = 0.5 * float(allowed.samples.sum())
     misfit = float(allowed.cost(fitted.outcome.equations.cost).sum()) - noise
     first = rounds[0].cost - noise if rounds else 0.0
     left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    adequate = fitted.chi2 / degrees <= chi2_limit(degrees, OVERALL)
-    return (adequate or misfit < _REST * first) and left <= _REST * 2.0 * first
+    return (adequate(fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
+
+
+def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
+    """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts."""
+    x = 2.0 * fitted.outcome.equations.cost / allowed.samples
+    most = np.ones(len(x), bool) if np.isinf(allowed.cut) else x <= np.quantile(x, 1.0 - _ASTRAY)
+    states = fitted.prepared.layout.states * int(most.sum())
+    degrees = int(allowed.samples[most].sum()) - fitted.unknowns - states
+    return float(2.0 * fitted.outcome.equations.cost[most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
 
 
 def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
@@ -247,16 +256,35 @@ def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: flo
 def resettled(
     prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, allowed: Tolerance
 ) -> tuple[Estimate, np.ndarray]:
-    """Windows that resist settle from where they are and from the recorded state, and keep the better; with the windows' costs."""
-    before = evaluate(estimate).cost
-    if np.all(allowed.weights(before) >= 1.0):
-        return estimate, before
+    """Windows that resist settle from where they are, from the recorded state, and from where the window before them ends.
+
+    Each keeps the best; with the windows' costs.
+    """
+    found = evaluate(estimate)
+    if np.all(allowed.weights(found.cost) >= 1.0):
+        return estimate, found.cost
     read = np.concatenate([initial_states(group, prepared.motions) for group in prepared.groups])
-    own = estimate.states[:, read.shape[1] :]
-    here, here_cost = settle(evaluate, estimate, iterations=3)
-    there, there_cost = settle(evaluate, dataclasses.replace(estimate, states=np.concatenate([read, own], axis=1)), iterations=4)
-    better = (there_cost < here_cost)[:, None]
-    return dataclasses.replace(here, states=np.where(better, there.states, here.states)), np.minimum(here_cost, there_cost)
+    read = np.concatenate([read, estimate.states[:, read.shape[1] :]], axis=1)
+    best, lowest = estimate, found.cost
+    for states in (estimate.states, read, _continued(prepared, estimate, found)):
+        trial, cost = settle(evaluate, dataclasses.replace(estimate, states=states), iterations=4)
+        better = cost < lowest
+        best = dataclasses.replace(best, states=np.where(better[:, None], trial.states, best.states))
+        lowest = np.where(better, cost, lowest)
+    return best, lowest
+
+
+def _continued(prepared: Prepared, estimate: Estimate, found: Equations) -> np.ndarray:
+    """Initial states where each window goes on from the one before it; as they are where there is none."""
+    first = np.concatenate([group.first for group in prepared.groups])
+    end = first + np.concatenate([group.lengths for group in prepared.groups])
+    before = {(record, last): window for window, (record, last) in enumerate(zip(prepared.record, end, strict=True))}
+    states = estimate.states.copy()
+    for window, (record, start) in enumerate(zip(prepared.record, first, strict=True)):
+        source = before.get((record, start))
+        if source is not None and np.all(np.isfinite(found.onward[source])):
+            states[window] = found.onward[source]
+    return states
 
 
 def no_tolerance(fitted: Fitted) -> Tolerance:

@@ -21,6 +21,7 @@ def problem():
         gradient=np.einsum("lsi,ls->li", jacobian, residual),
         cost=0.5 * np.sum(residual**2, axis=1),
         record=RECORD,
+        onward=np.zeros((WINDOWS, 2)),
     )
     estimate = Estimate(
         shared=rng.normal(size=SHARED), nuisances=1e-3 * rng.normal(size=(RECORDS, 3)), states=rng.normal(size=(WINDOWS, 2))

@@ -1,0 +1,50 @@
+"""The verdict in words that a test engineer understands."""
+
+from collections.abc import Sequence
+
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Location, Number, Side
+from identification.report.numbers import rounded, with_unit
+
+
+def sentences(
+    verdict: str,
+    effects: Sequence[Asserted],
+    ambiguous: Sequence[str],
+    location: Location | None,
+    before: Side,
+    after: Side,
+    formula: str,
+) -> tuple[str, ...]:
+    """What is missing, where, and what it does to the error; the first sentence stands alone."""
+    if verdict == ADEQUATE:
+        return (
+            f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f}).",
+            f"Its error on windows left out of the fit is {_percent(before.held_out_nrmse)}.",
+        )
+    where = (location.sentence,) if location is not None else ()
+    falls = (
+        f"The error on windows left out of the fit falls from {_percent(before.held_out_nrmse)} to {_percent(after.held_out_nrmse)}"
+        f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
+    )
+    if verdict == MISSING:
+        named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
+        first = f"{named[0].upper()}{named[1:]} explains what the nominal model leaves out."
+        doubt = (f"These records cannot tell it from {', '.join(ambiguous)}.",) if ambiguous else ()
+        return (first, *where, falls, *doubt)
+    first = "Something real is missing, and no listed effect explains it."
+    learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
+    return (first, *where, *learned)
+
+
+def _main(one: Asserted) -> str:
+    """The effect's numbers."""
+    places = [text for text in (one.effect.channel, one.effect.record) if text]
+    return ", ".join([*places, *(_number(p) for p in one.parameters)])
+
+
+def _number(p: Number) -> str:
+    return f"{p.symbol} = {with_unit(rounded(p.value, p.stderr).text, p.unit)}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"
