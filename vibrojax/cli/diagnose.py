@@ -8,6 +8,7 @@ from rich.console import Console
 
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
@@ -48,12 +49,19 @@ def diagnose(
     """
     check_source(experiment, recipe, data)
     out = default_folder("diagnose", experiment, recipe) if out is None else out
-    with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source, stages(quiet=quiet) as say:
+    with (
+        interruptible() as interruption,
+        output_folder(out) as folder,
+        experiment_source(experiment, recipe, data) as source,
+        stages(quiet=quiet) as say,
+    ):
         say("loading JAX")
-        prepare_jax()
-        from identification.run import run_diagnose
+        with interruption.deferred():
+            prepare_jax()
+            from identification.run import run_diagnose
 
-        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, seed=seed, progress=say)
+        progress = interruption.watched(say)
+        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, seed=seed, progress=progress)
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

@@ -7,7 +7,9 @@ from markupsafe import Markup, escape
 _GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
 _SHORT_WORDS = ("if", "in", "or")
 _SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("''", "″"), ("'", "′"), (" * ", " · "))
-_SYMBOL = re.compile(r"(?P<letters>[^\W\d_]+)(?P<digits>\d*)(?:_(?P<index>\w+|\([^)]*\)))?|\^(?P<power>\w+|\([^)]*\))")
+_SYMBOL = re.compile(
+    r"(?P<number>\d[\d.]*)e(?P<ten>[-+]?\d+)|(?P<letters>[^\W\d_]+)(?P<digits>\d*)(?:_(?P<index>\w+|\([^)]*\)))?|\^(?P<power>\w+|\([^)]*\))"
+)
 
 
 def equation_html(text: str) -> Markup:
@@ -25,6 +27,8 @@ def equation_html(text: str) -> Markup:
 
 
 def _symbol(found: re.Match[str]) -> str:
+    if found["number"]:
+        return f"{found['number']} × 10<sup>{_signs(str(int(found['ten'])))}</sup>"
     if found["power"]:
         return f"<sup>{_signs(found['power'].strip('()'))}</sup>"
     letters = _GREEK.get(found["letters"], found["letters"])

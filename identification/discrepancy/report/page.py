@@ -14,6 +14,8 @@ from identification.report.numbers import significant, unit_text
 from identification.report.page import Image
 from identification.report.symbols import symbol_html
 
+_CANDIDATES = 20
+
 
 def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, Any]) -> str:
     """The whole page.
@@ -36,7 +38,8 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
         ambiguous=words.listed([words.effect_words(name) for name in diagnosis.ambiguous_with]),
         errors=rows.error_rows(diagnosis),
         changes=rows.change_rows(diagnosis),
-        candidates=rows.candidate_rows(diagnosis),
+        candidates=rows.candidate_rows(diagnosis, _CANDIDATES),
+        more=max(len(diagnosis.considered) - _CANDIDATES, 0),
         warnings=list(rows.warnings(diagnosis)),
         samples=sum(len(record.time) for record in diagnosis.experiment.records),
         images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},

@@ -216,6 +216,10 @@ def test_channels_and_samples_may_be_missing(tmp_path):
         assert write_diagnosis_report(made_diagnosis(dataclasses.replace(result, records=tuple(holes)), verdict), tmp_path)
 
 
+def test_numbers_with_a_power_of_ten_are_written_as_such():
+    assert str(equation_html("-1.2e-03 u + 3e+5")) == "−1.2 × 10<sup>−3</sup> <i>u</i> + 3 × 10<sup>5</sup>"
+
+
 @pytest.mark.parametrize("name", list(EFFECTS))
 def test_every_listed_equation_can_be_written(name):
     html = str(equation_html(EFFECTS[name].equation))

@@ -14,6 +14,7 @@ from identification.report.figures.base import new_figure
 from identification.report.numbers import significant
 
 _MOST = 10
+_LIMIT = significant(FALSE_ALARM, 1).replace(" ", "\u00a0")
 
 
 def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
@@ -33,7 +34,7 @@ def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
     axes.xaxis.set_minor_locator(NullLocator())
     if adequate:
         caption = "Chance that noise alone promises as much, for the strongest candidates. One is worth a refit only below"
-        caption += f" {significant(FALSE_ALARM, 1)}, left of the dashed line."
+        caption += f" {_LIMIT}, left of the dashed line."
         told = [f"{plain_name(one.name)} {chance_text(one.chance)}" for one in shown]
     else:
         caption = (

@@ -55,7 +55,7 @@ def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
         section="location",
         record=None,
         caption="Misfit of the nominal model by time in the record (upwards) and phase of the excitation (across): root mean square"
-        " residual over the noise; pale is noise alone, grey is no sample." + _left_out(diagnosis, len(shown)),
+        " residual over the noise; pale is noise alone, grey is no sample." + _remarks(diagnosis, len(shown)),
         alt=f"Maps of the nominal model's misfit over time and excitation phase for {', '.join(record.file for record, _ in shown)};"
         f" the darkest cell, in {worst[0].file}, is {significant(float(np.nanmax(worst[1])) ** 0.5, 2)} times the noise.",
         figure=figure,
@@ -87,9 +87,8 @@ def _panel(axes: Axes, diagnosis: Diagnosis, record: RecordFit, values: np.ndarr
     )
     axes.grid(False)
     axes.set_xticks([0, 180, 360])
-    axes.set_xlabel("phase φ (°)" if driven else "")
-    if not driven:
-        axes.set_xticks([])
+    axes.set_xlabel("phase φ (°)" if driven else "time within the row")
+    axes.tick_params(labelbottom=driven)
     share = where.records.get(record.file) if where is not None else None
     name = record.file if len(record.file) <= 18 else "…" + record.file[-17:]
     axes.set_title(name if share is None else f"{name}: {100 * share:.0f} %", pad=4, fontsize=8)
@@ -98,7 +97,7 @@ def _panel(axes: Axes, diagnosis: Diagnosis, record: RecordFit, values: np.ndarr
     return image
 
 
-def _left_out(diagnosis: Diagnosis, shown: int) -> str:
+def _remarks(diagnosis: Diagnosis, shown: int) -> str:
     where = diagnosis.location
     share = " Per cent: share of the excess misfit." if where is not None and where.records else ""
     mark = " The dashed line is the instant of the change." if where is not None and where.time is not None else ""

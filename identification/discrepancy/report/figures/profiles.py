@@ -12,6 +12,11 @@ from identification.discrepancy.report.words import axis, quantity, quantity_uni
 from identification.report.figures.base import few_ticks, new_figure
 
 _OTHERS = 6
+_LITTLE = 0.15
+"""Share of the misfit below which the mean tells little."""
+_UNEVEN = (
+    " Its mean shows little of it: the sign changes from one impact or period to the next, and only its size gathers along this coordinate."
+)
 _FEWEST = 5
 """Samples in a bin for the model's force to be drawn there."""
 
@@ -42,7 +47,7 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
         section="location",
         record=None,
         caption=f"What the nominal model leaves out, against {best.coordinate}: mean in each bin with a band of ±2 standard errors."
-        f" {_share(best)} of the excess misfit follows this line.{sign}",
+        f" {_share(best)} of the excess misfit follows this line.{sign}{_UNEVEN if best.explained < _LITTLE else ''}",
         alt=f"{quantity(best.quantity).capitalize()} against {best.coordinate}, from {_ends(best)}.",
         figure=figure,
     )
