@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import RenderableType
 
+from identification.diagnose import diagnose_experiment
+from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.nominal import nominal_model
@@ -63,9 +65,6 @@ def run_diagnose(
     Returns the summary for a terminal. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `NoConvergenceError` where the nominal model cannot be fitted.
     """
-    from identification.diagnose import diagnose_experiment
-    from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
-
     progress("reading the records")
     diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, seed=seed, progress=progress)
     progress("drawing the report")

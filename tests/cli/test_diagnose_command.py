@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import ModuleType
+from types import SimpleNamespace
 
 import pytest
 
@@ -23,8 +23,7 @@ from vibrojax.model_file import read_model
 @pytest.fixture
 def engine(monkeypatch, tmp_path):
     """Stands in for the search: records what it was asked for, returns a diagnosis made by hand or raises what it is told to."""
-    module = ModuleType("identification.diagnose")
-    module.calls, module.error, module.verdict = [], None, "missing"
+    module = SimpleNamespace(calls=[], error=None, verdict="missing")
 
     def diagnose_experiment(experiment, *, budget_minutes=5.0, seed=0, progress=lambda stage: None):
         module.calls.append((experiment.name, budget_minutes, seed))
@@ -33,8 +32,7 @@ def engine(monkeypatch, tmp_path):
             raise module.error
         return made_diagnosis(made_result(samples=700), module.verdict)
 
-    module.diagnose_experiment = diagnose_experiment
-    monkeypatch.setitem(sys.modules, "identification.diagnose", module)
+    monkeypatch.setattr("identification.run.diagnose_experiment", diagnose_experiment)
     monkeypatch.setattr("vibrojax.cli.diagnose.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.chdir(tmp_path)

@@ -26,25 +26,23 @@ class Force:
         t: s.
         u: m.
         v: m/s.
-        effects: of the effects alone.
         difference: all that the augmented model pushes with, less all that the nominal one does.
     """
 
     t: Float[np.ndarray, " samples"]
     u: Float[np.ndarray, " samples"]
     v: Float[np.ndarray, " samples"]
-    effects: Float[np.ndarray, " samples"]
     difference: Float[np.ndarray, " samples"]
 
 
 def model_force(diagnosis: Diagnosis) -> Force | None:
-    """Forces of the effects along the fitted motion.
+    """Forces of both models along the fitted motion.
 
-    None where they have no force in flight that position and velocity alone decide: without effects, with states of their own, or at home
-    in one record only.
+    None where the effects have no force in flight that time and motion alone decide: without effects, with states of their own, or with
+    something of its own in each record.
     """
     effects = diagnosis.model.effects
-    if not effects or any(one.own_states or one.record is not None for one in effects):
+    if not effects or diagnosis.model.record_parameters or any(one.own_states or one.record is not None for one in effects):
         return None
     t, u, v = (np.concatenate(parts) for parts in zip(*map(_flight, diagnosis.augmented.records), strict=True))
     if not len(t):
@@ -55,7 +53,7 @@ def model_force(diagnosis: Diagnosis) -> Force | None:
     whole, without, nominal = map(np.asarray, _forces(models, jnp.asarray(t), jnp.asarray(u), jnp.asarray(v)))
     if np.abs(whole - without).max() == 0.0:
         return None
-    return Force(t=t, u=u, v=v, effects=whole - without, difference=whole - nominal)
+    return Force(t=t, u=u, v=v, difference=whole - nominal)
 
 
 def _flight(record: RecordFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

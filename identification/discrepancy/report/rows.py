@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis, Number
 from identification.discrepancy.report.words import beside, chance_text, effect_words, plain_name
+from identification.report.channel_labels import spoken
 from identification.report.numbers import NONE, rounded, significant, unit_text
 from identification.report.symbols import symbol_text
+from vibrojax.channels import CHANNELS
 from vibrojax.model import MASS
 from vibrojax.parameters import Parameter
 
@@ -79,6 +81,12 @@ def number_rows(numbers: tuple[Number, ...], known: tuple[Parameter, ...] = ()) 
     ]
 
 
+def learned_rows(diagnosis: Diagnosis) -> list[NumberRow]:
+    """Numbers of the effects of the augmented model, as its own parameters have them."""
+    meanings = tuple(p for p in diagnosis.model.parameters if "." in p.name)
+    return number_rows(tuple(one for one in diagnosis.augmented.parameters if "." in one.name), meanings)
+
+
 def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
     """Every parameter of either model, before and after."""
     before = {one.name: one for one in diagnosis.nominal.parameters}
@@ -106,11 +114,11 @@ def candidate_rows(diagnosis: Diagnosis, most: int | None = None) -> list[Candid
 
 
 def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:
-    """Misfit of both models: on all records, and on records that were held back."""
+    """Misfit of both models: on all records, and on parts of them that a fit did not see."""
     before, after = diagnosis.nominal, diagnosis.augmented
     pairs = (
         ("reduced chi-square, all records", before.chi2_reduced, after.chi2_reduced, "1"),
-        ("NRMSE on records held back", before.held_out_nrmse, after.held_out_nrmse, "noise"),
+        ("NRMSE on what was left out of the fit", before.held_out_nrmse, after.held_out_nrmse, "noise"),
     )
     return [ErrorRow(name=name, before=significant(a, 3), after=significant(b, 3), best=best) for name, a, b, best in pairs]
 
@@ -126,7 +134,7 @@ def _candidate(one: Considered, asserted: bool) -> CandidateRow:
     return CandidateRow(
         name=one.name,
         words=effect_words(one.name),
-        detail=one.detail,
+        detail=_spoken(one.detail),
         beside=beside(one),
         gain=_count(one.gain),
         chance=chance_text(one.chance),
@@ -135,6 +143,13 @@ def _candidate(one: Considered, asserted: bool) -> CandidateRow:
         held_out=_count(one.held_out),
         asserted=asserted,
     )
+
+
+def _spoken(detail: str) -> str:
+    """Channels by their words."""
+    for channel in CHANNELS:
+        detail = detail.replace(channel, spoken(channel))
+    return detail
 
 
 def _count(number: float | None) -> str:

@@ -76,7 +76,7 @@ def _considered(diagnosis: Diagnosis) -> list[RenderableType]:
     rows = candidate_rows(diagnosis, _CANDIDATES)
     if not rows:
         return []
-    table = _table("considered", "beside", "promised", "chance", "drop", "BIC", "held back", right=(2, 3, 4, 5, 6))
+    table = _table("considered", "beside", "promised", "chance", "drop", "BIC", "left out", right=(2, 3, 4, 5, 6))
     for row in rows:
         name = plain_name(row.name) + (f", {row.detail}" if row.detail else "")
         numbers = (compact(text) for text in (row.gain, row.chance, row.drop, row.bic, row.held_out))

@@ -12,13 +12,14 @@ from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.discrepancy.report.equation import equation_html
 from identification.discrepancy.report.figures.stretch import stretches
+from identification.discrepancy.report.learned_term import learned_term
 from identification.discrepancy.report.model_force import model_force
 from identification.discrepancy.report.rows import change_rows
 from identification.discrepancy.report.write import draw
 from tests.identification.discrepancy.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result
 from tests.identification.report.test_write import read
-from vibrojax.effects import EFFECTS, GainError
+from vibrojax.effects import EFFECTS, GainError, MainsHum
 
 VERDICTS = (MISSING, UNLISTED, ADEQUATE)
 
@@ -158,8 +159,26 @@ def test_shifts_are_in_standard_errors_of_the_nominal_fit(made):
 
 def test_the_force_of_the_models_is_that_of_the_effect(made):
     force = model_force(made[MISSING])
-    assert np.abs(force.effects + FRICTION * np.tanh(force.v / 1e-3)).max() < 1e-9
+    fast = np.abs(force.v) > 0.02
+    assert fast.sum() > 1000
+    assert np.abs(force.difference + FRICTION * np.sign(force.v))[fast].max() < 1e-9
     assert model_force(made[ADEQUATE]) is None
+
+
+def test_the_learned_term_is_drawn_against_what_decides_it(made):
+    term = learned_term(made[UNLISTED])
+    assert term.channel is None
+    assert next(iter(term.coordinates)) == ("displacement", "m")
+    assert np.abs(term.value + 4e4 * term.coordinates["displacement", "m"] ** 3).max() < 1e-9
+    assert learned_term(made[ADEQUATE]) is None
+
+
+def test_a_term_on_a_channel_is_drawn_in_its_unit(made):
+    hum = MainsHum(frequency_hz=50.0, sine=0.3, cosine=0.0, of_channel="hammer_acceleration")
+    augmented = dataclasses.replace(made[UNLISTED].augmented, model=dataclasses.replace(made[UNLISTED].model, effects=(hum,)))
+    diagnosis = dataclasses.replace(made[UNLISTED], augmented=augmented)
+    assert learned_term(diagnosis).channel == "hammer_acceleration"
+    assert "m/s" in {image.name: image.alt for image in draw(diagnosis)}["learned-term"]
 
 
 @pytest.mark.parametrize("phase", ["contact", "separation", "after impact", "all"])

@@ -1,4 +1,4 @@
-"""The term that was learned where no listed effect explains the records: its force along the motion."""
+"""The term that was learned where no listed effect explains the records: what it adds along the motion."""
 
 from collections.abc import Iterator
 
@@ -6,39 +6,42 @@ import numpy as np
 
 from identification.discrepancy.diagnosis import UNLISTED, Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, Picture
-from identification.discrepancy.report.model_force import model_force
+from identification.discrepancy.report.learned_term import learned_term
+from identification.discrepancy.report.words import axis
+from identification.report.channel_labels import label
 from identification.report.figures.base import few_ticks, new_figure
 
-_POINTS = 2000
+_POINTS = 2500
+_PANELS = 2
 
 
 def learned(diagnosis: Diagnosis) -> Iterator[Picture]:
-    """One picture, where the verdict is that nothing listed explains the records and the term is a force in flight."""
-    if diagnosis.verdict != UNLISTED:
+    """One picture, where the verdict is that nothing listed explains the records: the term against the two coordinates that decide most."""
+    term = learned_term(diagnosis) if diagnosis.verdict == UNLISTED else None
+    if term is None:
         return
-    force = model_force(diagnosis)
-    if force is None:
-        return
+    look = label(term.channel, diagnosis.experiment) if term.channel is not None else None
+    factor, unit = (look.factor, look.unit) if look is not None else (1.0, "N")
+    what = "Force of the learned term on the hammer" if look is None else f"What the learned term adds to the {look.words}"
     figure = new_figure(2.7)
-    left, right = figure.subplots(
-        1, 2, sharey=True, gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.17, "top": 0.96, "wspace": 0.08}
-    )
-    some = slice(None, None, max(len(force.t) // _POINTS, 1))
-    left.plot(1e3 * force.u[some], force.effects[some], ".", color=AFTER, markersize=1.6)
-    right.plot(force.v[some], force.effects[some], ".", color=AFTER, markersize=1.6)
-    for axes in (left, right):
+    places = {"left": 0.115, "right": 0.985, "bottom": 0.17, "top": 0.96, "wspace": 0.08}
+    panels = figure.subplots(1, _PANELS, sharey=True, gridspec_kw=places)
+    some = slice(None, None, max(len(term.value) // _POINTS, 1))
+    for axes, ((name, si), values) in zip(panels, list(term.coordinates.items())[:_PANELS], strict=True):
+        across = axis(name, si)
+        axes.plot(across.factor * values[some], factor * term.value[some], ".", color=AFTER, markersize=1.8)
         axes.axhline(0.0, color="black", linewidth=0.6)
+        axes.set_xlabel(across.label)
         few_ticks(axes, x=6, y=6)
-    left.set_xlabel("displacement u (mm)")
-    right.set_xlabel("velocity u̇ (m/s)")
-    left.set_ylabel("force of the learned term (N)")
+    panels[0].set_ylabel(f"{'force' if look is None else look.symbol} of the learned term ({unit})")
+    shown = [name for name, _ in list(term.coordinates)[:_PANELS]]
     yield Picture(
         name="learned-term",
         section="effect",
         record=None,
-        caption="Force of the learned term on the hammer along the recorded motion in free flight, above zero towards the stop. Where the"
-        " points lie on one line, that coordinate alone decides it.",
-        alt="Force of the learned term against displacement and against velocity, between"
-        f" {np.min(force.effects):.3g} and {np.max(force.effects):.3g} newtons.",
+        caption=f"{what} along the recorded motion{', above zero towards the stop' if look is None else ''}. Where the points lie on one"
+        " line, that coordinate alone decides it.",
+        alt=f"{what} against {' and against '.join(shown)}, between {factor * np.min(term.value):.3g} and"
+        f" {factor * np.max(term.value):.3g} {unit}.",
         figure=figure,
     )
