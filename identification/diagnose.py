@@ -15,8 +15,8 @@ from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.polish import polished
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
-from identification.discrepancy.robust import Tolerance, robust_fit
-from identification.discrepancy.search import Search, no_tolerance, search
+from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
+from identification.discrepancy.search import Search, search
 from identification.discrepancy.verdict import sentences
 from identification.estimate import degrees_of_freedom
 from identification.experiment import Experiment
@@ -26,8 +26,10 @@ from identification.records import record_fits
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
-_MILD = 1.5
+_MILD = 10.0
 """Reduced chi-square up to which the ordinary fit is a sound place to search from."""
+_CUT = 25.0
+"""Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
 
 def diagnose_experiment(
@@ -77,7 +79,7 @@ def ordinary(prepared: Prepared) -> Fitted | None:
 def _ground(prepared: Prepared, nominal: Fitted | None, progress: Progress) -> tuple[Fitted, Tolerance]:
     """Where the search starts: the ordinary fit if it is sound, else a tolerant one on short windows."""
     if nominal is not None and nominal.chi2 / degrees_of_freedom(prepared, active_of(nominal)) <= _MILD:
-        return nominal, no_tolerance(nominal)
+        return nominal, dataclasses.replace(tolerance(prepared, nominal.outcome.equations.cost), cut=_CUT)
     progress("fitting the nominal model to short windows")
     return robust_fit(prepared)
 

@@ -18,6 +18,8 @@ from vibrojax.system import System
 
 _CONTACT_STEPS = 100.0
 _STEPS_PER_PERIOD = 200.0
+_STEPS_PER_OWN_PERIOD = 24.0
+"""Of an effect's own vibration."""
 
 
 def simulate_record(model: Model, record: Record) -> dict[str, np.ndarray]:
@@ -44,6 +46,8 @@ def _integrator(model: Model, record: Record) -> Landing:
     flight = min(1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf, duration / _STEPS_PER_PERIOD)
     if record.base == "measured" or record.kind == "forced":
         flight = min(flight, sampling)
+    own = max((float(effect.fastest_hz) for effect in model.effects), default=0.0)
+    flight = min(flight, 1.0 / (_STEPS_PER_OWN_PERIOD * own) if own > 0 else np.inf)
     steps = 2 * duration * (1 / flight + 2 * fastest * _CONTACT_STEPS) + 20 * _CONTACT_STEPS
     return Landing(contact_steps=_CONTACT_STEPS, flight_step=flight, most_steps=math.ceil(steps))
 
@@ -71,7 +75,8 @@ def _system(model: Model, record: Record, amplitude: float, phase: float) -> Sys
     elif record.kind == "cart-excitation":
         base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=record.excitation_frequency or 0.0)
     applied = measured_input.measured_force(record) if record.kind == "forced" else Unforced()
-    return model.system(gap=record.gap, base=base, applied=applied)
+    here = model.in_record(lambda file: 1.0 if file == record.file else 0.0)
+    return here.system(gap=record.gap, base=base, applied=applied)
 
 
 def _state(model: Model, record: Record, amplitude: float, phase: float) -> np.ndarray:

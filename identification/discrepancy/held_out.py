@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.block_arrow import Equations, reduce, solve
-from identification.discrepancy.refit import Fitted
+from identification.discrepancy.refit import Fitted, windows_of
 from identification.fit import as_arrays, evaluator, free_unknowns, integrator_for, on_device
 from identification.lanes import chunked
 from identification.levenberg_marquardt import settle
@@ -14,6 +14,10 @@ from identification.residual import residuals
 
 FOLDS = 4
 _CHUNK = 16
+_SIGNAL = 9.0
+"""Variance of a channel over that of its noise below which it holds nothing to predict."""
+_LOST = 4.0
+"""Mean square error over variance at which a prediction is as bad as any."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -21,7 +25,8 @@ class HeldOut:
     """Errors on windows that were left out of the fit.
 
     Attributes:
-        nrmse: rms error over standard deviation of the record, root of the mean square over channels and records.
+        nrmse: rms error beyond the noise over the standard deviation of the record, root of the mean square over channels and records;
+            not below what so many samples can tell from noise.
         chi2: sum of squared residuals over the noise variance of all windows, each predicted by the fit to the others.
     """
 
@@ -36,16 +41,17 @@ def held_out(fitted: Fitted) -> HeldOut:
     """
     prepared, estimate, equations = fitted.prepared, fitted.outcome.estimate, fitted.outcome.equations
     fold = np.arange(len(prepared.record)) % FOLDS
-    evaluate = evaluator(prepared, integrator_for(prepared))
     states, shared, nuisances = estimate.states.copy(), [], []
     chi2 = 0.0
     for left_out in range(FOLDS):
         kept = _without(equations, fold == left_out)
         step, step_nuisances, _ = solve(reduce(kept, estimate, free_unknowns(prepared), 1e-9), kept, estimate)
         at = dataclasses.replace(estimate, shared=estimate.shared + step, nuisances=estimate.nuisances + step_nuisances)
-        settled, cost = settle(evaluate, at, iterations=2)
-        chi2 += 2.0 * float(cost[fold == left_out].sum())
-        states[fold == left_out] = settled.states[fold == left_out]
+        mine = np.flatnonzero(fold == left_out)
+        alone = evaluator(windows_of(prepared, mine), integrator_for(prepared))
+        settled, cost = settle(alone, dataclasses.replace(at, states=at.states[mine]), iterations=2)
+        chi2 += 2.0 * float(cost.sum())
+        states[mine] = settled.states
         shared.append(at.shared)
         nuisances.append(at.nuisances)
     local = np.stack([_vector(shared[k], nuisances[k][r], s) for k, r, s in zip(fold, prepared.record, states, strict=True)])
@@ -68,22 +74,22 @@ def _vector(shared: np.ndarray, nuisances: np.ndarray, states: np.ndarray) -> np
 
 
 def _nrmse(fitted: Fitted, local: np.ndarray) -> float:
-    """From the residuals of all windows at their own vectors."""
+    """From the residuals of all windows at their own vectors; the noise, as stated, is taken off."""
     prepared, integrator = fitted.prepared, integrator_for(fitted.prepared)
     model, layout = as_arrays(prepared.model), prepared.layout
-    squares: dict[tuple[int, str], list[float]] = {}
+    squares: dict[tuple[int, str], list[np.ndarray]] = {}
     for lanes, windows in chunked(prepared.groups, _CHUNK):
         found = np.asarray(residuals(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes]))[0])
         for row, lane in enumerate(lanes):
             for column, channel in enumerate(windows.channels):
-                weight = windows.weight[row, :, column]
-                if weight.any():
-                    r = found[row, :, column][weight > 0] / weight[weight > 0]
-                    squares.setdefault((int(prepared.record[lane]), channel), []).extend(np.clip(r, -1e3, 1e3) ** 2)
-    parts = [
-        np.mean(values) / max(float(np.nanvar(prepared.experiment.records[record].channels[channel])), 1e-300)
-        for (record, channel), values in squares.items()
-        if channel in prepared.experiment.records[record].channels
-        and np.nanstd(prepared.experiment.records[record].channels[channel]) > 3 * prepared.experiment.records[record].noise[channel]
-    ]
+                counted = windows.weight[row, :, column] > 0
+                if counted.any():
+                    squares.setdefault((int(prepared.record[lane]), channel), []).append(found[row, counted, column] ** 2)
+    parts = []
+    for (index, channel), values in squares.items():
+        record, square = prepared.experiment.records[index], np.nan_to_num(np.concatenate(values), nan=1e6)
+        beyond = max(float(square.mean()) - 1.0, float(np.sqrt(2.0 / len(square))))
+        signal = float(np.nanvar(record.channels[channel])) / record.noise[channel] ** 2
+        if signal > _SIGNAL:
+            parts.append(min(beyond / signal, _LOST))
     return float(np.sqrt(np.mean(parts))) if parts else float("nan")

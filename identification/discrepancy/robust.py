@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.block_arrow import Equations
-from identification.discrepancy.refit import Fitted
+from identification.discrepancy.refit import Fitted, windows_of
 from identification.fit import bounds, evaluator, free_unknowns, integrator_for
 from identification.layout import Estimate
 from identification.levenberg_marquardt import LevenbergMarquardt, settle
@@ -21,6 +21,8 @@ _LEAST_CUT = 4.0
 _ORDERLY = 0.3
 """Share of the windows that is trusted to be explained about as well as any."""
 _ROUNDS = 3
+_EVERY = 4
+"""Every so manieth window tells the starts apart."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -78,15 +80,13 @@ def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
     """The nominal model on short windows of the same records, as most of them want it."""
     short = prepare(prepared.experiment, law=prepared.model.law.name, window=SHORT)
     evaluate, active, limits = evaluator(short, integrator_for(short)), free_unknowns(short), bounds(short)
-    best = None
+    thin = windows_of(short, np.arange(0, len(short.record), _EVERY))
+    evaluate_thin = evaluator(thin, integrator_for(short))
+    ranked = []
     for start in _starts(short):
-        estimate, cost = settle(evaluate, start)
-        allowed = tolerance(short, cost)
-        total = float(np.sum(np.log1p(2.0 * np.nan_to_num(cost, posinf=1e12) / allowed.samples)))
-        if best is None or total < best[0]:
-            best = total, estimate, cost
-    assert best is not None
-    _, estimate, cost = best
+        _, cost = settle(evaluate_thin, dataclasses.replace(start, states=thin.start.states), iterations=4)
+        ranked.append((float(np.sum(np.log1p(2.0 * np.nan_to_num(cost, posinf=1e12) / tolerance(thin, cost).samples))), start))
+    estimate, cost = settle(evaluate, min(ranked, key=lambda pair: pair[0])[1])
     for rough in (True,) * (_ROUNDS - 1) + (False,):
         allowed = tolerance(short, cost)
         method = LevenbergMarquardt(tolerance=0.3 if rough else 0.1, most_iterations=8 if rough else 20)
@@ -97,8 +97,11 @@ def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
 
 
 def _starts(short: Prepared) -> list[Estimate]:
-    """The first guesses of the fit, and one that gives every contact a gap of its own."""
+    """The first guesses of the fit; where one is at the end of its range, also guesses that give every contact a gap of its own."""
     layout, starts = short.layout, [dataclasses.replace(short.start, shared=shared) for shared in short.candidates.values()]
+    low, high = bounds(short)
+    if all(np.all((start.shared > low + 1e-6) & (start.shared < high - 1e-6)) for start in starts):
+        return starts
     names = tuple(p.name for p in short.model.law.parameters if p.name not in short.fixed)
     for load_cell in (True, False):
         values, errors = contact_start(

@@ -12,7 +12,7 @@ from identification.discrepancy.evidence import significant
 from identification.discrepancy.facts import facts
 from identification.discrepancy.linearised import Linearised, linearised
 from identification.discrepancy.refit import Fitted, extended, windows_of
-from identification.discrepancy.robust import Tolerance, tolerance
+from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate, projector, score
 from identification.discrepancy.signature import Course, courses
 from identification.fit import bounds, evaluator, free_unknowns, integrator_for
@@ -108,8 +108,8 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
 LEAST_GAIN, _HELPS = 12.0, 0.05
 """Drop of the cost (half chi-square), and share of the misfit, below which a refit has not helped."""
 _ROUNDS = 3
-_ASTRAY = 0.02
-"""Share of the short windows that may have settled wrongly without a verdict being drawn from them."""
+_ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
+"""Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
 _REST = 0.01
 """Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
 
@@ -143,7 +143,7 @@ def _explained(fitted: Fitted, allowed: Tolerance, scored: Scored, rounds: list[
 def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
     """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts."""
     x = 2.0 * fitted.outcome.equations.cost / allowed.samples
-    most = np.ones(len(x), bool) if np.isinf(allowed.cut) else x <= np.quantile(x, 1.0 - _ASTRAY)
+    most = x <= max(np.quantile(x, 1.0 - _ASTRAY), _LEAST_ASTRAY)
     states = fitted.prepared.layout.states * int(most.sum())
     degrees = int(allowed.samples[most].sum()) - fitted.unknowns - states
     return float(2.0 * fitted.outcome.equations.cost[most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
@@ -245,7 +245,7 @@ def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: flo
     if not float(allowed.cost(cost).sum()) <= give_up_above:
         return None
     for _ in range(_ROUNDS):
-        outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-6, most_iterations=15)(tolerant, settled, active, limits)
+        outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20)(tolerant, settled, active, limits)
         before = float(allowed.cost(evaluate(outcome.estimate).cost).sum())
         settled, cost = resettled(prepared, evaluate, outcome.estimate, allowed)
         if before - float(allowed.cost(cost).sum()) < 1e-3 * before:
@@ -261,17 +261,19 @@ def resettled(
     Each keeps the best; with the windows' costs.
     """
     found = evaluate(estimate)
-    if np.all(allowed.weights(found.cost) >= 1.0):
+    resisting = np.flatnonzero(~(allowed.weights(found.cost) >= 1.0))
+    if not len(resisting):
         return estimate, found.cost
-    read = np.concatenate([initial_states(group, prepared.motions) for group in prepared.groups])
-    read = np.concatenate([read, estimate.states[:, read.shape[1] :]], axis=1)
-    best, lowest = estimate, found.cost
-    for states in (estimate.states, read, _continued(prepared, estimate, found)):
-        trial, cost = settle(evaluate, dataclasses.replace(estimate, states=states), iterations=4)
-        better = cost < lowest
-        best = dataclasses.replace(best, states=np.where(better[:, None], trial.states, best.states))
-        lowest = np.where(better, cost, lowest)
-    return best, lowest
+    part = windows_of(prepared, resisting)
+    evaluate_part = evaluator(part, integrator_for(prepared))
+    read = np.concatenate([initial_states(group, prepared.motions) for group in part.groups])
+    read = np.concatenate([read, estimate.states[resisting, read.shape[1] :]], axis=1)
+    states, lowest = estimate.states.copy(), found.cost.copy()
+    for start in (estimate.states[resisting], read, _continued(prepared, estimate, found)[resisting]):
+        trial, cost = settle(evaluate_part, dataclasses.replace(estimate, states=start), iterations=4)
+        better = cost < lowest[resisting]
+        states[resisting[better]], lowest[resisting[better]] = trial.states[better], cost[better]
+    return dataclasses.replace(estimate, states=states), lowest
 
 
 def _continued(prepared: Prepared, estimate: Estimate, found: Equations) -> np.ndarray:
@@ -285,11 +287,6 @@ def _continued(prepared: Prepared, estimate: Estimate, found: Equations) -> np.n
         if source is not None and np.all(np.isfinite(found.onward[source])):
             states[window] = found.onward[source]
     return states
-
-
-def no_tolerance(fitted: Fitted) -> Tolerance:
-    """Every window counts in full."""
-    return dataclasses.replace(tolerance(fitted.prepared, fitted.outcome.equations.cost), cut=_NO_CUT)
 
 
 def _words(fitted: Fitted) -> str:

@@ -1,5 +1,6 @@
 """What an effect would do along the fitted motion: its own hooks, called on that motion."""
 
+import math
 from functools import partial
 
 import equinox as eqx
@@ -19,8 +20,8 @@ from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.system import System
 
-_SUBSTEPS = 8
-"""Steps of an effect's own states in a sampling interval."""
+_ANGLE = 0.6
+"""Longest step of an effect's own states, in radians of its fastest vibration."""
 
 
 class Course(eqx.Module):
@@ -74,6 +75,7 @@ def _padded(values: np.ndarray, samples: int) -> np.ndarray:
 def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ...], effects: list[AbstractEffect]) -> list[Perturbation]:
     """Perturbation of every effect of one class (and the same channel and record), in the windows' shape."""
     stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *effects)
+    substeps = max(_substeps(effect, courses[0]) for effect in effects)
     shape = (len(effects), *at.u.shape)
     names = ("force", "stop_position", "stop_velocity", "base_displacement", "base_acceleration")
     whole = {name: np.zeros(shape) for name in names}
@@ -81,7 +83,7 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
     for index, course in enumerate(courses):
         if effects[0].record not in (None, files[index]):
             continue
-        parts, read = jax.tree.map(np.asarray, _along(stacked, course))
+        parts, read = jax.tree.map(np.asarray, _along(stacked, course, substeps))
         for name in names:
             windows, values = at.in_windows(parts[name], index)
             whole[name][:, windows] = values
@@ -98,23 +100,29 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
 def own_states(effect: AbstractEffect, courses: tuple[Course, ...]) -> list[np.ndarray]:
     """The effect's own states along every record, (time, own), from rest at its start."""
     effect = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), effect)
-    return [np.asarray(_own_along(effect, course)) for course in courses]
+    return [np.asarray(_own_along(effect, course, _substeps(effect, course))) for course in courses]
+
+
+def _substeps(effect: AbstractEffect, course: Course) -> int:
+    """Steps of an effect's own states in a sampling interval."""
+    sampling = float(course.ts[1] - course.ts[0])
+    return max(1, math.ceil(2.0 * math.pi * float(effect.fastest_hz) * sampling / _ANGLE))
 
 
 @eqx.filter_jit
-def _own_along(effect: AbstractEffect, course: Course):
-    return _own(course, effect, _motion(course))
+def _own_along(effect: AbstractEffect, course: Course, substeps: int):
+    return _own(course, effect, _motion(course), substeps)
 
 
 @eqx.filter_jit
-def _along(effects: AbstractEffect, course: Course):
+def _along(effects: AbstractEffect, course: Course, substeps: int):
     """Hooks of stacked effects along one record."""
-    return jax.vmap(partial(_one, course))(effects)
+    return jax.vmap(partial(_one, course, substeps))(effects)
 
 
-def _one(course: Course, effect: AbstractEffect):
+def _one(course: Course, substeps: int, effect: AbstractEffect):
     system, motion = course.system, _motion(course)
-    own = _own(course, effect, motion)
+    own = _own(course, effect, motion, substeps)
     moved = effect.base(system.base)
     read = effect.read(course.readings, motion, own)
     parts = {
@@ -149,7 +157,7 @@ def _motion(course: Course) -> Motion:
     )
 
 
-def _own(course: Course, effect: AbstractEffect, motion: Motion) -> Float[Array, "time own"]:
+def _own(course: Course, effect: AbstractEffect, motion: Motion, substeps: int) -> Float[Array, "time own"]:
     """The effect's own states, from rest at the record's start."""
     size = len(effect.own_states)
     if size == 0:
@@ -164,8 +172,8 @@ def _own(course: Course, effect: AbstractEffect, motion: Motion) -> Float[Array,
             motion, push, acceleration = jax.tree.map(lambda a, b: a if a.dtype == bool else a + part * (b - a), left, right)
             return effect.rates(motion, own, push, acceleration)
 
-        h = 1.0 / _SUBSTEPS
-        for k in range(_SUBSTEPS):
+        h = 1.0 / substeps
+        for k in range(substeps):
             one = rates(own, k * h)
             two = rates(own + 0.5 * h * dt * one, (k + 0.5) * h)
             three = rates(own + 0.5 * h * dt * two, (k + 0.5) * h)

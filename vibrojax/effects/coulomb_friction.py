@@ -9,14 +9,14 @@ from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_CREEP = 1e-3
+_CREEP = 5e-4
 """m/s; the jump of the force at rest is spread over this speed either way."""
 
 
 class CoulombFriction(AbstractEffect):
     """Friction of constant size against the relative velocity.
 
-    force = -F_c tanh(u' / v_c) with v_c = 1 mm/s. Sticking is a creep below that speed.
+    force = -F_c tanh(u' / v_c) with v_c = 0.5 mm/s. Sticking is a creep below that speed.
 
     Arguments:
         friction_force: F_c >= 0, N.
