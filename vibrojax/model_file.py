@@ -14,6 +14,7 @@ from vibrojax.channels import CHANNELS, UNITS
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
+from vibrojax.effects.free_form import MOST_TERMS, FreeForm
 from vibrojax.errors import InputError
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
@@ -43,8 +44,9 @@ def write_model(model: Model, path: Path, *, provenance: Mapping[str, Any] | Non
 def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """What `model.json` holds: mass in kg, suspension by field, law and effects by parameter name, and the unit of each number.
 
-    An effect that acts in one record or on one channel names it (`record`, `channel`). A parameter of which every record has its own value
-    is written as the model holds it, zero unless it was set. `effects` is left out where there are none.
+    An effect that acts in one record or on one channel names it (`record`, `channel`), one that was learned lists its
+    `terms`. A parameter of which every record has its own value is written as the model holds it, zero unless it was set. `effects` is left
+    out where there are none.
 
     Example:
         >>> from vibrojax.suspension import Linear
@@ -105,7 +107,10 @@ def read_model(path: Path) -> Model:
 
 
 def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
-    places = {key: getattr(effect, field) for field, key in _places(type(effect))}
+    if isinstance(effect, FreeForm):
+        places = {"terms": list(effect.terms)} | ({"channel": effect.of_channel} if effect.of_channel else {})
+    else:
+        places = {key: getattr(effect, field) for field, key in _places(type(effect))}
     if places.get("channel", CHANNELS[0]) not in CHANNELS:
         raise ValueError(f"{effect.name} acts on channel {places['channel']!r}: expected one of {', '.join(CHANNELS)}")
     return (
@@ -115,11 +120,27 @@ def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
 
 def _effect(table: "_Table") -> AbstractEffect:
     """One effect from its object in the file."""
-    kind: Any = EFFECTS[table.choice("name", EFFECTS)]
+    name = table.choice("name", [*EFFECTS, FreeForm.name])
+    if name == FreeForm.name:
+        return _free_form(table)
+    kind: Any = EFFECTS[name]
     places = _places(kind)
     table.allow(["name", *(key for _, key in places), *(p.name for p in kind.parameters)])
     named = {field: table.choice(key, CHANNELS) if key == "channel" else table.text(key) for field, key in places}
     return kind(**named, **{p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in kind.parameters})
+
+
+def _free_form(table: "_Table") -> FreeForm:
+    """A learned term from its object in the file."""
+    terms = table.texts("terms", most=MOST_TERMS)
+    of_channel = table.choice("channel", CHANNELS) if "channel" in table.values else ""
+    try:
+        blank = FreeForm(terms=terms, of_channel=of_channel)
+    except ValueError as error:
+        table.refuse(f"terms are {list(terms)}: {error}")
+    table.allow(["name", "terms", "channel", *(p.name for p in blank.parameters)])
+    numbers = {p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in blank.parameters}
+    return dataclasses.replace(blank, **numbers)
 
 
 def _places(effect: type[AbstractEffect]) -> list[tuple[str, str]]:
@@ -223,6 +244,13 @@ class _Table:
         if not isinstance(value, str):
             self.refuse(f"{key} is {value!r}: expected a text in quotes")
         return value
+
+    def texts(self, key: str, *, most: int) -> tuple[str, ...]:
+        """A list of so many texts at most."""
+        values = self.needed(key)
+        if not isinstance(values, list) or not 1 <= len(values) <= most or not all(isinstance(value, str) for value in values):
+            self.refuse(f"{key} is {values!r}: expected a list of 1 to {most} texts in quotes")
+        return tuple(values)
 
     def choice(self, key: str, known: Iterable[str]) -> str:
         value = self.needed(key)

@@ -1,0 +1,243 @@
+"""A free-form term learned where no listed effect explains the misfit: a few factors of the motion, fitted together with everything."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from identification.adequacy import OVERALL, chi2_limit
+from identification.discrepancy.free_form_formula import common_phase, formula
+from identification.discrepancy.free_form_terms import Choice, force_groups, reading_groups, select
+from identification.discrepancy.linearised import linearised
+from identification.discrepancy.refit import Fitted, with_model
+from identification.discrepancy.robust import Tolerance
+from identification.discrepancy.score import Projector, projector
+from identification.discrepancy.search import Scored, fit_tolerantly
+from identification.discrepancy.signature import Course, courses
+from identification.fit import free_unknowns, integrator_for
+from identification.prepare import Prepared
+from identification.uncertainty import Uncertainty, uncertainty
+from vibrojax.effects.free_form import LINES, MOST_TERMS, FreeForm, factors
+from vibrojax.errors import NoConvergenceError
+
+_ROUNDS = 3
+_LEAST_GAIN = 12.0
+"""Drop of the cost below which a refit has not helped."""
+_SIGNIFICANT = 3.0
+"""Standard errors."""
+_PREFIX = f"{FreeForm.name}."
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Learned:
+    """What was learned in place of a listed effect.
+
+    Attributes:
+        fitted: the model with the term, everything fitted together.
+        effect: the term with its numbers; the phase of a line is that of all records, 0 where each has its own.
+        formula: the same in words, with errors.
+        explained: share of the misfit beyond noise that it removes.
+    """
+
+    fitted: Fitted
+    effect: FreeForm
+    formula: str
+    explained: float
+
+
+def learn(
+    scored: Scored,
+    allowed: Tolerance,
+    *,
+    most_terms: int = 4,
+    deadline: float = np.inf,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> Learned | None:
+    """A force on the hammer, or an addition to one channel, as a sum of few terms; None where none is significant.
+
+    Terms are scored as effects are, chosen one after the other at the price of their numbers, fitted together with everything else, and
+    dropped again where their coefficient stays below three standard errors. What is left over is looked at again.
+
+    Args:
+        scored: last look of the search.
+        allowed: tolerance of its windows.
+        most_terms: at most 6.
+        deadline: time (`time.monotonic`) after which no further round begins.
+        progress: told each stage.
+    """
+    fitted, effect = scored.fitted, None
+    first = float(allowed.cost(fitted.outcome.equations.cost).sum())
+    look = (_projector(scored.fitted, scored.at, allowed), scored.courses)
+    for _ in range(_ROUNDS):
+        progress("learning a free-form term" if effect is None else f"looking for more beside {effect.equation}")
+        choice = _chosen(fitted, effect, *look, allowed, min(most_terms, MOST_TERMS))
+        if not choice.groups:
+            break
+        try:
+            new = fit_tolerantly(_extended(fitted, effect, choice), allowed)
+            new = None if new is None else _significant(new, allowed)
+        except NoConvergenceError:
+            break
+        if new is None or _cost(fitted, allowed) - _cost(new, allowed) < _LEAST_GAIN:
+            break
+        fitted, effect = new, _effect(new)
+        if _adequate(fitted) or time.monotonic() > deadline or len(effect.terms) >= most_terms:
+            break
+        at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
+        look = (_projector(fitted, at, allowed), courses(fitted.prepared, at, fitted.outcome.estimate))
+    if effect is None:
+        return None
+    noise = 0.5 * float(allowed.samples.sum())
+    explained = (first - _cost(fitted, allowed)) / max(first - noise, 1e-300)
+    return _told(fitted, allowed, float(np.clip(explained, 0.0, 1.0)))
+
+
+def _projector(fitted: Fitted, at, allowed: Tolerance) -> Projector:
+    weights = allowed.weights(fitted.outcome.equations.cost) * at.finite
+    return projector(fitted.prepared, at, fitted.outcome.estimate, free_unknowns(fitted.prepared), weights)
+
+
+def _cost(fitted: Fitted, allowed: Tolerance) -> float:
+    return float(allowed.cost(fitted.outcome.equations.cost).sum())
+
+
+def _adequate(fitted: Fitted) -> bool:
+    """Whether nothing but noise is left."""
+    degrees = _degrees(fitted)
+    return fitted.chi2 / degrees <= chi2_limit(degrees, OVERALL)
+
+
+def _degrees(fitted: Fitted) -> int:
+    samples = sum(int((group.weight > 0).sum()) for group in fitted.prepared.groups)
+    return max(samples - fitted.unknowns - fitted.prepared.layout.states * len(fitted.prepared.record), 1)
+
+
+def _effect(fitted: Fitted) -> FreeForm:
+    found = fitted.model.effects[-1]
+    assert isinstance(found, FreeForm)
+    return found
+
+
+def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple[Course, ...], allowed: Tolerance, most: int) -> Choice:
+    """The best choice of terms: of a force, or of what one channel adds."""
+    mass, samples = float(fitted.model.mass), int(allowed.samples.sum())
+    used = {base for term in effect.terms for base, _ in factors(term)} if effect else set()
+    lines = LINES - sum(base.startswith("sine_") for base in used)
+    taken = frozenset(used & {"near", "settled"})
+    room = most - (len(effect.terms) if effect else 0)
+    channels = [name for index, name in enumerate(by.at.channels) if (by.at.weight[..., index] > 0).any()]
+    homes = ["", *channels] if effect is None else [effect.of_channel]
+    choices = []
+    for home in homes:
+        groups = reading_groups(by, along, mass, home) if home else force_groups(fitted.prepared, by, along, mass)
+        fresh = [group for group in groups if effect is None or group.members[0].terms[0] not in effect.terms]
+        choices.append(select(by, fresh, samples, room, lines, taken))
+    return max(choices, key=lambda choice: choice.worth)
+
+
+def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice) -> Prepared:
+    """The model with the chosen terms added to those that it has, at their strengths to first order."""
+    model, records = fitted.model, len(fitted.outcome.estimate.nuisances)
+    of_channel = choice.groups[0].members[0].of_channel
+    terms = list(effect.terms) if effect else []
+    values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters} if effect else {}
+    scales = list(effect.scales) if effect else []
+    phases: dict[str, np.ndarray] = {}
+    for group, factor in zip(choice.groups, choice.factors, strict=True):
+        member = group.members[0]
+        term, strength = member.terms[0], float(factor[0])
+        if group.shape == "sine":
+            line = next(k for k in range(1, LINES + 1) if not any(f"sine_{k}" in one for one in terms))
+            term = term.replace("sine_1", f"sine_{line}")
+            sine, cosine = factor.reshape(2, records)
+            information = np.array([np.sum(column.column**2) for column in group.columns]).reshape(2, records).sum(axis=0)
+            strength = float(np.sum(information * np.hypot(sine, cosine)) / max(information.sum(), 1e-300))
+            phases[f"{_PREFIX}p{line}"] = np.arctan2(cosine, sine)
+            values[f"f{line}_hz"] = float(member.f1_hz)
+        elif group.shape:
+            field = {"near": "d", "settled": "tau"}[group.shape]
+            values[field] = float(getattr(member, field))
+        terms.append(term)
+        scales.append(max(abs(strength), 1e-300))
+        values[f"c{len(terms)}"] = strength
+    learned = FreeForm(terms=tuple(terms), of_channel=of_channel, scales=tuple(scales), **values)
+    others = model.effects[:-1] if effect else model.effects
+    return _restated(fitted, dataclasses.replace(model, effects=(*others, learned)), phases)
+
+
+def _restated(fitted: Fitted, model, phases: Mapping[str, np.ndarray]) -> Prepared:
+    """The same windows under a model with another free-form term; what each record has of its own is kept by name."""
+    estimate, layout = fitted.outcome.estimate, fitted.prepared.layout
+    kept = {name: estimate.nuisances[:, index] for index, name in enumerate(layout.nuisances)} | dict(phases)
+    names = (*layout.nuisances[: len(layout.nuisances) - len(layout.record_parameters)], *(p.name for p in model.record_parameters))
+    return with_model(fitted.prepared, model, np.stack([kept[name] for name in names], axis=1), estimate.states)
+
+
+def _significant(fitted: Fitted, allowed: Tolerance) -> Fitted | None:
+    """Without the terms whose coefficients are not clear of zero, the worst first; None if none is left."""
+    while True:
+        effect, spread = _effect(fitted), _spread(fitted, allowed)
+        stderr = _stderr(fitted, spread)
+        certain = {k: abs(float(getattr(effect, f"c{k}"))) / stderr[f"c{k}"] for k in range(1, len(effect.terms) + 1)}
+        worst = min(certain, key=lambda k: certain[k])
+        if certain[worst] >= _SIGNIFICANT:
+            return fitted
+        if len(certain) == 1:
+            return None
+        kept = [k for k in certain if k != worst]
+        values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters if not p.field.startswith("c")}
+        values |= {f"c{new}": float(getattr(effect, f"c{old}")) for new, old in enumerate(kept, start=1)}
+        fewer = FreeForm(
+            terms=tuple(effect.terms[k - 1] for k in kept),
+            of_channel=effect.of_channel,
+            scales=tuple(effect.scales[k - 1] for k in kept),
+            **values,
+        )
+        model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects[:-1], fewer))
+        again = fit_tolerantly(_restated(fitted, model, {}), allowed)
+        if again is None:
+            return None
+        fitted = again
+
+
+def _spread(fitted: Fitted, allowed: Tolerance) -> Uncertainty:
+    """Errors of everything, windows counting as the fit let them."""
+    degrees = _degrees(fitted)
+    equations = allowed.evaluator(lambda estimate: fitted.outcome.equations)(fitted.outcome.estimate)
+    reduced_chi2 = 2.0 * float(equations.cost.sum()) / degrees
+    limit = chi2_limit(degrees, OVERALL)
+    return uncertainty(equations, fitted.outcome.estimate, free_unknowns(fitted.prepared), reduced_chi2, adequate_below=limit)
+
+
+def _stderr(fitted: Fitted, spread: Uncertainty) -> dict[str, float]:
+    """Standard error of every shared number of the term, SI; infinite where the records do not determine it."""
+    found, effect = {}, _effect(fitted)
+    for index, p in enumerate(fitted.prepared.layout.parameters):
+        if p.name.startswith(_PREFIX):
+            name = p.name.removeprefix(_PREFIX)
+            own = next(one for one in effect.parameters if one.name == name)
+            sigma = float(spread.stderr[index]) * own.slope(float(getattr(effect, own.field)))
+            found[name] = sigma if sigma > 0 else np.inf
+    return found
+
+
+def _told(fitted: Fitted, allowed: Tolerance, explained: float) -> Learned:
+    """With the formula, and the phases that all records share."""
+    effect, spread, layout = _effect(fitted), _spread(fitted, allowed), fitted.prepared.layout
+    stderr, nuisances = _stderr(fitted, spread), fitted.outcome.estimate.nuisances
+    errors = spread.stderr[layout.shared :].reshape(nuisances.shape)
+    signs = {base: np.sign(float(getattr(effect, f"c{k}"))) for k, term in enumerate(effect.terms, start=1) for base, _ in factors(term)}
+    phases = {}
+    for index, name in enumerate(layout.nuisances):
+        field = name.removeprefix(_PREFIX)
+        if name == field or not field.startswith("p"):
+            continue
+        turn = np.pi if signs[f"sine_{field[1:]}"] < 0 else 0.0
+        common = common_phase(nuisances[:, index] + turn, errors[:, index])
+        if common is not None:
+            phases[field] = common
+            effect = dataclasses.replace(effect, **{field: (common[0] - turn) % (2.0 * np.pi)})
+    model = dataclasses.replace(fitted.prepared.model, effects=(*fitted.prepared.model.effects[:-1], effect))
+    fitted = dataclasses.replace(fitted, prepared=dataclasses.replace(fitted.prepared, model=model))
+    return Learned(fitted=fitted, effect=_effect(fitted), formula=formula(effect, stderr, phases), explained=explained)
