@@ -12,7 +12,6 @@ from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, As
 from identification.discrepancy.held_out import held_out
 from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
-from identification.discrepancy.polish import polished
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
@@ -21,6 +20,7 @@ from identification.discrepancy.verdict import sentences
 from identification.estimate import degrees_of_freedom
 from identification.experiment import Experiment
 from identification.fit import bounds, fit, integrator_for
+from identification.levenberg_marquardt import LevenbergMarquardt
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
 from vibrojax.errors import NoConvergenceError
@@ -28,6 +28,11 @@ from vibrojax.errors import NoConvergenceError
 Progress = Callable[[str], None]
 _MILD = 10.0
 """Reduced chi-square up to which the ordinary fit is a sound place to search from."""
+_TOLERANT = (
+    "the ordinary fit of the nominal model does not come near the records; it was fitted tolerantly on short windows, and both models"
+    " are shown on these"
+)
+_MOST_ITERATIONS = 15
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
@@ -62,13 +67,13 @@ def diagnose_experiment(
     seconds["ground"] = time.monotonic() - begin
     found = search(start, allowed, begin + 60.0 * budget_minutes, progress)
     seconds["search"] = time.monotonic() - begin
-    return conclude(prepared, nominal, start, allowed, found, begin, seconds, progress)
+    return conclude(nominal is start, start, allowed, found, begin, seconds, progress)
 
 
 def ordinary(prepared: Prepared) -> Fitted | None:
     """The nominal model on long windows, as an ordinary fit has it; None where that does not settle inside its bounds."""
     try:
-        outcome = fit(prepared)
+        outcome = fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS))
     except NoConvergenceError:
         return None
     low, high = bounds(prepared)
@@ -85,8 +90,7 @@ def _ground(prepared: Prepared, nominal: Fitted | None, progress: Progress) -> t
 
 
 def conclude(
-    prepared: Prepared,
-    nominal: Fitted | None,
+    sound: bool,
     start: Fitted,
     allowed: Tolerance,
     found: Search,
@@ -94,7 +98,7 @@ def conclude(
     seconds: dict[str, float],
     progress: Progress,
 ) -> Diagnosis:
-    """The verdict and its evidence."""
+    """The verdict and its evidence; `sound` says whether the ordinary fit served as the start."""
     final, explained = found.fitted, found.explained
     if len(final.names) > 1:
         progress("taking out what later effects have made needless")
@@ -107,17 +111,17 @@ def conclude(
         progress("learning a free-form term")
         final, formula = _free_form(first, start, allowed, final)
     seconds["verdict"] = time.monotonic() - begin
-    before, after = _long(prepared, nominal, start, final, verdict, progress)
+    after = start if verdict == ADEQUATE or not final.names else final
     progress("predicting windows left out of the fit")
-    shown_before = _side(before)
-    shown_after = shown_before if after is before else _side(after)
+    shown_before = _side(start)
+    shown_after = shown_before if after is start else _side(after)
     samples = int(allowed.samples.sum())
     named = asserted(found, after, shown_after.parameters, samples) if verdict == MISSING else ()
     ambiguous = twins(found.rounds, tuple(one.effect.name for one in named))
     location = _location(first, start, named, verdict)
     seconds["total"] = time.monotonic() - begin
     return Diagnosis(
-        experiment=prepared.experiment,
+        experiment=start.prepared.experiment,
         verdict=verdict,
         sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, formula),
         effects=named,
@@ -128,7 +132,7 @@ def conclude(
         nominal=shown_before,
         augmented=shown_after,
         next_experiment=next_experiment(found, named, ambiguous),
-        warnings=_warnings(nominal, verdict),
+        warnings=() if sound else (_TOLERANT,),
         seconds=seconds,
     )
 
@@ -139,23 +143,6 @@ def _free_form(first, start: Fitted, allowed: Tolerance, final: Fitted) -> tuple
 
     learned = learn(first, allowed)
     return (start, "") if learned is None else (learned.fitted, learned.formula)
-
-
-def _long(
-    prepared: Prepared, nominal: Fitted | None, start: Fitted, final: Fitted, verdict: str, progress: Progress
-) -> tuple[Fitted, Fitted]:
-    """Both models on the windows of an ordinary fit."""
-    before = nominal
-    if before is None:
-        progress("fitting the nominal model as well as it goes")
-        before = polished(start, prepared) or start
-    if verdict == ADEQUATE or final.names == ():
-        return before, before
-    if final.prepared.groups[0].ts.shape == prepared.groups[0].ts.shape:
-        return before, final
-    progress("fitting the final model to long windows")
-    after = polished(final, prepared)
-    return before, final if after is None else after
 
 
 def _side(fitted: Fitted) -> Side:
@@ -182,9 +169,3 @@ def _location(first, start: Fitted, named: tuple[Asserted, ...], verdict: str) -
     if effect is not None and effect.record is not None:
         return dataclasses.replace(found, record=effect.record)
     return found
-
-
-def _warnings(nominal: Fitted | None, verdict: str) -> tuple[str, ...]:
-    if nominal is None and verdict != ADEQUATE:
-        return ("the ordinary fit of the nominal model does not settle; it was fitted tolerantly on short windows instead",)
-    return ()

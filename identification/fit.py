@@ -82,6 +82,8 @@ def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], E
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             for (lanes, _), found in zip(chunks, threads.map(part, chunks), strict=True):
                 hessian[lanes], gradient[lanes], cost[lanes], onward[lanes] = found.hessian, found.gradient, found.cost, found.onward
+        lost = ~np.isfinite(cost)
+        hessian[lost], gradient[lost] = 0.0, 0.0
         found = Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record, onward=onward)
         return _with_prior(found, layout, estimate)
 

@@ -104,7 +104,8 @@ def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, ite
         trial = dataclasses.replace(estimate, states=estimate.states + np.where(np.isfinite(step), step, 0.0))
         after = evaluate(trial)
         better = after.cost < equations.cost
-        if np.all(np.abs(after.cost - equations.cost) < 0.5):
+        changed = np.where(np.isfinite(after.cost), np.abs(after.cost - np.nan_to_num(equations.cost)), 0.0)
+        if np.all(changed < 0.5):
             break
         estimate = dataclasses.replace(estimate, states=np.where(better[:, None], trial.states, estimate.states))
         equations = Equations(

@@ -84,7 +84,9 @@ def _nrmse(fitted: Fitted, local: np.ndarray) -> float:
             for column, channel in enumerate(windows.channels):
                 counted = windows.weight[row, :, column] > 0
                 if counted.any():
-                    squares.setdefault((int(prepared.record[lane]), channel), []).append(found[row, counted, column] ** 2)
+                    squares.setdefault((int(prepared.record[lane]), channel), []).append(
+                        np.clip(found[row, counted, column], -1e6, 1e6) ** 2
+                    )
     parts = []
     for (index, channel), values in squares.items():
         record, square = prepared.experiment.records[index], np.nan_to_num(np.concatenate(values), nan=1e6)

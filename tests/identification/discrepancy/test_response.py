@@ -1,0 +1,51 @@
+"""What a small perturbation shows, to first order, against the same motion integrated with the effect."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from identification.discrepancy.response import response
+from identification.discrepancy.search import blank
+from identification.discrepancy.signature import signatures
+from identification.fit import as_arrays, integrator_for, on_device
+from identification.layout import Estimate, layout_of
+from identification.residual import residuals
+from vibrojax.effects import EFFECTS
+
+SMALL = {
+    "constant_force": {"constant_force": 1e-4},
+    "quadratic_drag": {"drag_coefficient": 1e-2},
+    "cubic_stiffness": {"cubic_stiffness": 1e3},
+    "gap_drift": {"gap_rate": 1e-7},
+    "base_harmonics": {"second_sine": 1e-4},
+    "frequency_drift": {"drift_rate": 1e-6},
+    "gain_error": {"factor": 1.001, "of_channel": "impact_force"},
+}
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_the_first_order_answer_is_that_of_the_integrated_motion(motion, name):
+    fields = {p.name: p.field for p in EFFECTS[name].parameters}
+    wanted = {fields.get(key, key): value for key, value in SMALL[name].items()}
+    none = {p.field: 0.0 for p in EFFECTS[name].parameters} | ({"factor": 1.0} if name == "gain_error" else {})
+    effect = dataclasses.replace(blank(EFFECTS[name]), **(none | wanted))
+    prepared = motion.prepared
+    (perturbation,) = signatures(motion.at, motion.courses, prepared.layout.files, [effect])
+    predicted = response(motion.at, motion.mass, perturbation)
+
+    model = dataclasses.replace(prepared.model.replace(prepared.layout.physical(motion.estimate.shared)), effects=(effect,))
+    layout = layout_of(model, files=prepared.layout.files)
+    values = {key: float(value) for key, value in model.values().items()}
+    shared = layout.internal({p.name: values[p.name] for p in layout.parameters})
+    moved = Estimate(shared=shared, nuisances=motion.estimate.nuisances, states=motion.estimate.states)
+    group = on_device(prepared.groups[0])
+    local = jnp.asarray(moved.local(prepared.record))
+    with_effect, _ = residuals(as_arrays(model), layout, integrator_for(prepared), group, local)
+    longest = motion.at.ts.shape[1]
+    difference = np.asarray(with_effect)[:, :longest] - motion.at.residual
+
+    inside = motion.at.weight > 0
+    error = np.sqrt(np.mean((difference - predicted)[inside] ** 2) / np.mean(difference[inside] ** 2))
+    assert error < 0.05
