@@ -36,12 +36,14 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
         place=_place(diagnosis),
         effects=[_effect(one) for one in diagnosis.effects],
         ambiguous=words.listed([words.effect_words(name) for name in diagnosis.ambiguous_with]),
+        undrawn=_undrawn(diagnosis, images),
+        notices=list(rows.notices(diagnosis)),
         learned=rows.learned_rows(diagnosis),
         errors=rows.error_rows(diagnosis),
         changes=rows.change_rows(diagnosis),
         candidates=rows.candidate_rows(diagnosis, _CANDIDATES),
         more=max(len(diagnosis.considered) - _CANDIDATES, 0),
-        warnings=list(rows.warnings(diagnosis)),
+        warnings=rows.warnings(diagnosis),
         samples=sum(len(record.time) for record in diagnosis.experiment.records),
         images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},
         seconds=sum(diagnosis.seconds.values()),
@@ -60,6 +62,12 @@ def _effect(one: Asserted) -> dict[str, Any]:
         "probability": words.probability_text(one.probability),
         "numbers": rows.number_rows(one.parameters, one.effect.parameters),
     }
+
+
+def _undrawn(diagnosis: Diagnosis, images: list[Image]) -> str:
+    """Records without a picture of their own."""
+    drawn = {image.record for image in images}
+    return words.listed([record.file for record in diagnosis.nominal.records if record.file not in drawn])
 
 
 def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:

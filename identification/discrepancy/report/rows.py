@@ -123,11 +123,19 @@ def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:
     return [ErrorRow(name=name, before=significant(a, 3), after=significant(b, 3), best=best) for name, a, b, best in pairs]
 
 
-def warnings(diagnosis: Diagnosis) -> Iterator[str]:
-    """Everything that the reader must see, the notices of the reader of records included; each once."""
-    seen = dict.fromkeys(warning.rstrip(".") for warning in diagnosis.warnings)
-    seen |= dict.fromkeys(f"{r.file}: {notice}".rstrip(".") for r in diagnosis.experiment.records for notice in r.notices)
-    yield from seen
+def warnings(diagnosis: Diagnosis) -> list[str]:
+    """What the reader must see, without full stops; each once."""
+    return list(dict.fromkeys(warning.rstrip(".") for warning in diagnosis.warnings))
+
+
+def notices(diagnosis: Diagnosis) -> Iterator[str]:
+    """What was found odd when the records were read; what several records have in common is told once for all of them."""
+    files: dict[str, list[str]] = {}
+    for record in diagnosis.experiment.records:
+        for notice in record.notices:
+            files.setdefault(notice.rstrip("."), []).append(record.file)
+    for notice, those in files.items():
+        yield f"{', '.join(those)}: {notice}"
 
 
 def _candidate(one: Considered, asserted: bool) -> CandidateRow:

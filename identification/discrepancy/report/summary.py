@@ -6,7 +6,7 @@ from rich.table import Table
 from rich.text import Text
 
 from identification.discrepancy.diagnosis import ADEQUATE, UNLISTED, Diagnosis
-from identification.discrepancy.report.rows import candidate_rows, change_rows, error_rows, number_rows, symbol_and_name, warnings
+from identification.discrepancy.report.rows import candidate_rows, change_rows, error_rows, notices, number_rows, symbol_and_name, warnings
 from identification.discrepancy.report.words import effect_words, headline, listed, plain_name, probability_text, where
 from identification.report.numbers import compact, with_unit
 from identification.report.symbols import symbol_text
@@ -27,6 +27,7 @@ def diagnosis_summary(diagnosis: Diagnosis) -> Group:
     blocks += _considered(diagnosis)
     if diagnosis.next_experiment:
         blocks.append(Text(f"next: {diagnosis.next_experiment}"))
+    blocks += [Text(notice) for notice in notices(diagnosis)]
     blocks += [Text(f"warning: {warning}", style="bold") for warning in warnings(diagnosis)]
     return Group(*blocks)
 
@@ -35,7 +36,7 @@ def _verdict(diagnosis: Diagnosis) -> Text:
     text = Text(headline(diagnosis), style="bold")
     for sentence in diagnosis.sentences:
         text.append(f"\n{sentence}", "not bold")
-    if diagnosis.location is not None:
+    if diagnosis.location is not None and diagnosis.location.sentence not in diagnosis.sentences:
         text.append(f"\n{diagnosis.location.sentence}", "not bold")
     return text
 
@@ -49,7 +50,7 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
         lines.append(Text(f"  {one.effect.name}{place}: {probability_text(one.probability)}; {', '.join(numbers)}"))
     if diagnosis.verdict == UNLISTED and diagnosis.free_form:
         lines.append(Text(f"  learned in its place: {diagnosis.free_form}"))
-    if diagnosis.ambiguous_with:
+    if diagnosis.ambiguous_with and not any(name in said for said in diagnosis.sentences for name in diagnosis.ambiguous_with):
         lines.append(Text(f"  these records cannot tell it from {listed([effect_words(name) for name in diagnosis.ambiguous_with])}"))
     return lines
 

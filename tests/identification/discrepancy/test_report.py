@@ -78,7 +78,6 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
     in_order = (
         "made <by> hand",
         "Missing: dry friction in the suspension",
-        "cannot tell it from drag that grows with the square of the velocity",
         "Warning: the budget of <5> minutes",
         "Where it acts",
         "mostly between −0.0100 and 0.0100 m/s",
@@ -86,6 +85,7 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
         "force = −Fc sign(u′)",
         "> 99.9 %",
         "Coulomb 1785",
+        "cannot tell it from drag that grows with the square of the velocity",
         "Before and after",
         "0.187",
         "0.0123",

@@ -17,15 +17,19 @@ from identification.report.record_view import largest, residual
 from identification.result import RecordFit
 
 _MOST = 6
+_WORTH = 0.01
+"""Of the largest gain; where a record gains less, both models are alike."""
 _LEFT, _RIGHT, _ABOVE, _BELOW, _TALL, _SHORT, _BETWEEN = 0.72, 0.98, 0.3, 0.45, 1.35, 0.5, 0.13
 _EDGE = 4
 """Samples on either side of a contact that count as contact."""
 
 
 def before_after(diagnosis: Diagnosis) -> Iterator[Picture]:
-    """One picture a record, those with the largest gain; where nothing is missing there is only a before."""
+    """One picture for each record that gains, the largest gains if there are many; where nothing is missing there is only a before."""
     found = stretches(diagnosis)
-    chosen = sorted(found, key=lambda one: -_gain(one, diagnosis.verdict == ADEQUATE))[:_MOST]
+    gains = {one.number: _gain(one, diagnosis.verdict == ADEQUATE) for one in found}
+    worth = [one for one in found if gains[one.number] >= _WORTH * max(gains.values())]
+    chosen = sorted(worth, key=lambda one: -gains[one.number])[:_MOST]
     for one in sorted(chosen, key=lambda one: one.number):
         yield _nominal_only(diagnosis, one) if diagnosis.verdict == ADEQUATE else _both(diagnosis, one)
 

@@ -12,11 +12,16 @@ from identification.discrepancy.report.words import axis, quantity, quantity_uni
 from identification.report.figures.base import few_ticks, new_figure
 
 _OTHERS = 6
+_IN_PHASE: dict[str, dict[str, str]] = {
+    "free flight": {"displacement": "u", "velocity": "v", "indentation": "indentation"},
+    "all": {"displacement": "u", "velocity": "v", "indentation": "indentation"},
+    "separation": {"indentation": "indentation"},
+}
+"""By phase of the motion the coordinates, as `Force` has them, against which its mean in flight can be set beside the profile."""
 _LITTLE = 0.15
 """Share of the misfit below which the mean tells little."""
-_UNEVEN = (
-    " Its mean shows little of it: the sign changes from one impact or period to the next, and only its size gathers along this coordinate."
-)
+_UNEVEN = " That is little: its size, more than its mean, follows this coordinate."
+
 _FEWEST = 5
 """Samples in a bin for the model's force to be drawn there."""
 
@@ -67,7 +72,7 @@ def other_profiles(diagnosis: Diagnosis) -> Iterator[Picture]:
     grid = figure.subplots(rows, columns, squeeze=False, gridspec_kw=places)
     for panel, profile in zip(grid.ravel(), others, strict=False):
         _draw(panel, profile, marks=False)
-        panel.set_title(f"{quantity(profile.quantity)}: {_share(profile)}", loc="left", pad=3, fontsize=8)
+        panel.set_title(f"explains {_share(profile)}", loc="left", pad=3, fontsize=8)
         panel.set_ylabel("F (N)" if profile.quantity == "force" else "r (σ)")
         panel.margins(x=0.02)
         few_ticks(panel, x=5, y=4)
@@ -77,7 +82,7 @@ def other_profiles(diagnosis: Diagnosis) -> Iterator[Picture]:
         name="missing-others",
         section="location",
         record=None,
-        caption="The same against other coordinates, with bands of ±2 standard errors; per cent of the excess misfit that follow the line."
+        caption="The same against other coordinates, with bands of ±2 standard errors and the share of the excess misfit that follows."
         " A coordinate that does not decide what is missing shows a flat line, or the shadow of one that does.",
         alt="What is missing against " + ", ".join(f"{p.coordinate} (explains {_share(p)})" for p in others) + ".",
         figure=figure,
@@ -96,18 +101,20 @@ def _draw(axes: Axes, profile: Profile, *, marks: bool) -> None:
 
 def _model_line(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     """Mean of what the augmented model pushes with beyond the nominal one, in the profile's bins; NaN in bins without flight."""
-    inside = diagnosis.location is not None and diagnosis.location.phase in ("contact", "separation")
-    if profile.quantity != "force" or profile.coordinate not in ("displacement", "velocity") or inside or len(profile.center) < 2:
+    phase = diagnosis.location.phase if diagnosis.location is not None else ""
+    coordinates = _IN_PHASE.get(phase, {})
+    if profile.quantity != "force" or profile.coordinate not in coordinates or len(profile.center) < 2:
         return None
     force = model_force(diagnosis)
     if force is None:
         return None
-    across = force.u if profile.coordinate == "displacement" else force.v
+    shown = force.v < 0 if phase == "separation" else np.ones(len(force.v), bool)
+    across, difference = getattr(force, coordinates[profile.coordinate])[shown], force.difference[shown]
     middles = 0.5 * (profile.center[1:] + profile.center[:-1])
     ends = (1.5 * profile.center[0] - 0.5 * profile.center[1], 1.5 * profile.center[-1] - 0.5 * profile.center[-2])
     edges = np.concatenate([ends[:1], middles, ends[1:]])
     counts = np.histogram(across, edges)[0]
-    sums = np.histogram(across, edges, weights=force.difference)[0]
+    sums = np.histogram(across, edges, weights=difference)[0]
     return np.where(counts >= _FEWEST, sums / np.maximum(counts, 1), np.nan)
 
 
