@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.fit import as_arrays, on_device
-from identification.layout import NUISANCES, Estimate
+from identification.layout import NUISANCES, Estimate, Layout
 from identification.prepare import Prepared
 from identification.residual import predict
 from identification.result import Nuisance, RecordFit
@@ -54,11 +54,7 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
         file=record.file,
         kind=record.kind,
         gap=record.gap + nuisances[NUISANCES.index("gap_error")],
-        nuisances=tuple(
-            Nuisance(name=name, unit=_UNITS[name], value=float(value), stderr=float(error))
-            for name, value, error in zip(NUISANCES, nuisances, errors, strict=True)
-            if np.isfinite(error)
-        ),
+        nuisances=_nuisances(prepared.layout, nuisances, errors),
         time=record.time,
         measured={name: record.channels[name] for name in CHANNELS if name in record.channels},
         predicted={name: values[name] for name in CHANNELS},
@@ -70,6 +66,18 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
         in_contact=values["in_contact"] > 0,
         window=values["window"].astype(int),
         notices=record.notices,
+    )
+
+
+def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[Nuisance, ...]:
+    """What was estimated for one record, SI; `values` and `errors` in the coordinates of the fit."""
+    scales = [1.0] * len(NUISANCES) + [p.scale for p in layout.record_parameters]
+    units = [*(_UNITS[name] for name in NUISANCES), *(p.unit for p in layout.record_parameters)]
+    rows = zip(layout.nuisances, units, scales, values, errors, strict=True)
+    return tuple(
+        Nuisance(name=name, unit=unit, value=float(value * scale), stderr=float(error * scale))
+        for name, unit, scale, value, error in rows
+        if np.isfinite(error)
     )
 
 

@@ -65,7 +65,7 @@ def _without(equations: Equations, left_out: np.ndarray) -> Equations:
         equations,
         hessian=equations.hessian * keep[:, None, None],
         gradient=equations.gradient * keep[:, None],
-        cost=equations.cost * keep,
+        cost=np.where(keep, equations.cost, 0.0),
     )
 
 
