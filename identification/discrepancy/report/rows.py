@@ -108,9 +108,16 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
 
 
 def candidate_rows(diagnosis: Diagnosis, most: int | None = None) -> list[CandidateRow]:
-    """Candidates in the order of the diagnosis."""
+    """Candidates, the strongest first."""
     asserted = {one.effect.name for one in diagnosis.effects}
-    return [_candidate(one, one.name in asserted) for one in diagnosis.considered[:most]]
+    return [_candidate(one, one.name in asserted) for one in strongest(diagnosis)[:most]]
+
+
+def strongest(diagnosis: Diagnosis) -> tuple[Considered, ...]:
+    """Candidates in the order of the diagnosis; where nothing is missing, the least likely by chance first."""
+    if diagnosis.verdict == ADEQUATE:
+        return tuple(sorted(diagnosis.considered, key=lambda one: one.chance))
+    return diagnosis.considered
 
 
 def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:
@@ -142,7 +149,7 @@ def _candidate(one: Considered, asserted: bool) -> CandidateRow:
     return CandidateRow(
         name=one.name,
         words=effect_words(one.name),
-        detail=_spoken(one.detail),
+        detail=spoken_detail(one.detail),
         beside=beside(one),
         gain=_count(one.gain),
         chance=chance_text(one.chance),
@@ -153,8 +160,8 @@ def _candidate(one: Considered, asserted: bool) -> CandidateRow:
     )
 
 
-def _spoken(detail: str) -> str:
-    """Channels by their words."""
+def spoken_detail(detail: str) -> str:
+    """What tells a candidate from others of its kind, channels by their words."""
     for channel in CHANNELS:
         detail = detail.replace(channel, spoken(channel))
     return detail

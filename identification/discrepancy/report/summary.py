@@ -8,7 +8,7 @@ from rich.text import Text
 from identification.discrepancy.diagnosis import ADEQUATE, UNLISTED, Diagnosis
 from identification.discrepancy.report.rows import candidate_rows, change_rows, error_rows, notices, number_rows, symbol_and_name, warnings
 from identification.discrepancy.report.words import effect_words, headline, listed, plain_name, probability_text, where
-from identification.report.numbers import compact, with_unit
+from identification.report.numbers import NONE, compact, with_unit
 from identification.report.symbols import symbol_text
 
 _CANDIDATES = 6
@@ -77,11 +77,12 @@ def _considered(diagnosis: Diagnosis) -> list[RenderableType]:
     rows = candidate_rows(diagnosis, _CANDIDATES)
     if not rows:
         return []
-    table = _table("considered", "beside", "promised", "chance", "drop", "BIC", "left out", right=(2, 3, 4, 5, 6))
+    columns = {"promised": "gain", "chance": "chance", "drop": "drop", "BIC": "bic", "left out": "held_out"}
+    columns = {heading: name for heading, name in columns.items() if any(getattr(row, name) != NONE for row in rows)}
+    table = _table("considered", "beside", *columns, right=(2, 3, 4, 5, 6))
     for row in rows:
         name = plain_name(row.name) + (f", {row.detail}" if row.detail else "")
-        numbers = (compact(text) for text in (row.gain, row.chance, row.drop, row.bic, row.held_out))
-        table.add_row(name, row.beside, *numbers, style="bold" if row.asserted else "")
+        table.add_row(name, row.beside, *(compact(getattr(row, c)) for c in columns.values()), style="bold" if row.asserted else "")
     left = len(diagnosis.considered) - len(rows)
     return [table, *([Text(f"  {left} more in the report")] if left else [])]
 

@@ -9,22 +9,25 @@ from matplotlib.ticker import NullLocator
 from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis
 from identification.discrepancy.evidence import FALSE_ALARM
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, Picture
+from identification.discrepancy.report.rows import spoken_detail, strongest
 from identification.discrepancy.report.words import beside, chance_text, plain_name
 from identification.report.figures.base import new_figure
 from identification.report.numbers import significant
 
 _MOST = 10
+_LONGEST = 38
+"""Letters"""
 _LIMIT = significant(FALSE_ALARM, 1).replace(" ", "\u00a0")
 
 
 def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
     """One picture: the strongest candidates."""
-    shown = diagnosis.considered[:_MOST]
+    shown = strongest(diagnosis)[:_MOST]
     if not shown:
         return
     height = 0.65 + 0.24 * len(shown)
     figure = new_figure(height)
-    axes = figure.add_axes((0.36, 0.43 / height, 0.61, 1 - 0.65 / height))
+    axes = figure.add_axes((0.4, 0.43 / height, 0.57, 1 - 0.65 / height))
     places = -np.arange(len(shown), dtype=float)
     adequate = diagnosis.verdict == ADEQUATE
     (_chances if adequate else _gains)(axes, places, shown)
@@ -75,10 +78,8 @@ def _chances(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> N
 
 
 def _name(one: Considered, *, everywhere: bool) -> str:
-    """The effect and, where it tells anything, the model it was added to."""
-    name = plain_name(one.name)
-    return name if everywhere or not one.beside else f"{name} (beside {_short(beside(one))})"
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 18 else text[:17] + "…"
+    """The effect, its channel or record and, where it tells anything, the model it was added to."""
+    place = spoken_detail(one.detail).partition(",")[0]
+    name = plain_name(one.name) + (f": {place}" if place and not any(mark in place for mark in "_=") else "")
+    name += "" if everywhere or not one.beside else f" (beside {beside(one)})"
+    return name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"

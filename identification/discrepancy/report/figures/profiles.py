@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.axes import Axes
 
-from identification.discrepancy.diagnosis import Diagnosis, Profile
+from identification.discrepancy.diagnosis import Diagnosis, Location, Profile
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, HELD, Picture
 from identification.discrepancy.report.model_force import model_force
-from identification.discrepancy.report.words import axis, quantity, quantity_unit
+from identification.discrepancy.report.words import axis, listed, quantity, quantity_unit
 from identification.report.figures.base import few_ticks, new_figure
 
 _OTHERS = 6
@@ -22,6 +22,8 @@ _LITTLE = 0.15
 """Share of the misfit below which the mean tells little."""
 _UNEVEN = " That is little: its size, more than its mean, follows this coordinate."
 
+_SOMETHING = 0.005
+"""Share from which on a coordinate is worth a panel."""
 _FEWEST = 5
 """Samples in a bin for the model's force to be drawn there."""
 
@@ -52,7 +54,7 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
         section="location",
         record=None,
         caption=f"What the nominal model leaves out, against {best.coordinate}: mean in each bin with a band of ±2 standard errors."
-        f" {_share(best)} of the excess misfit follows this line.{sign}{_UNEVEN if best.explained < _LITTLE else ''}",
+        f" {_share(best)} of the excess misfit follows this line.{sign}{_UNEVEN if best.explained < _LITTLE else ''}{_nothing(where)}",
         alt=f"{quantity(best.quantity).capitalize()} against {best.coordinate}, from {_ends(best)}.",
         figure=figure,
     )
@@ -61,7 +63,7 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
 def other_profiles(diagnosis: Diagnosis) -> Iterator[Picture]:
     """One picture: the same against the other coordinates."""
     where = diagnosis.location
-    others = where.profiles[1 : 1 + _OTHERS] if where is not None else ()
+    others = [one for one in where.profiles[1:] if one.explained >= _SOMETHING][:_OTHERS] if where is not None else []
     if not others:
         return
     columns = min(len(others), 2)
@@ -116,6 +118,12 @@ def _model_line(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     counts = np.histogram(across, edges)[0]
     sums = np.histogram(across, edges, weights=difference)[0]
     return np.where(counts >= _FEWEST, sums / np.maximum(counts, 1), np.nan)
+
+
+def _nothing(where: Location) -> str:
+    """The coordinates that tell nothing."""
+    names = [one.coordinate for one in where.profiles[1:] if not one.explained >= _SOMETHING]
+    return f" Nothing of it follows {listed(names)} alone." if names else ""
 
 
 def _label(profile: Profile) -> str:

@@ -43,16 +43,22 @@ def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: Record
     channel = max(gains, key=lambda name: float(gains[name].sum()))
     if where is not None and gains.get(where.channel, np.zeros(1)).sum() > 0.0:
         channel = where.channel
-    if where is not None and where.phase in ("contact", "separation") and (found := impacts(before)):
-        around = [impact.around(len(before.time)) for impact in found]
-        most = max(around, key=lambda part: float(gains[channel][part].sum()))
-        return Stretch(number=number, before=before, after=after, channel=channel, part=most)
     length = min(_samples(diagnosis, before), len(before.time))
     sums = np.concatenate([[0.0], np.cumsum(gains[channel])])
     first = int(np.argmax(sums[length:] - sums[:-length]))
     if where is not None and where.time is not None and where.record in (None, before.file):
         first = int(np.clip(np.searchsorted(before.time, where.time) - length // 2, 0, len(before.time) - length))
-    return Stretch(number=number, before=before, after=after, channel=channel, part=slice(first, first + length))
+    part = slice(first, first + length)
+    if where is not None and where.phase in ("contact", "separation"):
+        part = _impact(before, gains[channel], part)
+    return Stretch(number=number, before=before, after=after, channel=channel, part=part)
+
+
+def _impact(record: RecordFit, gain: np.ndarray, part: slice) -> slice:
+    """The impact that gains most instead of a longer part, unless what it does shows more clearly after it."""
+    around = [impact.around(len(record.time)) for impact in impacts(record)]
+    best = max(around, key=lambda one: float(gain[one].sum()), default=part)
+    return best if gain[best].mean() >= 0.5 * gain[part].mean() else part
 
 
 def _samples(diagnosis: Diagnosis, record: RecordFit) -> int:
