@@ -1,0 +1,54 @@
+"""The whole way from records to a verdict; what was concealed was made by a simulator that shares no line with the program."""
+
+import json
+
+import numpy as np
+import pytest
+
+from identification.diagnose import diagnose_experiment
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
+from identification.experiment import load_experiment
+from tests.identification.conftest import cropped
+
+
+@pytest.fixture(scope="module")
+def complete(example):
+    """The embedded example, which conceals nothing, shortened."""
+    return diagnose_experiment(cropped(example, 4000, (0, 1, 2, 3)))
+
+
+def test_nothing_is_claimed_missing_from_a_complete_model(complete):
+    assert complete.verdict == ADEQUATE
+    assert complete.effects == ()
+    assert complete.location is None
+    assert "Nothing beyond the noise" in complete.sentences[0]
+    assert complete.model is complete.nominal_model
+
+
+def test_the_document_holds_plain_json(complete):
+    document = json.loads(json.dumps(complete.document()))
+    assert document["verdict"] == "adequate"
+    assert document["nominal"]["chi2_reduced"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared):
+    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-01"))
+    truth = json.loads((shared / "concealed" / "case-01" / "sealed" / "truth.json").read_text())
+    assert found.verdict == MISSING
+    assert found.effects[0].effect.name == "gap_step"
+    assert found.location is not None
+    assert found.location.record == truth["where"]["record"]
+    assert found.location.time == pytest.approx(truth["where"]["time"], abs=0.05)
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    assert values["gap_jump"] == pytest.approx(truth["numbers"]["gstep"], rel=0.02)
+    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
+
+
+def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
+    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"))
+    truth = json.loads((shared / "concealed" / "case-11" / "sealed" / "truth.json").read_text())
+    assert found.verdict == UNLISTED
+    assert found.effects == ()
+    frequency = truth["numbers"]["wf"] / (2 * np.pi)
+    assert f"{frequency:.2f}"[:4] in found.free_form
+    assert found.augmented.chi2_reduced < 1.1
