@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
 from identification.discrepancy.free_form_formula import common_phase, formula
-from identification.discrepancy.free_form_terms import Choice, force_groups, reading_groups, select
+from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, reading_groups, select
 from identification.discrepancy.linearised import linearised
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import Tolerance
@@ -21,11 +21,13 @@ from identification.uncertainty import Uncertainty, uncertainty
 from vibrojax.effects.free_form import LINES, MOST_TERMS, FreeForm, factors
 from vibrojax.errors import NoConvergenceError
 
-_ROUNDS = 3
+_ROUNDS = 2
 _LEAST_GAIN = 12.0
 """Drop of the cost below which a refit has not helped."""
 _SIGNIFICANT = 3.0
 """Standard errors."""
+_TRIFLE, _MOST = 0.1, 0.9
+"""Share of the misfit below which a term is not worth its name; and below which the formula says how much it explains."""
 _PREFIX = f"{FreeForm.name}."
 
 
@@ -36,7 +38,7 @@ class Learned:
     Attributes:
         fitted: the model with the term, everything fitted together.
         effect: the term with its numbers; the phase of a line is that of all records, 0 where each has its own.
-        formula: the same in words, with errors.
+        formula: the same in words, with errors; says how much it explains where that is not nearly all.
         explained: share of the misfit beyond noise that it removes.
     """
 
@@ -57,7 +59,8 @@ def learn(
     """A force on the hammer, or an addition to one channel, as a sum of few terms; None where none is significant.
 
     Terms are scored as effects are, chosen one after the other at the price of their numbers, fitted together with everything else, and
-    dropped again where their coefficient stays below three standard errors. What is left over is looked at again.
+    dropped again where their coefficient stays below three standard errors. What is left over is looked at once more. None, too, where
+    they explain less than a tenth of the misfit.
 
     Args:
         scored: last look of the search.
@@ -89,8 +92,8 @@ def learn(
     if effect is None:
         return None
     noise = 0.5 * float(allowed.samples.sum())
-    explained = (first - _cost(fitted, allowed)) / max(first - noise, 1e-300)
-    return _told(fitted, allowed, float(np.clip(explained, 0.0, 1.0)))
+    explained = float(np.clip((first - _cost(fitted, allowed)) / max(first - noise, 1e-300), 0.0, 1.0))
+    return _told(fitted, allowed, explained) if explained > _TRIFLE else None
 
 
 def _projector(fitted: Fitted, at, allowed: Tolerance) -> Projector:
@@ -151,8 +154,7 @@ def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice) -> Prepar
             line = next(k for k in range(1, LINES + 1) if not any(f"sine_{k}" in one for one in terms))
             term = term.replace("sine_1", f"sine_{line}")
             sine, cosine = factor.reshape(2, records)
-            information = np.array([np.sum(column.column**2) for column in group.columns]).reshape(2, records).sum(axis=0)
-            strength = float(np.sum(information * np.hypot(sine, cosine)) / max(information.sum(), 1e-300))
+            strength = common_amplitude(group, factor)
             phases[f"{_PREFIX}p{line}"] = np.arctan2(cosine, sine)
             values[f"f{line}_hz"] = float(member.f1_hz)
         elif group.shape:
@@ -175,30 +177,27 @@ def _restated(fitted: Fitted, model, phases: Mapping[str, np.ndarray]) -> Prepar
 
 
 def _significant(fitted: Fitted, allowed: Tolerance) -> Fitted | None:
-    """Without the terms whose coefficients are not clear of zero, the worst first; None if none is left."""
+    """Without the terms whose coefficients are not clear of zero, everything fitted again; None if none is left."""
     while True:
-        effect, spread = _effect(fitted), _spread(fitted, allowed)
-        stderr = _stderr(fitted, spread)
-        certain = {k: abs(float(getattr(effect, f"c{k}"))) / stderr[f"c{k}"] for k in range(1, len(effect.terms) + 1)}
-        worst = min(certain, key=lambda k: certain[k])
-        if certain[worst] >= _SIGNIFICANT:
+        effect, stderr = _effect(fitted), _stderr(fitted, _spread(fitted, allowed))
+        kept = [k for k in range(1, len(effect.terms) + 1) if abs(float(getattr(effect, f"c{k}"))) >= _SIGNIFICANT * stderr[f"c{k}"]]
+        if len(kept) == len(effect.terms):
             return fitted
-        if len(certain) == 1:
+        if not kept:
             return None
-        kept = [k for k in certain if k != worst]
-        values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters if not p.field.startswith("c")}
-        values |= {f"c{new}": float(getattr(effect, f"c{old}")) for new, old in enumerate(kept, start=1)}
-        fewer = FreeForm(
-            terms=tuple(effect.terms[k - 1] for k in kept),
-            of_channel=effect.of_channel,
-            scales=tuple(effect.scales[k - 1] for k in kept),
-            **values,
-        )
-        model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects[:-1], fewer))
+        model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects[:-1], _only(effect, kept)))
         again = fit_tolerantly(_restated(fitted, model, {}), allowed)
         if again is None:
             return None
         fitted = again
+
+
+def _only(effect: FreeForm, kept: list[int]) -> FreeForm:
+    """Some of the terms, counted from 1."""
+    values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters if not p.field.startswith("c")}
+    values |= {f"c{new}": float(getattr(effect, f"c{old}")) for new, old in enumerate(kept, start=1)}
+    terms, scales = tuple(effect.terms[k - 1] for k in kept), tuple(effect.scales[k - 1] for k in kept)
+    return FreeForm(terms=terms, of_channel=effect.of_channel, scales=scales, **values)
 
 
 def _spread(fitted: Fitted, allowed: Tolerance) -> Uncertainty:
@@ -240,4 +239,5 @@ def _told(fitted: Fitted, allowed: Tolerance, explained: float) -> Learned:
             effect = dataclasses.replace(effect, **{field: (common[0] - turn) % (2.0 * np.pi)})
     model = dataclasses.replace(fitted.prepared.model, effects=(*fitted.prepared.model.effects[:-1], effect))
     fitted = dataclasses.replace(fitted, prepared=dataclasses.replace(fitted.prepared, model=model))
-    return Learned(fitted=fitted, effect=_effect(fitted), formula=formula(effect, stderr, phases), explained=explained)
+    words = formula(effect, stderr, phases) + ("" if explained > _MOST else f"; explains {100 * explained:.0f} % of the misfit")
+    return Learned(fitted=fitted, effect=_effect(fitted), formula=words, explained=explained)

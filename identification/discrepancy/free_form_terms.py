@@ -47,6 +47,8 @@ _TIME_CONSTANTS = (0.05, 0.12, 0.3, 0.8)
 _PEAKS = 3
 """Lines that are proposed for each carrier."""
 _CARRIERS = ("1", "u")
+_ALIKE = 0.5
+"""Share of its gain that a line must keep with one amplitude for all records."""
 _LOWEST_HZ, _HIGHEST_HZ = 0.5, 400.0
 _FALSE_ALARM = 1e-5
 _TRIFLE = 0.02
@@ -172,7 +174,10 @@ def _lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass:
             power = np.where(np.abs(frequencies - peak) < 2.0 / longest, 0.0, power)
             near = [peak + step / longest for step in (-0.6, -0.3, 0.0, 0.3, 0.6) if peak + step / longest > 0]
             tried = [_line(by, courses, mass, term, one, int(_HIGHEST_HZ * longest)) for one in near]
-            found.append(max(tried, key=lambda group: _gain(by, group)))
+            best = max(tried, key=lambda group: _gains(by, group)[0])
+            whole, alike = _gains(by, best)
+            if alike > _ALIKE * whole:
+                found.append(best)
     return found
 
 
@@ -195,9 +200,20 @@ def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, fr
     return Group(members=members, columns=tuple(columns), looked_at=looked_at, shape="sine")
 
 
-def _gain(by: Projector, group: Group) -> float:
-    total, matrix, _ = information(by, group.columns)
-    return float(total @ covariance(matrix) @ total)
+def _gains(by: Projector, line: Group) -> tuple[float, float]:
+    """Drop of chi-square by a line: with an amplitude for each record, and with one for all."""
+    total, matrix, _ = information(by, line.columns)
+    factors = -covariance(matrix) @ total
+    sine, cosine = factors.reshape(2, -1)
+    shared = common_amplitude(line, factors) * np.concatenate([np.cos(np.arctan2(cosine, sine)), np.sin(np.arctan2(cosine, sine))])
+    return float(-total @ factors), float(-2.0 * total @ shared - shared @ matrix @ shared)
+
+
+def common_amplitude(line: Group, factors: np.ndarray) -> float:
+    """Amplitude that serves all records, from those of each."""
+    sine, cosine = factors.reshape(2, -1)
+    known = np.array([np.sum(column.column**2) for column in line.columns]).reshape(2, -1).sum(axis=0)
+    return float(np.sum(known * np.hypot(sine, cosine)) / max(known.sum(), 1e-300))
 
 
 def _periodogram(prepared: Prepared, at: Linearised, values: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,13 +2,20 @@
 
 import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from identification.discrepancy.free_form import learn
 from identification.discrepancy.free_form_formula import bracketed, common_phase, formula
 from identification.discrepancy.free_form_terms import column, force_groups, reading_groups, select
+from identification.discrepancy.refit import fit_all, with_model
+from identification.discrepancy.robust import tolerance
 from identification.discrepancy.score import information, projector
-from identification.fit import free_unknowns
+from identification.discrepancy.search import look
+from identification.fit import as_arrays, free_unknowns, integrator_for, on_device
+from identification.residual import predict
+from tests.identification.conftest import TRUTH
 from vibrojax.effects.free_form import FreeForm
 
 
@@ -52,6 +59,36 @@ def test_finds_what_a_sensor_adds(motion):
 def test_noise_teaches_nothing(motion):
     assert chosen(motion, motion.shown()).groups == ()
     assert chosen(motion, motion.shown(), "hammer_displacement").groups == ()
+
+
+def recorded(motion, effect):
+    """The windows as they would have been recorded with an effect, with noise, and the tolerance of all."""
+    prepared, model = motion.prepared, dataclasses.replace(motion.prepared.model.replace(TRUTH), effects=(effect,))
+    true = with_model(prepared, model, motion.estimate.nuisances, motion.estimate.states)
+    (group,) = prepared.groups
+    local = jnp.asarray(true.start.local(prepared.record))
+    predicted, _ = predict(as_arrays(model), true.layout, integrator_for(true), on_device(group), local)
+    noise = np.random.default_rng(3).standard_normal(group.measured.shape) / np.where(group.weight > 0, group.weight, np.inf)
+    heard = dataclasses.replace(group, measured=np.where(group.weight > 0, np.asarray(predicted) + noise, group.measured))
+    start = dataclasses.replace(prepared, groups=(heard,), start=motion.estimate)
+    return fit_all(start)
+
+
+def test_learns_a_damping_and_its_error(motion):
+    nominal = recorded(motion, FreeForm(terms=("|u| u'",), c1=-60.0))
+    allowed = dataclasses.replace(tolerance(nominal.prepared, nominal.outcome.equations.cost), cut=1e9)
+    learned = learn(look(nominal, allowed), allowed)
+    assert learned is not None and learned.effect.terms == ("|u| u'",)
+    assert learned.effect.c1 == pytest.approx(-60.0, rel=0.05)
+    assert learned.explained > 0.95 and learned.formula.startswith("force = -") and learned.formula.endswith(" N s/m^2 |u| u'")
+    assert learned.fitted.model.effects == (learned.effect,)
+    assert learned.fitted.chi2 < 1.05 * allowed.samples.sum() < nominal.chi2
+
+
+def test_learns_nothing_from_noise(motion):
+    nominal = recorded(motion, FreeForm(terms=("u^3",), c1=0.0))
+    allowed = dataclasses.replace(tolerance(nominal.prepared, nominal.outcome.equations.cost), cut=1e9)
+    assert learn(look(nominal, allowed), allowed) is None
 
 
 def test_columns_are_linear(motion):
