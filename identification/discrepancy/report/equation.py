@@ -7,17 +7,23 @@ from markupsafe import Markup, escape
 _GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
 _SHORT_WORDS = ("if", "in", "or")
 _SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("''", "″"), ("'", "′"), (" * ", " · "))
-_SYMBOL = re.compile(
-    r"(?P<number>\d[\d.]*)e(?P<ten>[-+]?\d+)|(?P<letters>[^\W\d_]+)(?P<digits>\d*)(?:_(?P<index>\w+|\([^)]*\)))?|\^(?P<power>\w+|\([^)]*\))"
+_UNIT = r"(?:N|m|s|kg|Hz|rad)(?:\^\d+)?"
+_NUMBER = (
+    rf"(?P<number>\d+(?:\.\d*(?:\(\d+\))?|\(\d+\)|(?=e[-+])))(?:e(?P<ten>[-+]?\d+))?(?P<unit>(?: {_UNIT}\b)+(?:/(?:{_UNIT}|\([^)]*\)))?)?"
 )
+_SYMBOL = re.compile(rf"{_NUMBER}|(?P<letters>[^\W\d_]+)(?P<digits>\d*)(?:_(?P<index>\w+|\([^)]*\)))?|\^(?P<power>\w+|\([^)]*\))")
 
 
 def equation_html(text: str) -> Markup:
-    """An equation with lowered indices, raised powers, Greek letters and italic symbols; words of three letters or more stand upright.
+    """An equation with lowered indices, raised powers, Greek letters and italic symbols.
+
+    Words of three letters or more stand upright, and so do units.
 
     Example:
         >>> print(equation_html("force = -k_3 u^3"))
         force = −<i>k</i><sub>3</sub> <i>u</i><sup>3</sup>
+        >>> print(equation_html("-3.10(20)e+05 N/m^3 u"))
+        −3.10(20) × 10<sup>5</sup> N/m<sup>3</sup> <i>u</i>
     """
     pieces, begin = [], 0
     for found in _SYMBOL.finditer(text):
@@ -28,7 +34,8 @@ def equation_html(text: str) -> Markup:
 
 def _symbol(found: re.Match[str]) -> str:
     if found["number"]:
-        return f"{found['number']} × 10<sup>{_signs(str(int(found['ten'])))}</sup>"
+        ten = f" × 10<sup>{_signs(str(int(found['ten'])))}</sup>" if found["ten"] else ""
+        return found["number"] + ten + re.sub(r"\^(\d+)", r"<sup>\1</sup>", found["unit"] or "")
     if found["power"]:
         return f"<sup>{_signs(found['power'].strip('()'))}</sup>"
     letters = _GREEK.get(found["letters"], found["letters"])

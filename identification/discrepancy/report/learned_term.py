@@ -28,11 +28,13 @@ class LearnedTerm:
         channel: that it is added to; None for a force on the hammer.
         value: N or the channel's unit, (samples,).
         coordinates: name and SI unit -> value, NaN where it has no meaning, (samples,); the one that decides most first.
+        decided: share of the variance that each of them decides, in the same order.
     """
 
     channel: str | None
     value: Float[np.ndarray, " samples"]
     coordinates: dict[tuple[str, str], Float[np.ndarray, " samples"]]
+    decided: tuple[float, ...]
 
 
 def learned_term(diagnosis: Diagnosis) -> LearnedTerm | None:
@@ -57,8 +59,14 @@ def learned_term(diagnosis: Diagnosis) -> LearnedTerm | None:
     if touching.sum() >= _FEWEST:
         found |= {("indentation", "m"): np.where(touching, indentation, np.nan)}
     value = added[channel]
-    order = sorted(found, key=lambda name: -_decided(found[name], value))
-    return LearnedTerm(channel=None if channel == "force" else channel, value=value, coordinates={name: found[name] for name in order})
+    shares = {name: _decided(values, value) for name, values in found.items()}
+    order = sorted(found, key=lambda name: -shares[name])
+    return LearnedTerm(
+        channel=None if channel == "force" else channel,
+        value=value,
+        coordinates={name: found[name] for name in order},
+        decided=tuple(shares[name] for name in order),
+    )
 
 
 def _size(diagnosis: Diagnosis, name: str) -> float:

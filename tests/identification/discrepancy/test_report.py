@@ -237,6 +237,8 @@ def test_channels_and_samples_may_be_missing(tmp_path):
 
 def test_numbers_with_a_power_of_ten_are_written_as_such():
     assert str(equation_html("-1.2e-03 u + 3e+5")) == "−1.2 × 10<sup>−3</sup> <i>u</i> + 3 × 10<sup>5</sup>"
+    assert str(equation_html("0.141(19) N sin(2 pi 6.27(3) Hz t)")) == "0.141(19) N sin(2 <i>π</i> 6.27(3) Hz <i>t</i>)"
+    assert str(equation_html("-2.0(1) N s/(m^2 s) u'")) == "−2.0(1) N s/(m<sup>2</sup> s) <i>u</i>′"
 
 
 @pytest.mark.parametrize("name", list(EFFECTS))

@@ -23,7 +23,7 @@ _LITTLE = 0.15
 _UNEVEN = " That is little: its size, more than its mean, follows this coordinate."
 
 _SOMETHING = 0.005
-"""Share from which on a coordinate is worth a panel."""
+"""Share from which on a coordinate is worth a picture."""
 _FEWEST = 5
 """Samples in a bin for the model's force to be drawn there."""
 
@@ -34,6 +34,8 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
     if where is None or not where.profiles:
         return
     best = where.profiles[0]
+    if not best.explained >= _SOMETHING and where.interval is None:
+        return
     figure = new_figure(3.3)
     axes = figure.subplots(gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.14, "top": 0.96})
     factor = axis(best.coordinate, best.unit).factor
