@@ -48,7 +48,7 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
         warnings=rows.warnings(diagnosis),
         samples=sum(len(record.time) for record in diagnosis.experiment.records),
         images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},
-        seconds=sum(diagnosis.seconds.values()),
+        seconds=diagnosis.seconds.get("total", sum(diagnosis.seconds.values())),
         provenance=provenance,
     )
 

@@ -17,8 +17,8 @@ from identification.report.record_view import largest, residual
 from identification.result import RecordFit
 
 _MOST = 6
-_WORTH = 0.01
-"""Of the largest gain; where a record gains less, both models are alike."""
+_WORTH = 1.1
+"""Chi-square before over that after, from which on a record is worth a picture."""
 _LEFT, _RIGHT, _ABOVE, _BELOW, _TALL, _SHORT, _BETWEEN = 0.72, 0.98, 0.3, 0.45, 1.35, 0.5, 0.13
 _EDGE = 4
 """Samples on either side of a contact that count as contact."""
@@ -27,16 +27,20 @@ _EDGE = 4
 def before_after(diagnosis: Diagnosis) -> Iterator[Picture]:
     """One picture for each record that gains, the largest gains if there are many; where nothing is missing there is only a before."""
     found = stretches(diagnosis)
-    gains = {one.number: _gain(one, diagnosis.verdict == ADEQUATE) for one in found}
-    worth = [one for one in found if gains[one.number] >= _WORTH * max(gains.values())]
-    chosen = sorted(worth, key=lambda one: -gains[one.number])[:_MOST]
+    adequate = diagnosis.verdict == ADEQUATE
+    worth = [one for one in found if adequate or _chi2(one.before, one.channel) > _WORTH * _chi2(one.after, one.channel)]
+    chosen = sorted(worth or found[:1], key=lambda one: -_gain(one, adequate))[:_MOST]
     for one in sorted(chosen, key=lambda one: one.number):
-        yield _nominal_only(diagnosis, one) if diagnosis.verdict == ADEQUATE else _both(diagnosis, one)
+        yield _nominal_only(diagnosis, one) if adequate else _both(diagnosis, one)
 
 
 def _gain(one: Stretch, adequate: bool) -> float:
-    before, after = (record.chi2_reduced.get(one.channel, 0.0) * len(record.time) for record in (one.before, one.after))
+    before, after = (_chi2(record, one.channel) * len(record.time) for record in (one.before, one.after))
     return before if adequate else before - after
+
+
+def _chi2(record: RecordFit, channel: str) -> float:
+    return record.chi2_reduced.get(channel, 0.0)
 
 
 def _both(diagnosis: Diagnosis, one: Stretch) -> Picture:

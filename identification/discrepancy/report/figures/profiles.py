@@ -34,7 +34,7 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
     if where is None or not where.profiles:
         return
     best = where.profiles[0]
-    if not best.explained >= _SOMETHING and where.interval is None:
+    if best.coordinate == "time" and where.interval is None and not best.explained >= _SOMETHING:
         return
     figure = new_figure(3.3)
     axes = figure.subplots(gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.14, "top": 0.96})
