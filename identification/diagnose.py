@@ -9,13 +9,14 @@ import numpy as np
 from identification.adequacy import OVERALL, chi2_limit
 from identification.discrepancy.assertion import active_of, asserted, considered, numbers, twins
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
+from identification.discrepancy.free_form import learn
 from identification.discrepancy.held_out import held_out
 from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
-from identification.discrepancy.search import Search, search
+from identification.discrepancy.search import Scored, Search, search
 from identification.discrepancy.verdict import sentences
 from identification.estimate import degrees_of_freedom
 from identification.experiment import Experiment
@@ -33,6 +34,8 @@ _TOLERANT = (
     " are shown on these"
 )
 _MOST_ITERATIONS = 15
+_FINDING = 0.5
+"""Share of the misfit that a learned term must explain to be shown."""
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
@@ -65,9 +68,10 @@ def diagnose_experiment(
     seconds["nominal"] = time.monotonic() - begin
     start, allowed = _ground(prepared, nominal, progress)
     seconds["ground"] = time.monotonic() - begin
-    found = search(start, allowed, begin + 60.0 * budget_minutes, progress)
+    deadline = begin + 60.0 * budget_minutes
+    found = search(start, allowed, deadline, progress)
     seconds["search"] = time.monotonic() - begin
-    return conclude(nominal is start, start, allowed, found, begin, seconds, progress)
+    return conclude(nominal is start, start, allowed, found, begin, deadline, seconds, progress)
 
 
 def ordinary(prepared: Prepared) -> Fitted | None:
@@ -95,6 +99,7 @@ def conclude(
     allowed: Tolerance,
     found: Search,
     begin: float,
+    deadline: float,
     seconds: dict[str, float],
     progress: Progress,
 ) -> Diagnosis:
@@ -109,7 +114,7 @@ def conclude(
     verdict = ADEQUATE if explained and not effects else MISSING if explained else UNLISTED
     if verdict == UNLISTED:
         progress("learning a free-form term")
-        final, formula = _free_form(first, start, allowed, final)
+        final, formula = _free_form(first, start, allowed, deadline, progress)
     seconds["verdict"] = time.monotonic() - begin
     after = start if verdict == ADEQUATE or not final.names else final
     progress("predicting windows left out of the fit")
@@ -137,12 +142,12 @@ def conclude(
     )
 
 
-def _free_form(first, start: Fitted, allowed: Tolerance, final: Fitted) -> tuple[Fitted, str]:
-    """The nominal model with a learned term, and the term's formula; without one, what was found is kept out."""
-    from identification.discrepancy.free_form import learn
-
-    learned = learn(first, allowed)
-    return (start, "") if learned is None else (learned.fitted, learned.formula)
+def _free_form(first: Scored, start: Fitted, allowed: Tolerance, deadline: float, progress: Progress) -> tuple[Fitted, str]:
+    """The nominal model with a learned term, and the term's formula; the nominal model where none explains half of the misfit."""
+    learned = learn(first, allowed, deadline=deadline, progress=progress)
+    if learned is None or learned.explained < _FINDING:
+        return start, ""
+    return learned.fitted, learned.formula
 
 
 def _side(fitted: Fitted) -> Side:

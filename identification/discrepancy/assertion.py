@@ -8,7 +8,9 @@ from identification.discrepancy.refit import Fitted
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.search import Rival, Round, Search
 from identification.uncertainty import uncertainty
+from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
+from vibrojax.effects.base import UNIT_OF_CHANNEL
 
 TWIN = 8.0
 """Drop of the cost (half chi-square) by which the best must beat a rival to be told from it."""
@@ -48,7 +50,8 @@ def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted
     for column, p in enumerate(layout.record_parameters, start=3):
         if p.name.startswith(prefix):
             value = float(np.sqrt(np.mean((nuisances[:, column] * p.scale) ** 2)))
-            found.append(Number(name=p.name.removeprefix(prefix), symbol=p.symbol, unit=p.unit, value=value, stderr=None))
+            unit = UNITS[effect.channel] if p.unit == UNIT_OF_CHANNEL and effect.channel else p.unit
+            found.append(Number(name=p.name.removeprefix(prefix), symbol=p.symbol, unit=unit, value=value, stderr=None))
     return tuple(found)
 
 

@@ -28,6 +28,8 @@ _SHORT_LIST = 6
 _WORTH_A_TRY = 0.03
 """Share of the best gain that a candidate must promise to be refitted."""
 _MOST_EFFECTS = 3
+_STOPS = 3
+"""Stops that are tried without a score."""
 _NO_CUT = np.inf
 _EVERY, _LARGE_GAIN = 4, 4000.0
 """Where some candidate promises so much, every fourth window tells the candidates apart."""
@@ -229,8 +231,8 @@ def _beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
     if resisting < 0.02:
         return []
     listed = {candidate.name for candidate in short}
-    stops = [one for one in scored.found if one.members[0].back_gap is not None and one.name not in listed]
-    return [dataclasses.replace(one, factors=np.ones(len(one.members))) for one in stops[:1]]
+    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed]
+    return [dataclasses.replace(one, factors=np.ones(len(one.members))) for one in stops[:_STOPS]]
 
 
 def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf) -> Fitted | None:

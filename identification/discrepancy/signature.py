@@ -126,7 +126,7 @@ def _one(course: Course, substeps: int, effect: AbstractEffect):
     moved = effect.base(system.base)
     read = effect.read(course.readings, motion, own)
     parts = {
-        "force": effect.force(motion, own) + _second_stop(system, effect, motion),
+        "force": effect.force(motion, own) + _second_stop(system, effect, motion) - _missing_stop(system, effect, motion),
         "stop_position": effect.stop_position(course.ts, own),
         "stop_velocity": effect.stop_velocity(course.ts, own),
         "base_displacement": moved.displacement(course.ts) - system.base.displacement(course.ts) + effect.base_displacement(own),
@@ -143,6 +143,16 @@ def _second_stop(system: System, effect: AbstractEffect, motion: Motion) -> Floa
         return jnp.zeros_like(motion.u)
     indentation = -motion.u - effect.back_gap
     pushed = system.law.force(jnp.maximum(indentation, 0.0), -motion.v, jnp.full_like(motion.u, 0.1))
+    return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
+
+
+def _missing_stop(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
+    """Push of a stop in front that the nominal model lacks, along a motion that does not know it, N."""
+    law, gap = effect.stop(system.law, system.gap)
+    if type(law) is type(system.law) or not isinstance(law, AbstractCompliantLaw):
+        return jnp.zeros_like(motion.u)
+    indentation = motion.u - gap
+    pushed = law.force(jnp.maximum(indentation, 0.0), motion.v, jnp.full_like(motion.u, 0.1))
     return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
 
 

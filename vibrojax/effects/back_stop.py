@@ -51,6 +51,11 @@ class BackStop(AbstractEffect):
             return ()
         return ((dataclasses.replace(self, distance=-0.98 * facts.lowest),),)
 
+    @property
+    def is_stop(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "BackStop":
         """There, or out of reach for a factor of zero: a stop has no strength."""
         return dataclasses.replace(self, distance=jnp.where(jnp.asarray(factor) > 0, self.distance, _OUT_OF_REACH))

@@ -172,6 +172,11 @@ class AbstractEffect(eqx.Module):
         return law, gap
 
     @property
+    def is_stop(self) -> bool:
+        """Whether it is a stop through which the nominal motion passes, so that no derivative tells what it would do."""
+        return False
+
+    @property
     def back_gap(self) -> Value | None:
         """Distance of a second stop behind the hammer at rest, m; None where it makes none."""
         return None

@@ -73,6 +73,11 @@ class MissingStop(AbstractEffect):
             found.append((MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, 0.0),))
         return tuple(found)
 
+    @property
+    def is_stop(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "MissingStop":
         """Stiffness in proportion; out of reach for a factor of zero."""
         there = jnp.asarray(factor) > 0

@@ -66,8 +66,8 @@ class StopCompliance(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = (
-        OwnState(name="stop_displacement", unit="m", scale=0.0),
-        OwnState(name="stop_velocity", unit="m/s", scale=0.0),
+        OwnState(name="stop_displacement", unit="m", scale=1e-4),
+        OwnState(name="stop_velocity", unit="m/s", scale=0.3),
     )
 
     stop_stiffness: Value
