@@ -38,7 +38,7 @@ class Uncertainty:
     @property
     def stderr(self) -> np.ndarray:
         """Standard errors of all unknowns."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     def correlation(self, chosen: np.ndarray) -> np.ndarray:
         """Correlation matrix of the chosen unknowns."""
@@ -72,7 +72,7 @@ def uncertainty(equations: Equations, estimate: Estimate, active: Active, chi2_r
         best = best * np.outer(ratio, ratio)
     full = np.zeros_like(reduced.hessian)
     full[np.ix_(part, part)] = best
-    identifiable &= np.sqrt(np.diag(full))[: len(identifiable)] <= _WIDEST
+    identifiable &= np.sqrt(np.maximum(np.diag(full), 0.0))[: len(identifiable)] <= _WIDEST
     return Uncertainty(covariance=full, identifiable=identifiable, inflation=inflation, clustered=not adequate)
 
 
@@ -84,7 +84,7 @@ def _identifiable(reduced: Reduced, shared: int) -> np.ndarray:
     seen = scale > 0
     values, vectors = np.linalg.eigh(hessian / np.outer(np.where(seen, scale, 1.0), np.where(seen, scale, 1.0)))
     loose = np.any((np.abs(vectors) > 0.05) & (values < _NULL), axis=1) | ~seen
-    wide = np.sqrt(np.diag(covariance(hessian))) > _WIDEST
+    wide = np.sqrt(np.maximum(np.diag(covariance(hessian)), 0.0)) > _WIDEST
     answer = np.ones(shared, bool)
     mine = part < shared
     answer[part[mine]] = ~(loose | wide)[mine]

@@ -98,7 +98,8 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         scored = look(fitted, allowed)
         cost = float(allowed.cost(fitted.outcome.equations.cost).sum())
         enough = _explained(fitted, allowed, scored, rounds)
-        if enough or not scored.significant or len(fitted.names) >= _MOST_EFFECTS or time.monotonic() > deadline:
+        hopeless = not scored.significant and not _beyond_scores(scored, [])
+        if enough or hopeless or len(fitted.names) >= _MOST_EFFECTS or time.monotonic() > deadline:
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=enough)
         rivals = _refitted(scored, allowed, progress)
         if not rivals or cost - rivals[0].cost < max(LEAST_GAIN, _HELPS * (cost - 0.5 * allowed.samples.sum())):
@@ -183,7 +184,7 @@ class _Thinned:
 
 def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
     """A part of the windows that suffices to tell large gains apart."""
-    best = max(candidate.gain for candidate in scored.significant.values())
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     every = _EVERY if best > _LARGE_GAIN and len(allowed.samples) > 16 * _EVERY else 1
     chosen = np.arange(0, len(allowed.samples), every)
     return _Thinned(every=every, chosen=chosen, allowed=dataclasses.replace(allowed, samples=allowed.samples[chosen]))
@@ -191,7 +192,7 @@ def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
 
 def _heats(thin: _Thinned, allowed: Tolerance, scored: Scored, progress: Progress) -> list[Rival]:
     """The short list, fitted to the chosen windows; best first."""
-    best = max(candidate.gain for candidate in scored.significant.values())
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     short = [one for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
     noise, rivals = 0.5 * thin.allowed.samples.sum(), []
     for candidate in [*short, *_beyond_scores(scored, short)]:
