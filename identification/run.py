@@ -76,10 +76,10 @@ def run_diagnose(
     return diagnosis_summary(diagnosis)
 
 
-def run_simulate(model: Path, experiment: Path, folder: Path) -> None:
+def run_simulate(model: Path, experiment: Path, folder: Path, *, as_recorded: bool = False) -> None:
     """Simulate every record of an experiment and write one CSV each into `folder`."""
     fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)
     for record in loaded.records:
-        series = simulate_record(fitted, record)
+        series = simulate_record(fitted, record, as_recorded=as_recorded)
         table, header = np.stack(list(series.values()), axis=1), ",".join(series)
         np.savetxt(folder / f"{record.stem}.csv", table, fmt="%.10g", delimiter=",", header=header, comments="")

@@ -1,5 +1,6 @@
 """A model run along the records of an experiment."""
 
+import dataclasses
 import math
 
 import jax.numpy as jnp
@@ -22,12 +23,16 @@ _STEPS_PER_OWN_PERIOD = 24.0
 """Of an effect's own vibration."""
 
 
-def simulate_record(model: Model, record: Record) -> dict[str, np.ndarray]:
+def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) -> dict[str, np.ndarray]:
     """`time` and every model channel of one record, SI, each of shape (samples,).
 
     The initial state and the sine of the cart are those that the record states; what it does not state is read off its channels, as the
-    first guess of a fit is. Raises `ExperimentError` where neither gives them, `NoConvergenceError` where the integration fails.
+    first guess of a fit is. Faults of the recorder among the model's effects are left out unless `as_recorded`.
+
+    Raises `ExperimentError` where neither gives them, `NoConvergenceError` where the integration fails.
     """
+    if not as_recorded:
+        model = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
     amplitude, phase = _base(record)
     system = _system(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)

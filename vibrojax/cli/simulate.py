@@ -17,6 +17,9 @@ def simulate(
         Path, typer.Option(metavar="EXPERIMENT.toml", help="The experiment whose records are simulated.", show_default=False)
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables.", show_default=False)],
+    as_recorded: Annotated[
+        bool, typer.Option("--as-recorded", help="With the faults of the recorder that the model knows (lag, clipping, hum, gain, offset).")
+    ] = False,
 ) -> None:
     """Simulate every record of an experiment with a fitted model.
 
@@ -27,4 +30,4 @@ def simulate(
         prepare_jax()
         from identification.run import run_simulate
 
-        run_simulate(model, experiment, folder)
+        run_simulate(model, experiment, folder, as_recorded=as_recorded)

@@ -172,6 +172,11 @@ class AbstractEffect(eqx.Module):
         return law, gap
 
     @property
+    def is_fault(self) -> bool:
+        """Whether it is a fault of the recorder, which the rig knows nothing of."""
+        return False
+
+    @property
     def is_stop(self) -> bool:
         """Whether it is a stop through which the nominal motion passes, so that no derivative tells what it would do."""
         return False

@@ -47,6 +47,11 @@ class ForceClipping(AbstractEffect):
         ceilings = tuple(part * facts.force for part in _CEILING_GRID) if seen is None else (seen,)
         return tuple((dataclasses.replace(self, ceiling=ceiling),) for ceiling in ceilings)
 
+    @property
+    def is_fault(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "ForceClipping":
         """There, or out of reach for a factor of zero: a ceiling has no strength."""
         return dataclasses.replace(self, ceiling=jnp.where(jnp.asarray(factor) > 0, self.ceiling, _OUT_OF_REACH))

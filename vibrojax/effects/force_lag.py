@@ -46,6 +46,11 @@ class ForceLag(AbstractEffect):
             return ()
         return tuple((dataclasses.replace(self, lag=lag),) for lag in _LAG_GRID)
 
+    @property
+    def is_fault(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "ForceLag":
         """Time constant in proportion."""
         return dataclasses.replace(self, lag=factor * self.lag)

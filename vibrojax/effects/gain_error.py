@@ -47,6 +47,11 @@ class GainError(AbstractEffect):
         """One hundredth too much, in every channel."""
         return tuple((dataclasses.replace(self, factor=1.01, of_channel=channel),) for channel in facts.channels)
 
+    @property
+    def is_fault(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "GainError":
         """Distance from one in proportion."""
         return dataclasses.replace(self, factor=1.0 + factor * (self.factor - 1.0))

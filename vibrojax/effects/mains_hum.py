@@ -82,6 +82,11 @@ class MainsHum(AbstractEffect):
             found.append((sine, dataclasses.replace(sine, sine=0.0, cosine=size)))
         return tuple(found)
 
+    @property
+    def is_fault(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "MainsHum":
         """Line in proportion, at the same frequency."""
         return dataclasses.replace(self, sine=factor * self.sine, cosine=factor * self.cosine)

@@ -59,6 +59,11 @@ class TimeOffset(AbstractEffect):
         """A fifth of a millisecond late, in every channel."""
         return tuple((dataclasses.replace(self, delay=_PROBE_DELAY, of_channel=channel),) for channel in facts.channels)
 
+    @property
+    def is_fault(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "TimeOffset":
         """Delay in proportion."""
         return dataclasses.replace(self, delay=factor * self.delay)
