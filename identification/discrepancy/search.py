@@ -3,6 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -131,7 +132,8 @@ def look(fitted: Fitted, allowed: Tolerance) -> Scored:
 
 def blank(kind: type[AbstractEffect]) -> AbstractEffect:
     """An effect with every parameter at its order of magnitude."""
-    return kind(**{p.field: p.start for p in kind.parameters})
+    usual: dict[str, Any] = {p.field: p.start for p in kind.parameters}
+    return kind(**usual)
 
 
 def _explained(fitted: Fitted, allowed: Tolerance, scored: Scored, rounds: list[Round]) -> bool:

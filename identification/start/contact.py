@@ -1,6 +1,6 @@
 """Contact parameters read off the force-indentation loops, before any integration."""
 
-from typing import cast
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -52,6 +52,7 @@ def contact_start(
     owner = samples["contact" if each_contact else "record"]
     owners, slot = np.unique(owner, return_inverse=True)
     scale = 0.02 * np.max(samples["force"])
+    jacobian: Any
     residual, jacobian = _residual(model, names, samples, slot, scale)
     starts = [_guess(model, specs, names, samples, exponent) for exponent in (_EXPONENTS if "n" in names else (None,))]
     still = np.zeros(len(owners))
