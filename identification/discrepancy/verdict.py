@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Location, Number, Side
+from identification.report.channel_labels import spoken
 from identification.report.numbers import rounded, with_unit
 
 
@@ -38,7 +39,8 @@ def sentences(
 
 def _main(one: Asserted) -> str:
     """The effect's numbers."""
-    places = [text for text in (one.effect.channel, one.effect.record) if text]
+    channel = one.effect.channel
+    places = [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
     return ", ".join([*places, *(_number(p) for p in one.parameters)])
 
 
