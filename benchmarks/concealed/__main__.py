@@ -22,9 +22,6 @@ from benchmarks.simulator import EFFECTS
 from benchmarks.simulator.case import WITHOUT
 from vibrojax.cli.environment import prepare_jax
 
-_CASES_A_PROCESS = 4
-"""Compiled programs pile up in a process; a fresh one reads them from disk again."""
-
 
 def main() -> None:
     """Command line."""
@@ -118,7 +115,7 @@ def run(wanted: list[Job], lines: Path, *, workers: int, budget_minutes: float, 
     """Run the cases and append each to the file as it ends."""
     bar = Progress(TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     context = get_context("spawn")
-    processes = ProcessPoolExecutor(workers, mp_context=context, initializer=prepare_jax, max_tasks_per_child=_CASES_A_PROCESS)
+    processes = ProcessPoolExecutor(workers, mp_context=context, initializer=prepare_jax)
     with bar, processes as pool, lines.open("a", encoding="utf-8") as file:
         task = bar.add_task("", total=len(wanted))
         if lines.stat().st_size and not lines.read_bytes().endswith(b"\n"):

@@ -46,9 +46,12 @@ def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:
 
     This is the only place that calls the program. What is read is the document that `vibrojax diagnose` writes.
     """
+    import jax
+
     from benchmarks.concealed.prediction import sealed_errors
     from identification.experiment import load_experiment
 
+    jax.clear_caches()  # compiled programs of case after case would fill the memory; they come back from disk
     diagnose = import_module("identification.diagnose")
     result = diagnose.diagnose_experiment(load_experiment(folder), budget_minutes=budget_minutes)
     document = result.document()

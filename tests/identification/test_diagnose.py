@@ -1,6 +1,7 @@
 """The whole way from records to a verdict; what was concealed was made by a simulator that shares no line with the program."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -50,5 +51,7 @@ def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
     assert found.verdict == UNLISTED
     assert found.effects == ()
     frequency = truth["numbers"]["wf"] / (2 * np.pi)
-    assert f"{frequency:.2f}"[:4] in found.free_form
+    learned = re.search(r"2 pi ([0-9.]+)", found.free_form)
+    assert learned is not None
+    assert float(learned.group(1)) == pytest.approx(frequency, abs=2e-3)
     assert found.augmented.chi2_reduced < 1.1
