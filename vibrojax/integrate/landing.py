@@ -141,7 +141,7 @@ class Landing(AbstractIntegrator):
         own1 = own1 + end.own_rates * correction
         v_arriving = None if carry.v_arriving is None else v1
         touches = carry.landing & ~carry.in_contact
-        v_touch = jnp.maximum(after.rate, SLOWEST_APPROACH)
+        v_touch = jnp.maximum(system.approach(t1, u1, v1, own1).rate, SLOWEST_APPROACH)
         approach_speed = jnp.where(touches, v_touch, carry.approach_speed)
         if isinstance(system.law, AbstractInstantaneousLaw):
             v1 = jnp.where(touches, -system.law.rebound_speed(v_touch), v1)
