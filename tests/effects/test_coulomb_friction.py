@@ -6,4 +6,4 @@ from vibrojax.effects import CoulombFriction
 
 def test_agrees_with_an_independent_integration():
     readings, _ = simulate(CoulombFriction(0.05))
-    assert_same(readings, Reference(extra=lambda t, u, v, z: -0.05 * np.tanh(v / 2e-3)), within=1e-4)
+    assert_same(readings, Reference(extra=lambda t, u, v, z: -0.05 * np.tanh(v / 5e-4)), within=1e-4)
