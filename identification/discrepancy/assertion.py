@@ -1,5 +1,7 @@
 """From the search to what is asserted: probabilities, twins, and the list of all that was considered."""
 
+import dataclasses
+
 import numpy as np
 
 from identification.discrepancy.diagnosis import Asserted, Considered, Number
@@ -7,6 +9,8 @@ from identification.discrepancy.evidence import best_of_each, chance, trials
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.search import Rival, Round, Search
+from identification.fit import free_unknowns
+from identification.layout import Active
 from identification.uncertainty import uncertainty
 from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
@@ -31,21 +35,15 @@ def numbers(fitted: Fitted, chi2_reduced: float, adequate_below: float) -> tuple
     return tuple(found)
 
 
-def active_of(fitted: Fitted):
+def active_of(fitted: Fitted) -> Active:
     """What the fit estimated."""
-    from identification.fit import free_unknowns
-
     return free_unknowns(fitted.prepared)
 
 
 def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:
     """An effect's own parameters under their short names; of those that each record has of its own, the root mean square."""
     prefix = f"{effect.name}."
-    found = [
-        Number(name=n.name.removeprefix(prefix), symbol=n.symbol, unit=n.unit, value=n.value, stderr=n.stderr)
-        for n in shared
-        if n.name.startswith(prefix)
-    ]
+    found = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in shared if n.name.startswith(prefix)]
     layout, nuisances = fitted.prepared.layout, fitted.outcome.estimate.nuisances
     for column, p in enumerate(layout.record_parameters, start=3):
         if p.name.startswith(prefix):

@@ -44,8 +44,6 @@ class Tolerance:
     def cost(self, cost: np.ndarray) -> np.ndarray:
         """Half n rho for every window."""
         x = 2.0 * cost / np.maximum(self.samples, 1)
-        if np.isinf(self.cut):
-            return cost
         far = self.cut * (1.0 + np.log(np.maximum(x, self.cut) / self.cut))
         return np.where(np.isfinite(cost), 0.5 * self.samples * np.where(x > self.cut, far, x), np.inf)
 

@@ -15,6 +15,9 @@ from identification.layout import Active, Estimate
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
+_PORTION = 8
+"""Effects whose answers are worked out together."""
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Candidate:
@@ -205,4 +208,4 @@ def _alike(members: Sequence[AbstractEffect]) -> list[list[AbstractEffect]]:
     kinds: dict[tuple, list[AbstractEffect]] = {}
     for member in members:
         kinds.setdefault((type(member), member.channel, member.record), []).append(member)
-    return [kind[first : first + 16] for kind in kinds.values() for first in range(0, len(kind), 8)]
+    return [kind[first : first + _PORTION] for kind in kinds.values() for first in range(0, len(kind), _PORTION)]

@@ -31,7 +31,6 @@ _WORTH_A_TRY = 0.03
 _MOST_EFFECTS = 3
 _STOPS = 3
 """Stops that are tried without a score."""
-_NO_CUT = np.inf
 _EVERY, _LARGE_GAIN = 4, 4000.0
 """Where some candidate promises so much, every fourth window tells the candidates apart."""
 _FINALIST = 1.03
