@@ -27,7 +27,7 @@ _STEPS_PER_PERIOD = 96.0
 _STEPS_PER_OWN_PERIOD = 12.0
 """Of an effect's own vibration."""
 _CONTACT_STEPS = 80.0
-_CHUNK = 16
+CHUNK = 16
 """Windows that are integrated side by side."""
 _FEWEST_FLIGHT_STEPS = 50
 """In a window whose hammer does not vibrate at all."""
@@ -67,7 +67,7 @@ def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], E
     keep all cores busy.
     """
     model, layout, count = as_arrays(prepared.model), prepared.layout, len(prepared.record)
-    chunks = [(lanes, on_device(group)) for lanes, group in chunked(prepared.groups, _CHUNK)]
+    chunks = [(lanes, on_device(group)) for lanes, group in chunked(prepared.groups, CHUNK)]
 
     def evaluate(estimate: Estimate) -> Equations:
         local = estimate.local(prepared.record)

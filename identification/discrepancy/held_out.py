@@ -7,13 +7,12 @@ import numpy as np
 
 from identification.block_arrow import Equations, reduce, solve
 from identification.discrepancy.refit import Fitted, windows_of
-from identification.fit import as_arrays, evaluator, free_unknowns, integrator_for, on_device
+from identification.fit import CHUNK, as_arrays, evaluator, free_unknowns, integrator_for, on_device
 from identification.lanes import chunked
 from identification.levenberg_marquardt import settle
 from identification.residual import residuals
 
 FOLDS = 4
-_CHUNK = 16
 _SIGNAL = 9.0
 """Variance of a channel over that of its noise below which it holds nothing to predict."""
 _LOST = 4.0
@@ -78,7 +77,7 @@ def _nrmse(fitted: Fitted, local: np.ndarray) -> float:
     prepared, integrator = fitted.prepared, integrator_for(fitted.prepared)
     model, layout = as_arrays(prepared.model), prepared.layout
     squares: dict[tuple[int, str], list[np.ndarray]] = {}
-    for lanes, windows in chunked(prepared.groups, _CHUNK):
+    for lanes, windows in chunked(prepared.groups, CHUNK):
         found = np.asarray(residuals(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes]))[0])
         for row, lane in enumerate(lanes):
             for column, channel in enumerate(windows.channels):

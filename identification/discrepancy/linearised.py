@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from identification.fit import as_arrays, on_device
+from identification.fit import CHUNK, as_arrays, on_device
 from identification.lanes import chunked
 from identification.layout import Estimate, Layout
 from identification.prepare import Prepared
@@ -18,8 +18,6 @@ from identification.residual import lane_system, predict
 from identification.windows import Windows
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
-
-_CHUNK = 16
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -85,7 +83,7 @@ def linearised(prepared: Prepared, integrator: Landing, estimate: Estimate) -> L
     model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
     if len(prepared.groups) != 1:
         raise ValueError("windows of several kinds of excitation cannot be linearised together yet")
-    group, chunks = prepared.groups[0], chunked(prepared.groups, _CHUNK)
+    group, chunks = prepared.groups[0], chunked(prepared.groups, CHUNK)
 
     def part(chunk: tuple[np.ndarray, Windows]):
         lanes, windows = chunk
