@@ -54,18 +54,23 @@ def reduce(equations: Equations, estimate: Estimate, active: Active, damping: fl
 
     shared, records = len(estimate.shared), len(estimate.nuisances)
     width = estimate.nuisances.shape[1]
-    size = shared + width * records
-    own = shared + width * equations.record[:, None] + np.arange(width)
-    columns = np.concatenate([np.broadcast_to(np.arange(shared), (len(own), shared)), own], axis=1)
-    total, scores = np.zeros((size, size)), np.zeros((len(columns), size))
-    np.add.at(total, (columns[:, :, None], columns[:, None, :]), local_hessian)
-    np.put_along_axis(scores, columns, local_gradient, axis=1)
+    size, where = shared + width * records, columns(estimate, equations.record)
+    total, scores = np.zeros((size, size)), np.zeros((len(where), size))
+    np.add.at(total, (where[:, :, None], where[:, None, :]), local_hessian)
+    np.put_along_axis(scores, where, local_gradient, axis=1)
     gaps = shared + width * np.arange(records) + 2
     total[gaps, gaps] += (1.0 + damping) / GAP_PRIOR_STD**2
     gradient = scores.sum(axis=0)
     gradient[gaps] += estimate.nuisances[:, 2] / GAP_PRIOR_STD**2
     flags = np.concatenate([active.shared, active.nuisances.ravel()])
     return Reduced(hessian=total, gradient=gradient, scores=scores, active=flags, eliminated=(inverse, coupling))
+
+
+def columns(estimate: Estimate, record: np.ndarray) -> np.ndarray:
+    """(windows, unknowns of a window): where a window's shared parameters and nuisances stand among all unknowns."""
+    shared, width = len(estimate.shared), estimate.nuisances.shape[1]
+    own = shared + width * record[:, None] + np.arange(width)
+    return np.concatenate([np.broadcast_to(np.arange(shared), (len(own), shared)), own], axis=1)
 
 
 def solve(reduced: Reduced, equations: Equations, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,13 +2,15 @@
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
-from identification.adequacy import OVERALL, chi2_limit
-from identification.discrepancy.assertion import active_of, asserted, considered, numbers, twins
+from identification.discrepancy.assertion import asserted, considered, numbers, twins
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
+from identification.discrepancy.errors import degrees
+from identification.discrepancy.evidence import significant
 from identification.discrepancy.free_form import learn
 from identification.discrepancy.held_out import held_out
 from identification.discrepancy.locate import locate
@@ -16,9 +18,8 @@ from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
-from identification.discrepancy.search import Scored, Search, search
+from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search, search
 from identification.discrepancy.verdict import sentences
-from identification.estimate import degrees_of_freedom
 from identification.experiment import Experiment
 from identification.fit import bounds, fit, integrator_for
 from identification.levenberg_marquardt import LevenbergMarquardt
@@ -30,9 +31,13 @@ Progress = Callable[[str], None]
 _MILD = 10.0
 """Reduced chi-square up to which the ordinary fit is a sound place to search from."""
 _TOLERANT = (
-    "the ordinary fit of the nominal model does not come near the records; it was fitted tolerantly on short windows, and both models"
-    " are shown on these"
+    "the ordinary fit of the nominal model did not settle inside the ranges of its parameters and near the records; it was fitted"
+    " tolerantly on short windows, and both models are shown on these"
 )
+_ENDED = {
+    BUDGET: "the budget ended the search before all was explained: what is said here may not be all, allow more minutes",
+    MOST_EFFECTS: "the search stopped after as many effects as it adds to one model, before all was explained: more may be missing",
+}
 _MOST_ITERATIONS = 15
 _FINDING = 0.5
 """Share of the misfit that a learned term must explain to be shown."""
@@ -40,38 +45,66 @@ _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Ground:
+    """Where the search starts."""
+
+    fitted: Fitted
+    allowed: Tolerance
+    sound: bool
+    """Whether that is the ordinary fit."""
+
+
+class _Course:
+    """Seconds by stage, and when to begin no further step."""
+
+    def __init__(self, budget_minutes: float, progress: Progress) -> None:
+        self.seconds: dict[str, float] = {}
+        self.progress = progress
+        self.deadline = time.monotonic() + 60.0 * budget_minutes
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens inside."""
+        begin = time.monotonic()
+        yield
+        self.seconds[name] = time.monotonic() - begin
+
+
 def diagnose_experiment(
-    experiment: Experiment,
-    *,
-    law: str | None = None,
-    budget_minutes: float = 5.0,
-    seed: int = 0,
-    progress: Progress = lambda stage: None,
+    experiment: Experiment, *, law: str | None = None, budget_minutes: float = 5.0, progress: Progress = lambda stage: None
 ) -> Diagnosis:
-    """Fit the nominal model, and say what it leaves out.
+    """Fit the nominal model, and say what it leaves out. Nothing in it is drawn at random.
 
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        budget_minutes: no new search step is begun after so long.
-        seed: kept for callers; nothing here is drawn at random.
+        budget_minutes: no new search step is begun after so long; the verdict then says that the search was cut short.
         progress: told each stage by a line of text.
 
     Raises:
         NoConvergenceError: not even the tolerant fit on short windows can be integrated.
     """
-    begin, seconds = time.monotonic(), {}
+    course = _Course(budget_minutes, progress)
+    with course.stage("nominal"):
+        ground = _ground(experiment, law, progress)
+    with course.stage("search"):
+        found = search(ground.fitted, ground.allowed, course.deadline, progress)
+    return _concluded(ground, found, course)
+
+
+def _ground(experiment: Experiment, law: str | None, progress: Progress) -> _Ground:
+    """The ordinary fit if it is sound, else a tolerant one on short windows."""
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
     progress("fitting the nominal model")
     nominal = ordinary(prepared)
-    seconds["nominal"] = time.monotonic() - begin
-    start, allowed = _ground(prepared, nominal, progress)
-    seconds["ground"] = time.monotonic() - begin
-    deadline = begin + 60.0 * budget_minutes
-    found = search(start, allowed, deadline, progress)
-    seconds["search"] = time.monotonic() - begin
-    return conclude(nominal is start, start, allowed, found, begin, deadline, seconds, progress)
+    if nominal is not None and nominal.chi2 / degrees(nominal) <= _MILD:
+        allowed = dataclasses.replace(tolerance(prepared, nominal.outcome.equations.cost), cut=_CUT)
+        return _Ground(fitted=nominal, allowed=allowed, sound=True)
+    progress("fitting the nominal model to short windows")
+    fitted, allowed = robust_fit(prepared)
+    return _Ground(fitted=fitted, allowed=allowed, sound=False)
 
 
 def ordinary(prepared: Prepared) -> Fitted | None:
@@ -85,46 +118,27 @@ def ordinary(prepared: Prepared) -> Fitted | None:
     return Fitted(prepared=prepared, outcome=outcome) if outcome.converged and inside else None
 
 
-def _ground(prepared: Prepared, nominal: Fitted | None, progress: Progress) -> tuple[Fitted, Tolerance]:
-    """Where the search starts: the ordinary fit if it is sound, else a tolerant one on short windows."""
-    if nominal is not None and nominal.chi2 / degrees_of_freedom(prepared, active_of(nominal)) <= _MILD:
-        return nominal, dataclasses.replace(tolerance(prepared, nominal.outcome.equations.cost), cut=_CUT)
-    progress("fitting the nominal model to short windows")
-    return robust_fit(prepared)
-
-
-def conclude(
-    sound: bool,
-    start: Fitted,
-    allowed: Tolerance,
-    found: Search,
-    begin: float,
-    deadline: float,
-    seconds: dict[str, float],
-    progress: Progress,
-) -> Diagnosis:
-    """The verdict and its evidence; `sound` says whether the ordinary fit served as the start."""
-    final, explained = found.fitted, found.explained
-    if len(final.names) > 1:
-        progress("taking out what later effects have made needless")
-        final = pruned(final, allowed)
-    formula = ""
+def _concluded(ground: _Ground, found: Search, course: _Course) -> Diagnosis:
+    """The verdict and its evidence."""
+    start, allowed, progress = ground.fitted, ground.allowed, course.progress
     first = found.rounds[0].scored if found.rounds else found.last
-    effects = final.names
-    verdict = ADEQUATE if explained and not effects else MISSING if explained else UNLISTED
-    if verdict == UNLISTED:
-        progress("learning a free-form term")
-        final, formula = _free_form(first, start, allowed, deadline, progress)
-    seconds["verdict"] = time.monotonic() - begin
-    after = start if verdict == ADEQUATE or not final.names else final
-    progress("predicting windows left out of the fit")
-    shown_before = _side(start)
-    shown_after = shown_before if after is start else _side(after)
-    samples = int(allowed.samples.sum())
-    named = asserted(found, after, shown_after.parameters, samples) if verdict == MISSING else ()
-    ambiguous = twins(found.rounds, tuple(one.effect.name for one in named))
-    location = _location(first, start, named, verdict)
-    seconds["total"] = time.monotonic() - begin
+    verdict = UNLISTED if not found.explained else MISSING if found.fitted.names else ADEQUATE
+    after, formula = start, ""
+    with course.stage("model"):
+        if verdict == MISSING:
+            progress("taking out what later effects have made needless")
+            after = pruned(found.fitted, allowed)
+        elif verdict == UNLISTED:
+            after, formula = _free_form(first, start, allowed, course)
+    with course.stage("evidence"):
+        progress("predicting windows left out of the fit")
+        shown_before = _side(start, allowed)
+        shown_after = shown_before if after is start else _side(after, allowed)
+        named = asserted(found, after, shown_after.parameters, allowed) if verdict == MISSING else ()
+        ambiguous = twins(found.rounds, tuple(one.effect.name for one in named))
+        location = _location(first, start, named, verdict)
+        rows = considered(found, allowed)
+        advice = next_experiment(found, ambiguous, allowed)
     return Diagnosis(
         experiment=start.prepared.experiment,
         verdict=verdict,
@@ -133,44 +147,61 @@ def conclude(
         free_form=formula,
         ambiguous_with=ambiguous,
         location=location,
-        considered=considered(found),
+        considered=rows,
         nominal=shown_before,
         augmented=shown_after,
-        next_experiment=next_experiment(found, named, ambiguous),
-        warnings=() if sound else (_TOLERANT,),
-        seconds=seconds,
+        next_experiment=advice,
+        warnings=_warnings(ground, found, after, shown_after),
+        seconds=course.seconds,
     )
 
 
-def _free_form(first: Scored, start: Fitted, allowed: Tolerance, deadline: float, progress: Progress) -> tuple[Fitted, str]:
+def _warnings(ground: _Ground, found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
+    """What the reader must know beside the verdict."""
+    said = [] if ground.sound else [_TOLERANT]
+    if found.ended in _ENDED:
+        said.append(_ENDED[found.ended])
+    if not after.outcome.converged:
+        said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
+    held = after.prepared.fixed
+    if lost := [p.symbol for p in side.parameters if p.stderr is None and p.name not in held]:
+        said.append(f"without an error, at the edge of their range or not identifiable from these records: {', '.join(lost)}")
+    if found.explained and (left := significant(found.last.found)):
+        most = max(left.values(), key=lambda one: one.gain)
+        words = f"{most.name} (chi-square {most.gain:.3g} of {2.0 * ground.allowed.total(ground.fitted.outcome.equations.cost):.3g})"
+        said.append(f"beside that, too little to be told from what the named effect's own equation leaves: {words}")
+    return tuple(said)
+
+
+def _free_form(first: Scored, start: Fitted, allowed: Tolerance, course: _Course) -> tuple[Fitted, str]:
     """The nominal model with a learned term, and the term's formula; the nominal model where none explains half of the misfit."""
-    learned = learn(first, allowed, deadline=deadline, progress=progress)
+    course.progress("learning a free-form term")
+    learned = learn(first, allowed, deadline=course.deadline, progress=course.progress)
     if learned is None or learned.explained < _FINDING:
         return start, ""
     return learned.fitted, learned.formula
 
 
-def _side(fitted: Fitted) -> Side:
+def _side(fitted: Fitted, allowed: Tolerance) -> Side:
     """A model beside the records, with its errors."""
     prepared, estimate = fitted.prepared, fitted.outcome.estimate
-    degrees = degrees_of_freedom(prepared, active_of(fitted))
-    chi2 = fitted.chi2 / max(degrees, 1)
-    errors = np.full(estimate.nuisances.shape, np.nan)
+    unknown = np.full(estimate.nuisances.shape, np.nan)
     return Side(
         model=fitted.model,
-        parameters=numbers(fitted, chi2, chi2_limit(degrees, OVERALL)),
-        chi2_reduced=chi2,
-        held_out_nrmse=held_out(fitted).nrmse,
-        records=record_fits(prepared, integrator_for(prepared), estimate, errors),
+        parameters=numbers(fitted, allowed),
+        chi2_reduced=fitted.chi2 / degrees(fitted),
+        held_out_nrmse=held_out(fitted, allowed).nrmse,
+        records=record_fits(prepared, integrator_for(prepared), estimate, unknown),
     )
 
 
-def _location(first, start: Fitted, named: tuple[Asserted, ...], verdict: str) -> Location | None:
+def _location(first: Scored, start: Fitted, named: tuple[Asserted, ...], verdict: str) -> Location | None:
     """Where the misfit of the nominal model sits; None where there is none."""
     if verdict == ADEQUATE:
         return None
-    effect = named[0].effect if named else None
-    found = locate(start.prepared, start.outcome.estimate, first.at, first.courses, named=effect)
+    effects = [one.effect for one in named]
+    effect = next((one for one in effects if one.record is not None), effects[0] if effects else None)
+    found = locate(start.prepared, start.outcome.estimate, first.at, named=effect)
     if effect is not None and effect.record is not None:
         return dataclasses.replace(found, record=effect.record)
     return found

@@ -24,7 +24,7 @@ from vibrojax.model import Model
 Progress = Callable[[str, int, float], None]
 _STEPS_PER_PERIOD = 96.0
 """Of the fastest vibration, in flight."""
-_STEPS_PER_OWN_PERIOD = 12.0
+_STEPS_PER_OWN_PERIOD = 18.0
 """Of an effect's own vibration."""
 _CONTACT_STEPS = 80.0
 CHUNK = 16
@@ -85,12 +85,12 @@ def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], E
         lost = ~np.isfinite(cost)
         hessian[lost], gradient[lost] = 0.0, 0.0
         found = Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record, onward=onward)
-        return _with_prior(found, layout, estimate)
+        return with_prior(found, layout, estimate)
 
     return evaluate
 
 
-def _with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
+def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
     """With a Gaussian prior of their own scale on the effects' states at the start of every window."""
     for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
         scale, value = layout.own_states[index].scale, estimate.states[:, column]

@@ -57,7 +57,6 @@ def run_diagnose(
     folder: Path,
     *,
     budget_minutes: float = 5.0,
-    seed: int = 0,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
     """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, report.html and plots into `folder`.
@@ -66,9 +65,9 @@ def run_diagnose(
     `NoConvergenceError` where the nominal model cannot be fitted.
     """
     progress("reading the records")
-    diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, seed=seed, progress=progress)
+    diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, progress=progress)
     progress("drawing the report")
-    origin = diagnosis_provenance(diagnosis, seed=seed)
+    origin = diagnosis_provenance(diagnosis)
     write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
     write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
     write_model(diagnosis.model, folder / "model.json", provenance=origin)

@@ -6,11 +6,15 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
+import psutil
+
 from benchmarks.concealed.jobs import Job
 from benchmarks.simulator import Case, draw_case, write_case
 from benchmarks.simulator.case import truth
 
 _ATTEMPTS = 20
+_MEMORY = 3 * 2**30
+"""Bytes."""
 
 
 def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> dict:
@@ -51,7 +55,8 @@ def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:
     from benchmarks.concealed.prediction import sealed_errors
     from identification.experiment import load_experiment
 
-    jax.clear_caches()  # compiled programs of case after case would fill the memory; they come back from disk
+    if psutil.Process().memory_info().rss > _MEMORY:
+        jax.clear_caches()  # compiled programs of case after case would fill the memory; they come back from disk
     diagnose = import_module("identification.diagnose")
     result = diagnose.diagnose_experiment(load_experiment(folder), budget_minutes=budget_minutes)
     document = result.document()
@@ -61,6 +66,7 @@ def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:
         "effects": [effect["name"] for effect in document["effects"]],
         "probabilities": [effect["probability"] for effect in document["effects"]],
         "ambiguous_with": list(document["ambiguous_with"]),
+        "warnings": document["warnings"],
         "location": document["location"],
         "chi2_nominal": document["nominal"]["chi2_reduced"],
         "chi2_augmented": document["augmented"]["chi2_reduced"],

@@ -5,13 +5,15 @@ import dataclasses
 import numpy as np
 
 from identification.discrepancy.diagnosis import Asserted, Considered, Number
+from identification.discrepancy.errors import errors
 from identification.discrepancy.evidence import best_of_each, chance, trials
+from identification.discrepancy.held_out import held_out
 from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import Rival, Round, Search
-from identification.fit import free_unknowns
-from identification.layout import Active
-from identification.uncertainty import uncertainty
+from identification.discrepancy.search import Rival, Round, Scored, Search
+from identification.fit import bounds, free_unknowns
+from identification.layout import NUISANCES
 from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
@@ -19,49 +21,50 @@ from vibrojax.effects.base import UNIT_OF_CHANNEL
 TWIN = 8.0
 """Drop of the cost (half chi-square) by which the best must beat a rival to be told from it."""
 _SHOWN = 12
+_PREDICTED = 1.2
+"""Cost over that of the best up to which a rival's predictions are looked at."""
 
 
-def numbers(fitted: Fitted, chi2_reduced: float, adequate_below: float) -> tuple[Number, ...]:
-    """Every shared parameter with its standard error."""
+def numbers(fitted: Fitted, allowed: Tolerance) -> tuple[Number, ...]:
+    """Every shared parameter with its standard error; None where it is held, not identifiable, or stopped at the edge of its range."""
     prepared, outcome = fitted.prepared, fitted.outcome
-    active = active_of(fitted)
-    spread = uncertainty(outcome.equations, outcome.estimate, active, chi2_reduced, adequate_below)
+    active, spread, (low, high) = free_unknowns(prepared), errors(fitted, allowed), bounds(prepared)
     found = []
     for index, p in enumerate(prepared.layout.parameters):
-        value = p.to_physical(outcome.estimate.shared[index])
-        known = bool(active.shared[index] and spread.identifiable[index])
+        internal = outcome.estimate.shared[index]
+        value = p.to_physical(internal)
+        known = bool(active.shared[index] and spread.identifiable[index] and low[index] < internal < high[index])
         stderr = float(spread.stderr[index] * p.slope(value)) if known else None
         found.append(Number(name=p.name, symbol=p.symbol, unit=p.unit, value=float(value), stderr=stderr))
     return tuple(found)
 
 
-def active_of(fitted: Fitted) -> Active:
-    """What the fit estimated."""
-    return free_unknowns(fitted.prepared)
-
-
 def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:
-    """An effect's own parameters under their short names; of those that each record has of its own, the root mean square."""
+    """An effect's own parameters under their short names; of the parts that each record has of its own, the amplitude.
+
+    That is the root of their summed squares, as root mean square over the records.
+    """
     prefix = f"{effect.name}."
     found = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in shared if n.name.startswith(prefix)]
-    layout, nuisances = fitted.prepared.layout, fitted.outcome.estimate.nuisances
-    for column, p in enumerate(layout.record_parameters, start=3):
-        if p.name.startswith(prefix):
-            value = float(np.sqrt(np.mean((nuisances[:, column] * p.scale) ** 2)))
-            unit = UNITS[effect.channel] if p.unit == UNIT_OF_CHANNEL and effect.channel else p.unit
-            found.append(Number(name=p.name.removeprefix(prefix), symbol=p.symbol, unit=unit, value=value, stderr=None))
+    layout, nuisances = fitted.prepared.layout, fitted.outcome.estimate.nuisances[:, len(NUISANCES) :]
+    parts = [(p, nuisances[:, column] * p.scale) for column, p in enumerate(layout.record_parameters) if p.name.startswith(prefix)]
+    if parts:
+        size = float(np.sqrt(np.mean(sum(values**2 for _, values in parts))))
+        unit = parts[0][0].unit
+        unit = UNITS[effect.channel] if unit == UNIT_OF_CHANNEL and effect.channel else unit
+        found.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
     return tuple(found)
 
 
-def probability(rounds: tuple[Round, ...], name: str, samples: int) -> float:
-    """Of an effect among those that were fitted in its place, by the Bayesian information criterion."""
+def probability(rounds: tuple[Round, ...], name: str, allowed: Tolerance) -> float:
+    """Of an effect among those that were fitted in its place, by the Bayesian information criterion, less the chance of noise."""
     for one in rounds:
         if one.rivals and one.rivals[0].name == name:
-            worth = [-rival.cost - 0.5 * np.log(samples) * rival.fitted.unknowns for rival in one.rivals]
+            best = one.rivals[0]
             shares = dict.fromkeys((rival.name for rival in one.rivals), 0.0)
-            for rival, value in zip(one.rivals, worth, strict=True):
-                shares[rival.name] += float(np.exp(max(value - max(worth), -700.0)))
-            doubt = chance(2.0 * (one.cost - one.rivals[0].cost), one.rivals[0].candidate.degrees, 1)
+            for rival in one.rivals:
+                shares[rival.name] += float(np.exp(-0.5 * min(rival.bic(allowed) - best.bic(allowed), 1400.0)))
+            doubt = chance(2.0 * (one.cost - best.cost), best.candidate.degrees, trials(one.scored.found, name))
             return min(0.999, (1.0 - doubt) * shares[name] / sum(shares.values()))
     return 0.5
 
@@ -76,54 +79,44 @@ def twins(rounds: tuple[Round, ...], names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def considered(search: Search) -> tuple[Considered, ...]:
-    """Everything that was looked at, round by round, the most promising first."""
+def considered(search: Search, allowed: Tolerance) -> tuple[Considered, ...]:
+    """Everything that was looked at, round by round, the most promising first; those refitted to all records also by what they predict."""
     rows: list[Considered] = []
     for one in search.rounds:
-        refitted = {id(rival.candidate): rival for rival in one.rivals}
+        before = held_out(one.scored.fitted, allowed).chi2
         by_name = {_key(rival.candidate): rival for rival in one.rivals}
-        rows += [
-            _row(candidate, one.scored.found, refitted.get(id(candidate)) or by_name.get(_key(candidate)), one)
-            for candidate in list(best_of_each(one.scored.found).values())[:_SHOWN]
-        ]
-    beside = search.last.fitted.names
-    rows += [
-        Considered(
-            name=candidate.name,
-            detail=detail(candidate),
-            gain=candidate.gain,
-            chance=chance(candidate.gain, candidate.degrees, trials(search.last.found, candidate.name)),
-            drop=None,
-            bic=None,
-            held_out=None,
-            beside=beside,
-        )
-        for candidate in list(best_of_each(search.last.found).values())[:_SHOWN]
-    ]
-    return tuple(rows)
+        listed = list(best_of_each(one.scored.found).values())[:_SHOWN]
+        rows += [_row(candidate, one.scored, _refitted(by_name.get(_key(candidate)), one, before, allowed)) for candidate in listed]
+    listed = list(best_of_each(search.last.found).values())[:_SHOWN]
+    return (*rows, *(_row(candidate, search.last, {}) for candidate in listed))
 
 
 def _key(candidate: Candidate) -> tuple[str, str | None]:
     return candidate.name, candidate.members[0].channel
 
 
-def _row(candidate: Candidate, found: list[Candidate], rival: Rival | None, one: Round) -> Considered:
-    samples = float(np.log(sum(len(row) for row in one.scored.at.weight)))
-    best = one.rivals[0] if one.rivals else None
-    drop = bic = None
-    if rival is not None and best is not None:
-        drop = 2.0 * (one.cost - rival.cost)
-        bic = 2.0 * (rival.cost - best.cost) + samples * (rival.fitted.unknowns - best.fitted.unknowns)
+def _row(candidate: Candidate, scored: Scored, refitted: dict[str, float]) -> Considered:
     return Considered(
         name=candidate.name,
         detail=detail(candidate),
         gain=candidate.gain,
-        chance=chance(candidate.gain, candidate.degrees, trials(found, candidate.name)),
-        drop=drop,
-        bic=bic,
-        held_out=None,
-        beside=one.scored.fitted.names,
+        chance=chance(candidate.gain, candidate.degrees, trials(scored.found, candidate.name)),
+        drop=refitted.get("drop"),
+        bic=refitted.get("bic"),
+        held_out=refitted.get("held_out"),
+        beside=scored.fitted.names,
     )
+
+
+def _refitted(rival: Rival | None, one: Round, before: float, allowed: Tolerance) -> dict[str, float]:
+    """What became of a candidate that was fitted again."""
+    if rival is None:
+        return {}
+    best = one.rivals[0]
+    found = {"drop": 2.0 * (one.cost - rival.cost), "bic": rival.bic(allowed) - best.bic(allowed)}
+    if len(rival.fitted.prepared.record) == len(one.scored.fitted.prepared.record) and rival.cost < _PREDICTED * best.cost:
+        found["held_out"] = before - held_out(rival.fitted, allowed).chi2
+    return found
 
 
 def detail(candidate: Candidate) -> str:
@@ -133,12 +126,12 @@ def detail(candidate: Candidate) -> str:
     return ", ".join([text for text in (effect.channel, effect.record) if text] + own)
 
 
-def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...], samples: int) -> tuple[Asserted, ...]:
+def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...], allowed: Tolerance) -> tuple[Asserted, ...]:
     """The effects of the final model, by probability."""
     found = [
         Asserted(
             effect=effect,
-            probability=probability(search.rounds, effect.name, samples),
+            probability=probability(search.rounds, effect.name, allowed),
             parameters=of_effect(effect, shared, fitted),
         )
         for effect in fitted.model.effects

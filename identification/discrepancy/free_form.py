@@ -6,18 +6,19 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from identification.adequacy import OVERALL, chi2_limit
+from identification.discrepancy.errors import errors
 from identification.discrepancy.free_form_formula import common_phase, formula
 from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, reading_groups, select
 from identification.discrepancy.linearised import linearised
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Projector, projector
-from identification.discrepancy.search import Scored, fit_tolerantly
+from identification.discrepancy.search import Scored, adequate
 from identification.discrepancy.signature import Course, courses
+from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.fit import free_unknowns, integrator_for
 from identification.prepare import Prepared
-from identification.uncertainty import Uncertainty, uncertainty
+from identification.uncertainty import Uncertainty
 from vibrojax.effects.free_form import LINES, MOST_TERMS, FreeForm, factors
 from vibrojax.errors import NoConvergenceError
 
@@ -70,7 +71,7 @@ def learn(
         progress: told each stage.
     """
     fitted, effect = scored.fitted, None
-    first = float(allowed.cost(fitted.outcome.equations.cost).sum())
+    first = allowed.total(fitted.outcome.equations.cost)
     look = (_projector(scored.fitted, scored.at, allowed), scored.courses)
     for _ in range(_ROUNDS):
         progress("learning a free-form term" if effect is None else f"looking for more beside {effect.equation}")
@@ -82,38 +83,23 @@ def learn(
             new = None if new is None else _significant(new, allowed)
         except NoConvergenceError:
             break
-        if new is None or _cost(fitted, allowed) - _cost(new, allowed) < _LEAST_GAIN:
+        if new is None or allowed.total(fitted.outcome.equations.cost) - allowed.total(new.outcome.equations.cost) < _LEAST_GAIN:
             break
         fitted, effect = new, _effect(new)
-        if _adequate(fitted) or time.monotonic() > deadline or len(effect.terms) >= most_terms:
+        if adequate(fitted, allowed) or time.monotonic() > deadline or len(effect.terms) >= most_terms:
             break
         at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
         look = (_projector(fitted, at, allowed), courses(fitted.prepared, at, fitted.outcome.estimate))
     if effect is None:
         return None
-    noise = 0.5 * float(allowed.samples.sum())
-    explained = float(np.clip((first - _cost(fitted, allowed)) / max(first - noise, 1e-300), 0.0, 1.0))
+    noise = allowed.noise
+    explained = float(np.clip((first - allowed.total(fitted.outcome.equations.cost)) / max(first - noise, 1e-300), 0.0, 1.0))
     return _told(fitted, allowed, explained) if explained > _TRIFLE else None
 
 
 def _projector(fitted: Fitted, at, allowed: Tolerance) -> Projector:
     weights = allowed.weights(fitted.outcome.equations.cost) * at.finite
     return projector(fitted.prepared, at, fitted.outcome.estimate, free_unknowns(fitted.prepared), weights)
-
-
-def _cost(fitted: Fitted, allowed: Tolerance) -> float:
-    return float(allowed.cost(fitted.outcome.equations.cost).sum())
-
-
-def _adequate(fitted: Fitted) -> bool:
-    """Whether nothing but noise is left."""
-    degrees = _degrees(fitted)
-    return fitted.chi2 / degrees <= chi2_limit(degrees, OVERALL)
-
-
-def _degrees(fitted: Fitted) -> int:
-    samples = sum(int((group.weight > 0).sum()) for group in fitted.prepared.groups)
-    return max(samples - fitted.unknowns - fitted.prepared.layout.states * len(fitted.prepared.record), 1)
 
 
 def _effect(fitted: Fitted) -> FreeForm:
@@ -179,7 +165,7 @@ def _restated(fitted: Fitted, model, phases: Mapping[str, np.ndarray]) -> Prepar
 def _significant(fitted: Fitted, allowed: Tolerance) -> Fitted | None:
     """Without the terms whose coefficients are not clear of zero, everything fitted again; None if none is left."""
     while True:
-        effect, stderr = _effect(fitted), _stderr(fitted, _spread(fitted, allowed))
+        effect, stderr = _effect(fitted), _stderr(fitted, errors(fitted, allowed))
         kept = [k for k in range(1, len(effect.terms) + 1) if abs(float(getattr(effect, f"c{k}"))) >= _SIGNIFICANT * stderr[f"c{k}"]]
         if len(kept) == len(effect.terms):
             return fitted
@@ -200,15 +186,6 @@ def _only(effect: FreeForm, kept: list[int]) -> FreeForm:
     return FreeForm(terms=terms, of_channel=effect.of_channel, scales=scales, **values)
 
 
-def _spread(fitted: Fitted, allowed: Tolerance) -> Uncertainty:
-    """Errors of everything, windows counting as the fit let them."""
-    degrees = _degrees(fitted)
-    equations = allowed.evaluator(lambda estimate: fitted.outcome.equations)(fitted.outcome.estimate)
-    reduced_chi2 = 2.0 * float(equations.cost.sum()) / degrees
-    limit = chi2_limit(degrees, OVERALL)
-    return uncertainty(equations, fitted.outcome.estimate, free_unknowns(fitted.prepared), reduced_chi2, adequate_below=limit)
-
-
 def _stderr(fitted: Fitted, spread: Uncertainty) -> dict[str, float]:
     """Standard error of every shared number of the term, SI; infinite where the records do not determine it."""
     found, effect = {}, _effect(fitted)
@@ -223,9 +200,9 @@ def _stderr(fitted: Fitted, spread: Uncertainty) -> dict[str, float]:
 
 def _told(fitted: Fitted, allowed: Tolerance, explained: float) -> Learned:
     """With the formula, and the phases that all records share."""
-    effect, spread, layout = _effect(fitted), _spread(fitted, allowed), fitted.prepared.layout
+    effect, spread, layout = _effect(fitted), errors(fitted, allowed), fitted.prepared.layout
     stderr, nuisances = _stderr(fitted, spread), fitted.outcome.estimate.nuisances
-    errors = spread.stderr[layout.shared :].reshape(nuisances.shape)
+    of_nuisances = spread.stderr[layout.shared :].reshape(nuisances.shape)
     signs = {base: np.sign(float(getattr(effect, f"c{k}"))) for k, term in enumerate(effect.terms, start=1) for base, _ in factors(term)}
     phases = {}
     for index, name in enumerate(layout.nuisances):
@@ -233,7 +210,7 @@ def _told(fitted: Fitted, allowed: Tolerance, explained: float) -> Learned:
         if name == field or not field.startswith("p"):
             continue
         turn = np.pi if signs[f"sine_{field[1:]}"] < 0 else 0.0
-        common = common_phase(nuisances[:, index] + turn, errors[:, index])
+        common = common_phase(nuisances[:, index] + turn, of_nuisances[:, index])
         if common is not None:
             phases[field] = common
             effect = dataclasses.replace(effect, **{field: (common[0] - turn) % (2.0 * np.pi)})

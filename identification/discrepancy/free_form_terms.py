@@ -202,7 +202,7 @@ def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, fr
 
 def _gains(by: Projector, line: Group) -> tuple[float, float]:
     """Drop of chi-square by a line: with an amplitude for each record, and with one for all."""
-    total, matrix, _ = information(by, line.columns)
+    total, matrix = information(by, line.columns)
     factors = -covariance(matrix) @ total
     sine, cosine = factors.reshape(2, -1)
     shared = common_amplitude(line, factors) * np.concatenate([np.cos(np.arctan2(cosine, sine)), np.sin(np.arctan2(cosine, sine))])
@@ -243,7 +243,7 @@ def select(
     which shapes not.
     """
     columns = [column for group in groups for column in group.columns]
-    total, matrix, _ = information(by, columns)
+    total, matrix = information(by, columns)
     begin = np.cumsum([0, *(len(group.columns) for group in groups)])
     index = [np.arange(a, b) for a, b in itertools.pairwise(begin)]
     raw = np.array([np.sum(column.column**2) for column in columns])

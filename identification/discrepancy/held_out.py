@@ -7,7 +7,8 @@ import numpy as np
 
 from identification.block_arrow import Equations, reduce, solve
 from identification.discrepancy.refit import Fitted, windows_of
-from identification.fit import CHUNK, as_arrays, evaluator, free_unknowns, integrator_for, on_device
+from identification.discrepancy.robust import Tolerance
+from identification.fit import CHUNK, as_arrays, bounds, evaluator, free_unknowns, integrator_for, on_device
 from identification.lanes import chunked
 from identification.levenberg_marquardt import settle
 from identification.residual import residuals
@@ -26,30 +27,31 @@ class HeldOut:
     Attributes:
         nrmse: rms error beyond the noise over the standard deviation of the record, root of the mean square over channels and records;
             not below what so many samples can tell from noise.
-        chi2: sum of squared residuals over the noise variance of all windows, each predicted by the fit to the others.
+        chi2: tolerant chi-square of all windows, each predicted by the fit to the others.
     """
 
     nrmse: float
     chi2: float
 
 
-def held_out(fitted: Fitted) -> HeldOut:
+def held_out(fitted: Fitted, allowed: Tolerance) -> HeldOut:
     """Every fourth window is predicted by the fit to the other three, in turn; a window's initial state is its own.
 
-    What the fit would be without a fold follows by one Gauss-Newton step from the whole fit, which lies close by.
+    What the fit would be without a fold follows by one Gauss-Newton step of its tolerant cost from the whole fit, which lies close by.
     """
-    prepared, estimate, equations = fitted.prepared, fitted.outcome.estimate, fitted.outcome.equations
+    prepared, estimate = fitted.prepared, fitted.outcome.estimate
+    equations, (low, high) = allowed.evaluator(lambda _: fitted.outcome.equations)(estimate), bounds(prepared)
     fold = np.arange(len(prepared.record)) % FOLDS
     states, shared, nuisances = estimate.states.copy(), [], []
     chi2 = 0.0
     for left_out in range(FOLDS):
         kept = _without(equations, fold == left_out)
         step, step_nuisances, _ = solve(reduce(kept, estimate, free_unknowns(prepared), 1e-9), kept, estimate)
-        at = dataclasses.replace(estimate, shared=estimate.shared + step, nuisances=estimate.nuisances + step_nuisances)
+        at = dataclasses.replace(estimate, shared=np.clip(estimate.shared + step, low, high), nuisances=estimate.nuisances + step_nuisances)
         mine = np.flatnonzero(fold == left_out)
         alone = evaluator(windows_of(prepared, mine), integrator_for(prepared))
         settled, cost = settle(alone, dataclasses.replace(at, states=at.states[mine]), iterations=2)
-        chi2 += 2.0 * float(cost.sum())
+        chi2 += 2.0 * dataclasses.replace(allowed, samples=allowed.samples[mine]).total(cost)
         states[mine] = settled.states
         shared.append(at.shared)
         nuisances.append(at.nuisances)

@@ -15,7 +15,7 @@ from identification.lanes import chunked
 from identification.layout import Estimate, Layout
 from identification.prepare import Prepared
 from identification.residual import lane_system, predict
-from identification.windows import Windows
+from identification.windows import FITTED_CHANNELS, Windows
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
 
@@ -39,7 +39,7 @@ class Linearised:
         fundamental: derivative of (u, u') in the window's initial (u, u'); (windows, time, 2, 2).
         stiffness, damping: derivative of the push in u and u', N/m and N s/m; (windows, time).
         restoring: derivative of the acceleration in u and u'; (windows, time, 2).
-        finite: windows that could be integrated.
+        finite: windows that could be integrated; all else is zero in the others.
     """
 
     record: np.ndarray
@@ -81,33 +81,52 @@ class Linearised:
 def linearised(prepared: Prepared, integrator: Landing, estimate: Estimate) -> Linearised:
     """Integrate every window with a tangent for each number of its vector."""
     model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
-    if len(prepared.groups) != 1:
-        raise ValueError("windows of several kinds of excitation cannot be linearised together yet")
-    group, chunks = prepared.groups[0], chunked(prepared.groups, CHUNK)
+    groups, chunks = prepared.groups, chunked(prepared.groups, CHUNK)
+    seen = tuple(name for name in FITTED_CHANNELS if any(name in group.channels for group in groups))
 
     def part(chunk: tuple[np.ndarray, Windows]):
         lanes, windows = chunk
-        return lanes, jax.tree.map(np.asarray, _tangents(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes])))
+        found = _tangents(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes]))
+        found = {name: np.asarray(array) for name, array in found.items()}
+        spread = {name: _among(found[name], windows.channels, seen) for name in ("residual", "jacobian")}
+        return lanes, found | spread
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         found = list(threads.map(part, chunks))
-    whole = {name: np.empty((len(prepared.record), *found[0][1][name].shape[1:]), found[0][1][name].dtype) for name in found[0][1]}
+    whole = {name: np.empty((len(prepared.record), *array.shape[1:]), array.dtype) for name, array in found[0][1].items()}
     for lanes, values in found:
         for name, array in values.items():
             whole[name][lanes] = array
-    for name in ("residual", "jacobian", "fundamental", "stiffness", "damping", "restoring"):
-        whole[name] = np.nan_to_num(whole[name], posinf=0.0, neginf=0.0)
-    longest = int(group.lengths.max())
-    cropped = {name: array[:, :, :longest] if name == "jacobian" else array[:, :longest] for name, array in whole.items() if array.ndim > 1}
+    finite = whole.pop("finite")
+    whole = {name: array if array.dtype == bool else _only_finite(array, finite) for name, array in whole.items()}
+    lengths = np.concatenate([group.lengths for group in groups])
+    longest = int(lengths.max())
     return Linearised(
         record=prepared.record,
-        first=group.first,
-        lengths=group.lengths,
-        ts=group.ts[:, :longest],
-        weight=group.weight[:, :longest],
-        channels=group.channels,
-        **(whole | cropped),
+        first=np.concatenate([group.first for group in groups]),
+        lengths=lengths,
+        ts=np.concatenate([group.ts for group in groups])[:, :longest],
+        weight=np.concatenate([_among(group.weight, group.channels, seen) for group in groups])[:, :longest],
+        channels=seen,
+        finite=finite,
+        **{name: array[:, :, :longest] if name == "jacobian" else array[:, :longest] for name, array in whole.items()},
     )
+
+
+def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...]) -> np.ndarray:
+    """Values of some channels, the last axis, among all that were seen; zero for the others."""
+    if channels == seen:
+        return values
+    found = np.zeros((*values.shape[:-1], len(seen)), values.dtype)
+    found[..., [seen.index(name) for name in channels]] = values
+    return found
+
+
+def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
+    """Zero where a window could not be integrated, and where a derivative overflowed."""
+    values = np.nan_to_num(values, posinf=0.0, neginf=0.0)
+    values[~finite] = 0.0
+    return values
 
 
 @eqx.filter_jit

@@ -9,7 +9,6 @@ from identification.discrepancy.diagnosis import Location, Profile
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.location_words import Line, sentence
 from identification.discrepancy.missing_force import missing_force, window_weights
-from identification.discrepancy.signature import Course
 from identification.layout import Estimate
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
@@ -41,7 +40,6 @@ def locate(
     prepared: Prepared,
     estimate: Estimate,
     at: Linearised,
-    courses: tuple[Course, ...],
     *,
     named: AbstractEffect | None = None,
 ) -> Location:
@@ -57,7 +55,6 @@ def locate(
         prepared: windows of the nominal model.
         estimate: its fit.
         at: its motion and derivatives there.
-        courses: its motion along the records; not needed at present.
         named: effect that the verdict asserts, if any: it says in which record and from which instant on it acts.
     """
     mass = float(prepared.layout.physical(estimate.shared).get("m", prepared.experiment.mass))

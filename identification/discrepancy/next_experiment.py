@@ -3,36 +3,49 @@
 import dataclasses
 from collections.abc import Iterator
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
 
-from identification.discrepancy.diagnosis import Asserted
+from identification.discrepancy.errors import errors
 from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import Search
 from identification.experiment import Record
-from identification.simulate import simulate_record
+from identification.fit import as_arrays, integrator_for
+from identification.lanes import lane
+from identification.layout import NUISANCES, STATES
+from identification.residual import predict
+from identification.windows import Windows
 from vibrojax.effects import EFFECTS
-from vibrojax.errors import NoConvergenceError
+from vibrojax.integrate import Landing
 
 _SECONDS = 1.0
 """Longer motions with impacts diverge by themselves, and part nothing."""
 _SAMPLING_HZ = 2000.0
 _FAR = 50.0
 """Sigma by which causes are told apart beyond doubt; more is not worth asking for."""
+_UNSURE = {"base_amplitude": 1e-3, "base_phase": 1.0, "gap_error": 1e-3, "initial_displacement": 1e-3, "initial_velocity": 0.1}
+"""How little is known of a record that has not been taken, SI: these numbers will be estimated from it."""
+_STEP = 1e-3
+"""Of that, for differences."""
 
 
-def next_experiment(found: Search, effects: tuple[Asserted, ...], ambiguous: tuple[str, ...]) -> str:
+def next_experiment(found: Search, ambiguous: tuple[str, ...], allowed: Tolerance) -> str:
     """One sentence; empty where nothing is in doubt.
 
     Both models, each fitted to the present records, are run along records that have not been taken: other heights of release, drives
-    faster, slower and stronger, other gaps. The one whose displacement differs most, in the noise of its sensor, is advised.
+    slower, faster and stronger. What of their difference d the first model cannot take up by moving its parameters within their errors
+    (and the new record's own unknowns freely) is d' (I + J C J')^-1 d in units of the noise, with J its Jacobian and C what is known.
     """
     pair = _doubt(found, ambiguous)
     if pair is None:
         return ""
     first, second = pair
-    best = max(((_sigma(first, second, record), words) for record, words in _trials(first)), default=(0.0, ""))
+    best = max(((_sigma(first, second, record, allowed), words) for record, words in _trials(first)), default=(0.0, ""))
     if best[0] < 1.0:
-        return f"No simple further record would part {first.names[-1]} and {second.names[-1]}."
+        return f"No simple further record would part {_words(first)} and {_words(second)}."
     parted = f"by more than {_FAR:.0f} sigma" if best[0] > _FAR else f"by {best[0]:.0f} sigma"
     return f"A {best[1]} would part {_words(first)} and {_words(second)} {parted}."
 
@@ -54,10 +67,9 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
     """Records that one might take, in words."""
     time = np.arange(0.0, _SECONDS, 1.0 / _SAMPLING_HZ)
     f_n = float(fitted.model.values().get("f_n", 0.0))
-    amplitudes = fitted.outcome.estimate.nuisances[:, 0]
-    amplitude = float(np.abs(amplitudes).max(initial=0.0))
+    amplitude = float(np.abs(fitted.outcome.estimate.nuisances[:, 0]).max(initial=0.0))
     lowest = min((float(motion.u.min()) for motion in fitted.prepared.motions if motion is not None), default=-1e-3)
-    still = Record(file="trial", kind="drop-test", gap=0.0, time=time, initial_displacement=0.0, initial_velocity=0.0)
+    still = Record(file="trial", kind="drop-test", gap=0.0, time=time, initial_displacement=0.0, initial_velocity=0.0, base_amplitude=0.0)
     for factor in (0.5, 2.0):
         height = factor * lowest
         yield dataclasses.replace(still, initial_displacement=height), f"drop from {-1e3 * height:.1f} mm"
@@ -73,17 +85,67 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
                     gap=2.0 * amplitude,
                     excitation_frequency=ratio * f_n,
                     base_amplitude=drive,
-                    base_phase=0.0,
                     initial_velocity=-drive * 2.0 * np.pi * ratio * f_n,
                 )
                 yield record, f"drive of {1e3 * drive:.1f} mm at {ratio * f_n:.2f} Hz with a gap of {2e3 * amplitude:.1f} mm"
 
 
-def _sigma(first: Fitted, second: Fitted, record: Record) -> float:
-    """Distance of the two predictions of the hammer's displacement, in standard deviations of its noise per sample."""
-    noise = [r.noise["hammer_displacement"] for r in first.prepared.experiment.records if "hammer_displacement" in r.noise]
-    try:
-        one, other = (simulate_record(fitted.model, record)["hammer_displacement"] for fitted in (first, second))
-    except NoConvergenceError:
+def _sigma(first: Fitted, second: Fitted, record: Record, allowed: Tolerance) -> float:
+    """What of the difference of two predictions the first model cannot take up, in standard deviations of the noise."""
+    center, directions = _vector(first, record), _known(first, allowed)
+    with np.errstate(over="ignore", invalid="ignore"):
+        one = _shown(first, record, np.concatenate([center[None], center + _STEP * directions, center - _STEP * directions]))
+        (other,) = _shown(second, record, _vector(second, record)[None])
+    count = len(directions)
+    difference, jacobian = other - one[0], (one[1 : 1 + count] - one[1 + count :]) / (2.0 * _STEP)
+    if not (np.all(np.isfinite(difference)) and np.all(np.isfinite(jacobian))):
         return 0.0
-    return float(np.sqrt(np.mean((one - other) ** 2)) / (noise[0] if noise else 1e-5))
+    onto = jacobian @ difference
+    taken_up = onto @ np.linalg.solve(np.eye(count) + jacobian @ jacobian.T, onto)
+    return float(np.sqrt(max(difference @ difference - taken_up, 0.0)))
+
+
+def _vector(fitted: Fitted, record: Record) -> np.ndarray:
+    """The window's vector of a record that has not been taken."""
+    layout, estimate = fitted.prepared.layout, fitted.outcome.estimate
+    own = np.zeros(len(layout.record_parameters))
+    nuisances = np.concatenate([[record.base_amplitude or 0.0, 0.0, 0.0], own])
+    begin = np.zeros(layout.states)
+    begin[: len(STATES)] = record.initial_displacement or 0.0, record.initial_velocity or 0.0
+    return np.concatenate([estimate.shared, nuisances, begin])
+
+
+def _known(fitted: Fitted, allowed: Tolerance) -> np.ndarray:
+    """(directions, size): what the first model may move by, one standard deviation each, independent of one another."""
+    layout = fitted.prepared.layout
+    covariance = errors(fitted, allowed).covariance[: layout.shared, : layout.shared]
+    values, vectors = np.linalg.eigh(covariance)
+    moves = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    shared = np.concatenate([moves, np.zeros((len(moves), layout.size - layout.shared))], axis=1)
+    names = (*NUISANCES, *STATES)
+    places = [*range(layout.shared, layout.shared + len(NUISANCES)), *range(layout.size - layout.states, layout.size)][: len(names)]
+    own = np.zeros((len(names), layout.size))
+    own[np.arange(len(names)), places] = [_UNSURE[name] for name in names]
+    return np.concatenate([shared, own])
+
+
+def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
+    """(vectors, time * channels): the recorded channels over their noise, from several vectors."""
+    experiment, coarse = fitted.prepared.experiment, integrator_for(fitted.prepared)
+    noise = {name: value for one in experiment.records for name, value in one.noise.items()}
+    samples = len(record.time)
+    window = lane(0, record, 0, samples, samples, None)
+    windows = jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf), (len(local), *np.shape(leaf))), window)
+    steps = 4 * (_SECONDS / float(coarse.flight_step) + 20 * float(coarse.contact_steps))
+    integrator = dataclasses.replace(coarse, most_steps=512 * int(np.ceil(steps / 512)))
+    found = np.asarray(_predicted(as_arrays(fitted.prepared.model), fitted.prepared.layout, integrator, windows, jnp.asarray(local)))
+    columns = [index for index, name in enumerate(windows.channels) if name in noise]
+    scale = np.array([noise[windows.channels[index]] for index in columns])
+    return (found[:, :, columns] / scale).reshape(len(local), -1)
+
+
+@eqx.filter_jit
+def _predicted(model, layout, integrator: Landing, windows: Windows, local):
+    """Compiled `predict`, without the motion; not a number where the integration failed."""
+    shown, trajectory = predict(model, layout, integrator, windows, local)
+    return jnp.where((trajectory.result == 0)[:, None, None], shown, jnp.nan)

@@ -6,16 +6,24 @@ import numpy as np
 
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import LEAST_GAIN, fit_tolerantly
+from identification.discrepancy.search import whole_cost
+from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.layout import NUISANCES, STATES
+from vibrojax.errors import NoConvergenceError
+
+_NEEDED = 12.0
+"""Rise of the cost (half chi-square) from which an effect is needed."""
 
 
 def pruned(fitted: Fitted, allowed: Tolerance) -> Fitted:
     """The model without those of its effects whose removal costs next to nothing."""
     for effect in fitted.prepared.model.effects[:-1]:
-        cost = float(allowed.cost(fitted.outcome.equations.cost).sum())
-        without = fit_tolerantly(without_effect(fitted, effect.name).prepared, allowed, give_up_above=1.5 * cost + 1000.0)
-        if without is not None and float(allowed.cost(without.outcome.equations.cost).sum()) < cost + LEAST_GAIN:
+        cost = whole_cost(fitted, allowed)
+        try:
+            without = fit_tolerantly(without_effect(fitted, effect.name).prepared, allowed, give_up_above=1.5 * cost + 1000.0)
+        except NoConvergenceError:
+            continue
+        if without is not None and whole_cost(without, allowed) < cost + _NEEDED:
             fitted = without
     return fitted
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.signature import Course, own_states
-from identification.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.fit import free_unknowns
 from identification.layout import Estimate, Layout, layout_of
-from identification.levenberg_marquardt import LevenbergMarquardt, Outcome
+from identification.levenberg_marquardt import Outcome
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import MASS, Model
@@ -42,19 +42,6 @@ class Fitted:
         """Count of estimated numbers that are not states of windows."""
         active = free_unknowns(self.prepared)
         return int(active.shared.sum() + active.nuisances.sum())
-
-
-def refit(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], method: LevenbergMarquardt | None = None) -> Fitted:
-    """The model with one more effect, everything estimated together from where the score test points."""
-    start = extended(fitted, candidate, courses)
-    return fit_all(start, method)
-
-
-def fit_all(prepared: Prepared, method: LevenbergMarquardt | None = None) -> Fitted:
-    """Everything estimated together from `prepared.start`."""
-    evaluate = evaluator(prepared, integrator_for(prepared))
-    outcome = (method or LevenbergMarquardt())(evaluate, prepared.start, free_unknowns(prepared), bounds(prepared))
-    return Fitted(prepared=prepared, outcome=outcome)
 
 
 def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Prepared:
@@ -93,7 +80,8 @@ def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect,
     if own:
         factors = candidate.factors.reshape(len(candidate.members), -1)
         values = [sum(f * float(getattr(m, p.field)) for f, m in zip(factors, candidate.members, strict=True)) for p in own]
-        return candidate.members[0], np.stack([np.broadcast_to(v, records) / p.scale for v, p in zip(values, own, strict=True)], axis=1)
+        blank = dataclasses.replace(candidate.members[0], **{p.field: 0.0 for p in own})
+        return blank, np.stack([np.broadcast_to(v, records) / p.scale for v, p in zip(values, own, strict=True)], axis=1)
     effect, *others = [m.scaled(float(factor)) for m, factor in zip(candidate.members, candidate.factors, strict=True)]
     for other in others:
         effect = effect.merged(other)

@@ -21,6 +21,8 @@ _LEAST_CUT = 4.0
 _ORDERLY = 0.3
 """Share of the windows that is trusted to be explained about as well as any."""
 _ROUNDS = 3
+_LOST = 40.0
+"""Of a window that could not be integrated, rho over the cut."""
 _EVERY = 4
 """Every so manieth window tells the starts apart."""
 
@@ -42,10 +44,20 @@ class Tolerance:
         return np.where(np.isfinite(cost), np.minimum(1.0, self.cut / np.maximum(x, 1e-300)), 0.0)
 
     def cost(self, cost: np.ndarray) -> np.ndarray:
-        """Half n rho for every window."""
-        x = 2.0 * cost / np.maximum(self.samples, 1)
+        """Half n rho for every window; a window that could not be integrated counts as one that is e^39 cuts away."""
+        finite = np.isfinite(cost)
+        x = 2.0 * np.where(finite, cost, 0.0) / np.maximum(self.samples, 1)
         far = self.cut * (1.0 + np.log(np.maximum(x, self.cut) / self.cut))
-        return np.where(np.isfinite(cost), 0.5 * self.samples * np.where(x > self.cut, far, x), np.inf)
+        return 0.5 * self.samples * np.where(finite, np.where(x > self.cut, far, x), _LOST * self.cut)
+
+    def total(self, cost: np.ndarray) -> float:
+        """Of all windows."""
+        return float(self.cost(cost).sum())
+
+    @property
+    def noise(self) -> float:
+        """What noise alone would cost."""
+        return 0.5 * float(self.samples.sum())
 
     def evaluator(self, evaluate: Callable[[Estimate], Equations]) -> Callable[[Estimate], Equations]:
         """Normal equations of the tolerant cost; windows that cannot be integrated are left out."""
@@ -56,15 +68,12 @@ class Tolerance:
             return Equations(
                 hessian=np.nan_to_num(found.hessian) * weight[:, None, None],
                 gradient=np.nan_to_num(found.gradient) * weight[:, None],
-                cost=np.where(np.isfinite(found.cost), self.cost(found.cost), self._lost()),
+                cost=self.cost(found.cost),
                 record=found.record,
                 onward=found.onward,
             )
 
         return tolerant
-
-    def _lost(self) -> np.ndarray:
-        return 0.5 * self.samples * self.cut * 40.0
 
 
 def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:

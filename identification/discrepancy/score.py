@@ -7,10 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from identification.block_arrow import GAP_PRIOR_STD, covariance
+from identification import block_arrow
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.response import response
 from identification.discrepancy.signature import Course, signatures
+from identification.fit import with_prior
 from identification.layout import Active, Estimate
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
@@ -28,14 +29,12 @@ class Candidate:
         factors: strength over probing strength, by member (and record, for what each record has of its own).
         gain: expected drop of chi-square.
         degrees: count of estimated strengths.
-        scatter: the gain divided by what the scatter between windows allows for; about `gain` where nothing else is missing.
     """
 
     members: tuple[AbstractEffect, ...]
     factors: np.ndarray
     gain: float
     degrees: int
-    scatter: float
 
     @property
     def name(self) -> str:
@@ -48,56 +47,52 @@ class Projector:
     """What the fit already explains, taken out of residual and columns."""
 
     at: Linearised
-    inverse: np.ndarray
-    coupling: np.ndarray
-    state_gradient: np.ndarray
-    hessian_inverse: np.ndarray
-    gradient: np.ndarray
-    active: np.ndarray
-    columns: np.ndarray
-    """(windows, unknowns of a window): where each stands among all."""
     weights: np.ndarray
     """(windows,) share that each window counts with."""
+    state_gradient: np.ndarray
+    """(windows, states): of the fit's own cost."""
+    normal: block_arrow.Reduced
+    """Normal equations of everything that the fit estimates, window states eliminated."""
+    hessian_inverse: np.ndarray
+    """Of these; zero for what is not estimated."""
+    columns: np.ndarray
+    """(windows, unknowns of a window): where each stands among all."""
+
+    @property
+    def inverse(self) -> np.ndarray:
+        """(windows, states, states) of the windows' own blocks."""
+        return self.normal.eliminated[0]
+
+    @property
+    def coupling(self) -> np.ndarray:
+        """(windows, states, unknowns of a window)."""
+        return self.normal.eliminated[1]
 
 
 def projector(prepared: Prepared, at: Linearised, estimate: Estimate, active: Active, weights: np.ndarray) -> Projector:
-    """Normal equations of everything that the fit estimates, window states eliminated."""
-    root = np.sqrt(weights)[:, None, None, None]
-    jacobian = (at.jacobian * root).reshape(len(weights), at.jacobian.shape[1], -1)
-    residual = (at.residual * root[:, 0]).reshape(len(weights), -1)
-    layout = prepared.layout
-    hessian, gradient = jacobian @ jacobian.transpose(0, 2, 1), np.einsum("lis,ls->li", jacobian, residual)
-    count = layout.size - layout.states
-    for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
-        hessian[:, column, column] += layout.own_states[index].scale ** -2
-    inverse = np.stack([covariance(block) for block in hessian[:, count:, count:]])
-    coupling = hessian[:, count:, :count]
-    state_gradient = gradient[:, count:]
-    local = hessian[:, :count, :count] - coupling.transpose(0, 2, 1) @ inverse @ coupling
-    slope = gradient[:, :count] - np.einsum("lsi,lst,lt->li", coupling, inverse, state_gradient)
-    shared, width, records = layout.shared, len(layout.nuisances), len(estimate.nuisances)
-    size = shared + width * records
-    own = shared + width * at.record[:, None] + np.arange(width)
-    columns = np.concatenate([np.broadcast_to(np.arange(shared), (len(own), shared)), own], axis=1)
-    total, right = np.zeros((size, size)), np.zeros(size)
-    np.add.at(total, (columns[:, :, None], columns[:, None, :]), local)
-    np.add.at(right, columns, slope)
-    gaps = shared + width * np.arange(records) + 2
-    total[gaps, gaps] += GAP_PRIOR_STD**-2
-    right[gaps] += estimate.nuisances[:, 2] * GAP_PRIOR_STD**-2
-    flags = np.concatenate([active.shared, active.nuisances.ravel()])
-    full = np.zeros_like(total)
-    full[np.ix_(flags, flags)] = covariance(total[np.ix_(flags, flags)])
+    """Normal equations of everything that the fit estimates, as the fit itself has them."""
+    layout, lanes = prepared.layout, len(weights)
+    jacobian, residual = at.jacobian.reshape(lanes, layout.size, -1), at.residual.reshape(lanes, -1)
+    unweighted = block_arrow.Equations(
+        hessian=jacobian @ jacobian.transpose(0, 2, 1),
+        gradient=np.einsum("lis,ls->li", jacobian, residual),
+        cost=0.5 * np.sum(residual**2, axis=1),
+        record=at.record,
+        onward=estimate.states,
+    )
+    found = with_prior(unweighted, layout, estimate)
+    found = dataclasses.replace(found, hessian=found.hessian * weights[:, None, None], gradient=found.gradient * weights[:, None])
+    normal = block_arrow.reduce(found, estimate, active, 0.0)
+    part = normal.active
+    inverse = np.zeros_like(normal.hessian)
+    inverse[np.ix_(part, part)] = block_arrow.covariance(normal.hessian[np.ix_(part, part)])
     return Projector(
         at=at,
-        inverse=inverse,
-        coupling=coupling,
-        state_gradient=state_gradient,
-        hessian_inverse=full,
-        gradient=right,
-        active=flags,
-        columns=columns,
         weights=weights,
+        state_gradient=found.gradient[:, layout.size - layout.states :],
+        normal=normal,
+        hessian_inverse=inverse,
+        columns=block_arrow.columns(estimate, at.record),
     )
 
 
@@ -130,28 +125,17 @@ def reduced(by: Projector, column: np.ndarray) -> Reduced:
     return Reduced(scores=scores, cross=cross, column=flat, on_states=on_states)
 
 
-def information(by: Projector, columns: Sequence[Reduced]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Score (m,), information (m, m) and the windows' scores (m, windows) of some columns, orthogonal to the fit."""
-    size = len(by.gradient)
-    coupling = np.zeros((len(columns), size))
+def information(by: Projector, columns: Sequence[Reduced]) -> tuple[np.ndarray, np.ndarray]:
+    """Score (m,) and information (m, m) of some columns, orthogonal to the fit."""
+    coupling = np.zeros((len(columns), len(by.normal.gradient)))
     for row, one in zip(coupling, columns, strict=True):
         np.add.at(row, by.columns, one.cross)
     onto = coupling @ by.hessian_inverse
-    scores = np.stack([one.scores for one in columns]) - np.einsum("mlc,lc->ml", onto[:, by.columns], _window_slopes(by))
+    scores = np.stack([one.scores for one in columns]).sum(axis=1) - onto @ by.normal.gradient
     matrix = np.array(
         [[np.sum(a.column * b.column) - np.einsum("ls,lst,lt->", a.on_states, by.inverse, b.on_states) for b in columns] for a in columns]
     )
-    return scores.sum(axis=1), matrix - onto @ coupling.T, scores
-
-
-def _window_slopes(by: Projector) -> np.ndarray:
-    """(windows, unknowns of a window): each window's part of the fit's own gradient."""
-    root = by.weights[:, None]
-    lanes = len(root)
-    jacobian = by.at.jacobian.reshape(lanes, by.at.jacobian.shape[1], -1)
-    gradient = np.einsum("lis,ls->li", jacobian, by.at.residual.reshape(lanes, -1)) * root
-    count = jacobian.shape[1] - by.inverse.shape[1]
-    return gradient[:, :count] - np.einsum("lsi,lst,lt->li", by.coupling, by.inverse, by.state_gradient)
+    return scores, matrix - onto @ coupling.T
 
 
 def score(
@@ -178,19 +162,17 @@ def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list
     if per_record:
         records = np.unique(by.at.record)
         columns = [_only(column, by.at.record == record) for column in columns for record in records]
-    total, matrix, windows = information(by, columns)
+    total, matrix = information(by, columns)
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     fine = scale > 0
     if not fine.any():
-        return Candidate(members=members, factors=np.zeros(len(total)), gain=0.0, degrees=len(total), scatter=0.0)
-    inverse = covariance(matrix)
+        return Candidate(members=members, factors=np.zeros(len(total)), gain=0.0, degrees=len(total))
+    inverse = block_arrow.covariance(matrix)
     factors = -inverse @ total
     gain = float(total @ inverse @ total)
     if len(total) == 1 and members[0].one_signed and factors[0] < 0:
         gain, factors = 0.0, np.zeros(1)
-    spread = windows @ windows.T
-    scatter = float(total @ np.linalg.pinv(spread, hermitian=True) @ total) if gain > 0 else 0.0
-    return Candidate(members=members, factors=factors, gain=gain, degrees=int(fine.sum()), scatter=scatter)
+    return Candidate(members=members, factors=factors, gain=gain, degrees=int(fine.sum()))
 
 
 def _only(column: Reduced, chosen: np.ndarray) -> Reduced:

@@ -8,18 +8,16 @@ from typing import Any
 import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
-from identification.block_arrow import Equations
-from identification.discrepancy.evidence import significant
+from identification.discrepancy.continuity import continuity_cost
+from identification.discrepancy.evidence import FALSE_ALARM, chance, significant, trials
 from identification.discrepancy.facts import facts
 from identification.discrepancy.linearised import Linearised, linearised
 from identification.discrepancy.refit import Fitted, extended, windows_of
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate, projector, score
 from identification.discrepancy.signature import Course, courses
-from identification.fit import bounds, evaluator, free_unknowns, integrator_for
-from identification.lanes import initial_states
-from identification.layout import Estimate
-from identification.levenberg_marquardt import LevenbergMarquardt, settle
+from identification.discrepancy.tolerant_fit import fit_tolerantly
+from identification.fit import free_unknowns, integrator_for
 from identification.prepare import Prepared
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.errors import NoConvergenceError
@@ -39,6 +37,12 @@ _NOISE = 1.05
 """Cost over that of pure noise at which a candidate explains nearly everything."""
 _CLOSE = 0.3
 """Share of the best gain from which a candidate is tried although another explains everything: it may be its twin."""
+_HELPS = 0.05
+"""Share of the misfit below which a refit has not helped."""
+_ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
+"""Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
+_REST = 0.01
+"""Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
 _HOPELESS = 1.2
 """Cost over the lowest of the short list at which a candidate is given up after its rough fit."""
 
@@ -61,12 +65,16 @@ class Rival:
     candidate: Candidate
     fitted: Fitted
     cost: float
-    """Tolerant, of all windows."""
+    """Tolerant, of all windows, and of the continuity of the effects' own states."""
 
     @property
     def name(self) -> str:
         """Of the effect."""
         return self.candidate.name
+
+    def bic(self, allowed: Tolerance) -> float:
+        """Bayesian information criterion of the tolerant cost, in chi-square."""
+        return 2.0 * self.cost + float(np.log(allowed.samples.sum())) * self.fitted.unknowns
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -86,8 +94,16 @@ class Search:
     rounds: tuple[Round, ...]
     fitted: Fitted
     last: Scored
-    explained: bool
-    """Whether nothing but noise is left."""
+    ended: str
+    """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS` or `BUDGET`."""
+
+    @property
+    def explained(self) -> bool:
+        """Whether nothing but noise is left, or a trifle beside what has been explained."""
+        return self.ended == EXPLAINED
+
+
+EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
 
 
 def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progress = lambda stage: None) -> Search:
@@ -96,25 +112,33 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
     while True:
         progress(f"scoring all candidates beside {_words(fitted)}")
         scored = look(fitted, allowed)
-        cost = float(allowed.cost(fitted.outcome.equations.cost).sum())
-        enough = _explained(fitted, allowed, scored, rounds)
-        hopeless = not scored.significant and not _beyond_scores(scored, [])
-        if enough or hopeless or len(fitted.names) >= _MOST_EFFECTS or time.monotonic() > deadline:
-            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=enough)
-        rivals = _refitted(scored, allowed, progress)
-        if not rivals or cost - rivals[0].cost < max(LEAST_GAIN, _HELPS * (cost - 0.5 * allowed.samples.sum())):
-            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, explained=False)
+        cost = whole_cost(fitted, allowed)
+        ended = _ended(scored, allowed, rounds, deadline)
+        rivals = [] if ended else _refitted(scored, allowed, progress)
+        if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
+            ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
+        if ended:
+            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
 
 
-LEAST_GAIN, _HELPS = 12.0, 0.05
-"""Drop of the cost (half chi-square), and share of the misfit, below which a refit has not helped."""
-_ROUNDS = 3
-_ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
-"""Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
-_REST = 0.01
-"""Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
+def _ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:
+    """Why no further effect is tried; empty where one is."""
+    if _explained(scored, allowed, rounds):
+        return EXPLAINED
+    if not scored.significant and not _beyond_scores(scored, []):
+        return HELPLESS
+    if len(scored.fitted.names) >= _MOST_EFFECTS:
+        return MOST_EFFECTS
+    return BUDGET if time.monotonic() > deadline else ""
+
+
+def _helps(best: Rival, cost: float, scored: Scored, allowed: Tolerance) -> bool:
+    """Whether the refit delivers more than noise would, and a fair share of the misfit."""
+    drop, misfit = cost - best.cost, cost - allowed.noise
+    by_chance = chance(2.0 * drop, best.candidate.degrees, trials(scored.found, best.name))
+    return by_chance < FALSE_ALARM and drop >= _HELPS * misfit
 
 
 def look(fitted: Fitted, allowed: Tolerance) -> Scored:
@@ -135,22 +159,24 @@ def blank(kind: type[AbstractEffect]) -> AbstractEffect:
     return kind(**usual)
 
 
-def _explained(fitted: Fitted, allowed: Tolerance, scored: Scored, rounds: list[Round]) -> bool:
+def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
-    noise = 0.5 * float(allowed.samples.sum())
-    misfit = float(allowed.cost(fitted.outcome.equations.cost).sum()) - noise
-    first = rounds[0].cost - noise if rounds else 0.0
+    misfit = allowed.total(scored.fitted.outcome.equations.cost) - allowed.noise
+    first = rounds[0].cost - allowed.noise if rounds else 0.0
     left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    return (adequate(fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
+    return (adequate(scored.fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
 
 
 def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
-    """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts."""
-    x = 2.0 * fitted.outcome.equations.cost / allowed.samples
-    most = x <= max(np.quantile(x, 1.0 - _ASTRAY), _LEAST_ASTRAY)
-    states = fitted.prepared.layout.states * int(most.sum())
-    degrees = int(allowed.samples[most].sum()) - fitted.unknowns - states
-    return float(2.0 * fitted.outcome.equations.cost[most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
+    """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts or were lost."""
+    cost, samples = fitted.outcome.equations.cost, allowed.samples
+    told = samples > 0
+    x = np.where(np.isfinite(cost) & told, 2.0 * cost, np.inf)[told] / samples[told]
+    most = np.isfinite(x) & (x <= max(np.quantile(x, 1.0 - _ASTRAY, method="lower"), _LEAST_ASTRAY))
+    degrees = int(samples[told][most].sum()) - fitted.unknowns - fitted.prepared.layout.states * int(most.sum())
+    if np.mean(~most) > _ASTRAY or degrees <= 0:
+        return False
+    return float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
 
 
 def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
@@ -167,7 +193,10 @@ def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Ri
         if rival.cost > _FINALIST * rivals[0].cost + 100.0:
             break
         progress(f"fitting {rival.name} to all records")
-        fitted = fit_tolerantly(_with_all_windows(scored, rival), allowed, give_up_above=_HOPELESS * lowest)
+        try:
+            fitted = fit_tolerantly(_with_all_windows(scored, rival), allowed, give_up_above=_HOPELESS * lowest)
+        except NoConvergenceError:
+            continue
         if fitted is not None:
             finals.append(_rival(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
@@ -176,7 +205,7 @@ def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Ri
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Thinned:
-    """Every so manieth window."""
+    """Every so manieth window; two neighbours at a time."""
 
     every: int
     chosen: np.ndarray
@@ -187,15 +216,16 @@ def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
     """A part of the windows that suffices to tell large gains apart."""
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     every = _EVERY if best > _LARGE_GAIN and len(allowed.samples) > 16 * _EVERY else 1
-    chosen = np.arange(0, len(allowed.samples), every)
+    windows = np.arange(len(allowed.samples))
+    chosen = windows[windows % (2 * every) < 2] if every > 1 else windows
     return _Thinned(every=every, chosen=chosen, allowed=dataclasses.replace(allowed, samples=allowed.samples[chosen]))
 
 
 def _heats(thin: _Thinned, allowed: Tolerance, scored: Scored, progress: Progress) -> list[Rival]:
     """The short list, fitted to the chosen windows; best first."""
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    short = [one for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
-    noise, rivals = 0.5 * thin.allowed.samples.sum(), []
+    short = [_startable(one) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
+    noise, rivals = thin.allowed.noise, []
     for candidate in [*short, *_beyond_scores(scored, short)]:
         lowest = min((rival.cost for rival in rivals), default=np.inf)
         if lowest < _NOISE * noise and candidate.gain < _CLOSE * best:
@@ -211,13 +241,18 @@ def _heats(thin: _Thinned, allowed: Tolerance, scored: Scored, progress: Progres
     return _ranked(rivals, thin.allowed)
 
 
+def whole_cost(fitted: Fitted, allowed: Tolerance) -> float:
+    """Tolerant cost of all windows, and of the continuity of the effects' own states."""
+    return allowed.total(fitted.outcome.equations.cost) + continuity_cost(fitted)
+
+
 def _rival(candidate: Candidate, fitted: Fitted, allowed: Tolerance) -> Rival:
-    return Rival(candidate=candidate, fitted=fitted, cost=float(allowed.cost(fitted.outcome.equations.cost).sum()))
+    return Rival(candidate=candidate, fitted=fitted, cost=whole_cost(fitted, allowed))
 
 
 def _ranked(rivals: list[Rival], allowed: Tolerance) -> list[Rival]:
     """By cost with the price of every estimated number."""
-    return sorted(rivals, key=lambda rival: rival.cost + 0.5 * np.log(allowed.samples.sum()) * rival.fitted.unknowns)
+    return sorted(rivals, key=lambda rival: rival.bic(allowed))
 
 
 def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
@@ -234,63 +269,12 @@ def _beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
         return []
     listed = {candidate.name for candidate in short}
     stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed]
-    return [dataclasses.replace(one, factors=np.ones(len(one.members))) for one in stops[:_STOPS]]
+    return [_startable(one) for one in stops[:_STOPS]]
 
 
-def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf) -> Fitted | None:
-    """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
-
-    None where the rough fit leaves a tolerant cost above `give_up_above`.
-    """
-    evaluate = evaluator(prepared, integrator_for(prepared))
-    tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
-    rough = LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)(tolerant, prepared.start, active, limits)
-    settled, cost = resettled(prepared, evaluate, rough.estimate, allowed)
-    if not float(allowed.cost(cost).sum()) <= give_up_above:
-        return None
-    for _ in range(_ROUNDS):
-        outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20)(tolerant, settled, active, limits)
-        before = float(allowed.cost(evaluate(outcome.estimate).cost).sum())
-        settled, cost = resettled(prepared, evaluate, outcome.estimate, allowed)
-        if before - float(allowed.cost(cost).sum()) < 1e-3 * before:
-            break
-    return Fitted(prepared=prepared, outcome=dataclasses.replace(outcome, equations=evaluate(outcome.estimate)))
-
-
-def resettled(
-    prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, allowed: Tolerance
-) -> tuple[Estimate, np.ndarray]:
-    """Windows that resist settle from where they are, from the recorded state, and from where the window before them ends.
-
-    Each keeps the best; with the windows' costs.
-    """
-    found = evaluate(estimate)
-    resisting = np.flatnonzero(~(allowed.weights(found.cost) >= 1.0))
-    if not len(resisting):
-        return estimate, found.cost
-    part = windows_of(prepared, resisting)
-    evaluate_part = evaluator(part, integrator_for(prepared))
-    read = np.concatenate([initial_states(group, prepared.motions) for group in part.groups])
-    read = np.concatenate([read, estimate.states[resisting, read.shape[1] :]], axis=1)
-    states, lowest = estimate.states.copy(), found.cost.copy()
-    for start in (estimate.states[resisting], read, _continued(prepared, estimate, found)[resisting]):
-        trial, cost = settle(evaluate_part, dataclasses.replace(estimate, states=start), iterations=4)
-        better = cost < lowest[resisting]
-        states[resisting[better]], lowest[resisting[better]] = trial.states[better], cost[better]
-    return dataclasses.replace(estimate, states=states), lowest
-
-
-def _continued(prepared: Prepared, estimate: Estimate, found: Equations) -> np.ndarray:
-    """Initial states where each window goes on from the one before it; as they are where there is none."""
-    first = np.concatenate([group.first for group in prepared.groups])
-    end = first + np.concatenate([group.lengths for group in prepared.groups])
-    before = {(record, last): window for window, (record, last) in enumerate(zip(prepared.record, end, strict=True))}
-    states = estimate.states.copy()
-    for window, (record, start) in enumerate(zip(prepared.record, first, strict=True)):
-        source = before.get((record, start))
-        if source is not None and np.all(np.isfinite(found.onward[source])):
-            states[window] = found.onward[source]
-    return states
+def _startable(candidate: Candidate) -> Candidate:
+    """A stop starts as it was proposed, because a derivative along a motion that passes through it says nothing of its strength."""
+    return dataclasses.replace(candidate, factors=np.ones(len(candidate.members))) if candidate.members[0].is_stop else candidate
 
 
 def _words(fitted: Fitted) -> str:

@@ -1,5 +1,6 @@
 """What an effect would do along the fitted motion: its own hooks, called on that motion."""
 
+import dataclasses
 import math
 from functools import partial
 
@@ -8,20 +9,25 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
+from identification import measured_input
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.response import Perturbation
 from identification.layout import Estimate
 from identification.prepare import Prepared
-from vibrojax.channels import CHANNELS
+from vibrojax.channels import CHANNELS, channels
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
+from vibrojax.integrate import SUCCESS, Trajectory
 from vibrojax.system import System
 
 _ANGLE = 0.6
 """Longest step of an effect's own states, in radians of its fastest vibration."""
+_SIZES = (1, 4, 8)
+"""How many effects go through together, the last repeated to fill up: few sizes, few compiled programs."""
+_ALONG = ("u", "v", "acceleration", "push", "in_contact", "approach_speed", "own")
 
 
 class Course(eqx.Module):
@@ -35,47 +41,44 @@ class Course(eqx.Module):
     in_contact: Array
     readings: dict[str, Float[Array, " time"]]
     system: System
+    """Without the effects that the model has already, so that compiled programs do not depend on them."""
 
 
 def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Course, ...]:
     """The fitted motion along every record, with a continuous clock; all padded to the longest."""
     found, longest = [], max(len(record.time) for record in prepared.experiment.records)
-    values = prepared.layout.physical(estimate.shared)
-    model = prepared.model.replace(values)
+    model = prepared.model.replace(prepared.layout.physical(estimate.shared))
     for index, record in enumerate(prepared.experiment.records):
-        amplitude, phase, gap_error = estimate.nuisances[index, :3]
+        amplitude, phase, gap_error, *others = estimate.nuisances[index]
+        own = {p.name: p.to_physical(value) for p, value in zip(prepared.layout.record_parameters, others, strict=True)}
+        here = model.replace(own).in_record(lambda file, record=record: 1.0 if file == record.file else 0.0)
         base = prepared.carts[index] or Harmonic(amplitude, phase, record.excitation_frequency or 0.0)
-        system = model.system(gap=record.gap + gap_error, base=base, applied=Unforced())
+        applied = measured_input.measured_force(record) if record.kind == "forced" else Unforced()
+        system = here.system(gap=record.gap + gap_error, base=base, applied=applied)
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), system)
-        along = {
-            name: jnp.asarray(_padded(at.of_record(getattr(at, name), index, len(record.time)), longest))
-            for name in ("u", "v", "acceleration", "push", "in_contact")
-        }
+        along = {name: jnp.asarray(_padded(at.of_record(getattr(at, name), index, len(record.time)), longest)) for name in _ALONG}
         step = record.time[-1] - record.time[-2]
         ts = jnp.asarray(np.concatenate([record.time, record.time[-1] + step * np.arange(1, longest - len(record.time) + 1)]))
-        y, y2 = system.base.displacement(ts), system.base.acceleration(ts)
-        readings = {
-            "hammer_displacement": along["u"] + y,
-            "cart_displacement": y,
-            "hammer_acceleration": along["acceleration"],
-            "cart_acceleration": y2,
-            "impact_force": along["push"],
-            "applied_force": jnp.zeros_like(y),
-            "relative_displacement": along["u"],
-        }
-        found.append(Course(ts=ts, readings=readings, system=system, **along))
+        moving = {name: along.pop(name) for name in ("approach_speed", "own")}
+        trajectory = Trajectory(
+            ts=ts, u=along["u"], v=along["v"], in_contact=along["in_contact"], result=jnp.asarray(SUCCESS), steps=jnp.asarray(0), **moving
+        )
+        readings = channels(system, trajectory)
+        found.append(Course(ts=ts, readings=readings, system=dataclasses.replace(system, effects=()), **along))
     return tuple(found)
 
 
 def _padded(values: np.ndarray, samples: int) -> np.ndarray:
     """Values held at their last until there are as many as `samples`."""
-    return np.pad(values, (0, samples - len(values)), mode="edge")
+    return np.pad(values, [(0, samples - len(values)), *[(0, 0)] * (values.ndim - 1)], mode="edge")
 
 
 def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ...], effects: list[AbstractEffect]) -> list[Perturbation]:
     """Perturbation of every effect of one class (and the same channel and record), in the windows' shape."""
-    stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *effects)
-    substeps = max(_substeps(effect, courses[0]) for effect in effects)
+    size = next(size for size in _SIZES if size >= len(effects))
+    filled = [*effects, *effects[-1:] * (size - len(effects))]
+    stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *filled)
+    substeps = jnp.asarray(max(_substeps(effect, courses[0]) for effect in effects))
     shape = (len(effects), *at.u.shape)
     names = ("force", "stop_position", "stop_velocity", "base_displacement", "base_acceleration")
     whole = {name: np.zeros(shape) for name in names}
@@ -83,7 +86,7 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
     for index, course in enumerate(courses):
         if effects[0].record not in (None, files[index]):
             continue
-        parts, read = jax.tree.map(np.asarray, _along(stacked, course, substeps))
+        parts, read = jax.tree.map(lambda values: np.asarray(values)[: len(effects)], _along(stacked, course, substeps))
         for name in names:
             windows, values = at.in_windows(parts[name], index)
             whole[name][:, windows] = values
@@ -100,7 +103,7 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
 def own_states(effect: AbstractEffect, courses: tuple[Course, ...]) -> list[np.ndarray]:
     """The effect's own states along every record, (time, own), from rest at its start."""
     effect = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), effect)
-    return [np.asarray(_own_along(effect, course, _substeps(effect, course))) for course in courses]
+    return [np.asarray(_own_along(effect, course, jnp.asarray(_substeps(effect, course)))) for course in courses]
 
 
 def _substeps(effect: AbstractEffect, course: Course) -> int:
@@ -110,17 +113,17 @@ def _substeps(effect: AbstractEffect, course: Course) -> int:
 
 
 @eqx.filter_jit
-def _own_along(effect: AbstractEffect, course: Course, substeps: int):
+def _own_along(effect: AbstractEffect, course: Course, substeps: Int[Array, ""]):
     return _own(course, effect, _motion(course), substeps)
 
 
 @eqx.filter_jit
-def _along(effects: AbstractEffect, course: Course, substeps: int):
+def _along(effects: AbstractEffect, course: Course, substeps: Int[Array, ""]):
     """Hooks of stacked effects along one record."""
     return jax.vmap(partial(_one, course, substeps))(effects)
 
 
-def _one(course: Course, substeps: int, effect: AbstractEffect):
+def _one(course: Course, substeps: Int[Array, ""], effect: AbstractEffect):
     system, motion = course.system, _motion(course)
     own = _own(course, effect, motion, substeps)
     moved = effect.base(system.base)
@@ -167,7 +170,7 @@ def _motion(course: Course) -> Motion:
     )
 
 
-def _own(course: Course, effect: AbstractEffect, motion: Motion, substeps: int) -> Float[Array, "time own"]:
+def _own(course: Course, effect: AbstractEffect, motion: Motion, substeps: Int[Array, ""]) -> Float[Array, "time own"]:
     """The effect's own states, from rest at the record's start."""
     size = len(effect.own_states)
     if size == 0:
@@ -183,12 +186,15 @@ def _own(course: Course, effect: AbstractEffect, motion: Motion, substeps: int) 
             return effect.rates(motion, own, push, acceleration)
 
         h = 1.0 / substeps
-        for k in range(substeps):
+
+        def step(k, own):
             one = rates(own, k * h)
             two = rates(own + 0.5 * h * dt * one, (k + 0.5) * h)
             three = rates(own + 0.5 * h * dt * two, (k + 0.5) * h)
             four = rates(own + h * dt * three, (k + 1) * h)
-            own = own + h * dt / 6 * (one + 2 * two + 2 * three + four)
+            return own + h * dt / 6 * (one + 2 * two + 2 * three + four)
+
+        own = lax.fori_loop(0, substeps, step, own)
         return own, own
 
     start = jnp.zeros(size)

@@ -25,8 +25,8 @@ def engine(monkeypatch, tmp_path):
     """Stands in for the search: records what it was asked for, returns a diagnosis made by hand or raises what it is told to."""
     module = SimpleNamespace(calls=[], error=None, verdict="missing")
 
-    def diagnose_experiment(experiment, *, budget_minutes=5.0, seed=0, progress=lambda stage: None):
-        module.calls.append((experiment.name, budget_minutes, seed))
+    def diagnose_experiment(experiment, *, budget_minutes=5.0, progress=lambda stage: None):
+        module.calls.append((experiment.name, budget_minutes))
         progress("scoring all candidates")
         if module.error is not None:
             raise module.error
@@ -47,12 +47,12 @@ def call(monkeypatch, *arguments: str) -> int:
 
 
 def test_everything_is_written_and_told(engine, monkeypatch, capsys, tmp_path):
-    assert call(monkeypatch, str(data_path("example")), "--out", "results", "--budget-minutes", "0.5", "--seed", "3") == 0
-    assert engine.calls == [("example rig", 0.5, 3)]
+    assert call(monkeypatch, str(data_path("example")), "--out", "results", "--budget-minutes", "0.5") == 0
+    assert engine.calls == [("example rig", 0.5)]
     folder = tmp_path / "results"
     assert {"diagnosis.json", "nominal.json", "model.json", "report.html", "missing.png"} <= {path.name for path in folder.iterdir()}
     document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-    assert (document["verdict"], document["effects"][0]["name"], document["provenance"]["seed"]) == ("missing", "coulomb_friction", 3)
+    assert (document["verdict"], document["effects"][0]["name"]) == ("missing", "coulomb_friction")
     assert read_model(folder / "nominal.json").effects == ()
     assert [effect.name for effect in read_model(folder / "model.json").effects] == ["coulomb_friction"]
     captured = capsys.readouterr()
@@ -64,7 +64,7 @@ def test_everything_is_written_and_told(engine, monkeypatch, capsys, tmp_path):
 def test_without_an_experiment_the_example_is_taken_and_names_the_folder(engine, monkeypatch, capsys, tmp_path):
     engine.verdict = "adequate"
     assert call(monkeypatch, "--quiet") == 0
-    assert engine.calls == [("example rig", 5.0, 0)]
+    assert engine.calls == [("example rig", 5.0)]
     assert (tmp_path / "diagnose-example-rig" / "report.html").is_file()
     assert capsys.readouterr() == ("", "")
 
@@ -79,7 +79,7 @@ def test_expected_errors_are_one_line_and_leave_nothing(engine, monkeypatch, cap
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("arguments", [["--budget-minutes", "0"], ["--budget-minutes", "nan"], ["--seed", "-1"], ["one", "two"]])
+@pytest.mark.parametrize("arguments", [["--budget-minutes", "0"], ["--budget-minutes", "nan"], ["one", "two"]])
 def test_usage_errors_exit_with_2(engine, monkeypatch, capsys, arguments):
     assert call(monkeypatch, *arguments) == 2
     assert "Usage" in capsys.readouterr().err

@@ -32,14 +32,18 @@ def diagnose(
         Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: diagnose-NAME, NAME being the experiment's.")
     ] = None,
     budget_minutes: Annotated[
-        float, typer.Option(metavar="MINUTES", help="Time after which no further effect is looked for.", callback=_above_zero)
+        float,
+        typer.Option(
+            metavar="MINUTES",
+            help="Time after which no further effect is looked for; the report then says that the search was cut short.",
+            callback=_above_zero,
+        ),
     ] = 5.0,
     recipe: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Use recordings published by others, read as this recipe says; with --data.", show_default=False),
     ] = None,
     data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
 ) -> None:
     """Find out what the impact model leaves out of recorded experiments.
@@ -61,7 +65,7 @@ def diagnose(
             from identification.run import run_diagnose
 
         progress = interruption.watched(say)
-        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, seed=seed, progress=progress)
+        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, progress=progress)
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

@@ -53,6 +53,8 @@ class OwnState:
     unit: str
     scale: float
     """Size that it may have at the start of a stretch of record, in its unit; 0 where it has died down by then."""
+    carried: bool = True
+    """Whether it ends a stretch of record as it begins the next one."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from jax import lax
 
 from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
 from vibrojax.parameters import Parameter
-from vibrojax.shapes import Value
+from vibrojax.shapes import Scalars, Value
 
 _LAG_GRID = (2e-4, 4e-4, 8e-4, 1.6e-3)
 
@@ -18,7 +18,8 @@ class ForceLag(AbstractEffect):
 
     r_i = a_i r_(i-1) + (1 - a_i) F_i,   a_i = exp(-(t_i - t_(i-1)) / tau).
 
-    The filter starts with the first sample's force. Beside an analogue filter of the same tau its output comes half a sample early.
+    The filter starts with the first sample's force and whatever it remembers of impacts before that, which dies down with tau. Beside
+    an analogue filter of the same tau its output comes half a sample early.
     Differentiable for tau > 0.
 
     Arguments:
@@ -36,7 +37,7 @@ class ForceLag(AbstractEffect):
             name="lag", field="lag", symbol="τ", unit="s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass"
         ),
     )
-    own_states: ClassVar[tuple[OwnState, ...]] = ()
+    own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0, carried=False),)
 
     lag: Value
 
@@ -60,6 +61,10 @@ class ForceLag(AbstractEffect):
         """The load cell's."""
         return "impact_force"
 
+    def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
+        """None: the state is what the filter remembers at the first sample, N."""
+        return jnp.zeros_like(own)
+
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The load cell's channel through the filter."""
         if "impact_force" not in readings:
@@ -72,4 +77,5 @@ class ForceLag(AbstractEffect):
         def follow(before, after):
             return before[0] * after[0], before[1] * after[0] + after[1]
 
-        return readings | {"impact_force": lax.associative_scan(follow, (keeps, fresh))[1]}
+        kept, filtered = lax.associative_scan(follow, (keeps.at[0].set(1.0), fresh))
+        return readings | {"impact_force": filtered + jnp.where(lags, kept, 0.0) * own[..., 0]}

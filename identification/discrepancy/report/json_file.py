@@ -11,12 +11,12 @@ from identification.discrepancy.diagnosis import Diagnosis
 from identification.result_json import VERSIONS_OF, plain
 
 
-def diagnosis_provenance(diagnosis: Diagnosis, *, seed: int = 0) -> dict[str, Any]:
-    """Where a diagnosis comes from: versions, sha256 of every file that was read, seed, wall time by stage in s."""
+def diagnosis_provenance(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Where a diagnosis comes from: versions, sha256 of every file that was read, wall time by stage in s."""
     experiment, known = diagnosis.experiment, {d.metadata["Name"] for d in importlib.metadata.distributions()}
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
     versions = {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in VERSIONS_OF if name in known}
-    return {"versions": versions, "sha256": hashes, "seed": seed, "seconds": plain(diagnosis.seconds)}
+    return {"versions": versions, "sha256": hashes, "seconds": plain(diagnosis.seconds)}
 
 
 def write_diagnosis_json(diagnosis: Diagnosis, path: Path, provenance: Mapping[str, Any]) -> None:

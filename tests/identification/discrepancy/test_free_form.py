@@ -9,11 +9,12 @@ import pytest
 from identification.discrepancy.free_form import learn
 from identification.discrepancy.free_form_formula import bracketed, common_phase, formula
 from identification.discrepancy.free_form_terms import column, force_groups, reading_groups, select
-from identification.discrepancy.refit import fit_all, with_model
+from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import tolerance
 from identification.discrepancy.score import information, projector
 from identification.discrepancy.search import look
-from identification.fit import as_arrays, free_unknowns, integrator_for, on_device
+from identification.fit import as_arrays, bounds, evaluator, free_unknowns, integrator_for, on_device
+from identification.levenberg_marquardt import LevenbergMarquardt
 from identification.residual import predict
 from tests.identification.conftest import TRUTH
 from vibrojax.effects.free_form import FreeForm
@@ -71,7 +72,8 @@ def recorded(motion, effect):
     noise = np.random.default_rng(3).standard_normal(group.measured.shape) / np.where(group.weight > 0, group.weight, np.inf)
     heard = dataclasses.replace(group, measured=np.where(group.weight > 0, np.asarray(predicted) + noise, group.measured))
     start = dataclasses.replace(prepared, groups=(heard,), start=motion.estimate)
-    return fit_all(start)
+    evaluate = evaluator(start, integrator_for(start))
+    return Fitted(prepared=start, outcome=LevenbergMarquardt()(evaluate, start.start, free_unknowns(start), bounds(start)))
 
 
 def test_learns_a_damping_and_its_error(motion):
@@ -95,7 +97,7 @@ def test_columns_are_linear(motion):
     by = projector(motion.prepared, motion.shown(), motion.estimate, free_unknowns(motion.prepared), np.ones(len(motion.at.record)))
     one = column(by, motion.courses, motion.mass, FreeForm(terms=("u^3",), c1=1.0))
     two = column(by, motion.courses, motion.mass, FreeForm(terms=("u^3",), c1=2.0))
-    _, matrix, _ = information(by, [one, two])
+    _, matrix = information(by, [one, two])
     assert matrix[1, 1] == pytest.approx(4.0 * matrix[0, 0], rel=1e-6)
 
 

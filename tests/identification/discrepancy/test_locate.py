@@ -12,7 +12,7 @@ CHANNELS = ("hammer_displacement", "cart_displacement", "hammer_acceleration", "
 
 
 def located(motion, at, **options):
-    return locate(motion.prepared, motion.estimate, at, motion.courses, **options)
+    return locate(motion.prepared, motion.estimate, at, **options)
 
 
 def test_dry_friction_goes_with_the_velocity_in_free_flight(motion, friction):

@@ -1,0 +1,95 @@
+"""A fit in which windows that resist count little, and settle anew from several states before they are given up."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.block_arrow import Equations
+from identification.discrepancy.refit import Fitted, windows_of
+from identification.discrepancy.robust import Tolerance
+from identification.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.lanes import initial_states
+from identification.layout import Estimate
+from identification.levenberg_marquardt import LevenbergMarquardt, settle
+from identification.prepare import Prepared
+
+_ROUNDS = 3
+_WORSE = 3.0
+"""Chi-square over the median of the windows from which one of them resists."""
+_FEW = 0.1
+"""Share of the windows that resist up to which they are tried from more states."""
+_ASIDE = 0.05
+"""Of the rms displacement and velocity."""
+
+
+def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf) -> Fitted | None:
+    """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
+
+    None where the rough fit leaves a tolerant cost above `give_up_above`.
+    """
+    evaluate = evaluator(prepared, integrator_for(prepared))
+    tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
+    rough = LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)(tolerant, prepared.start, active, limits)
+    settled, cost = resettled(prepared, evaluate, rough.estimate, allowed)
+    if not allowed.total(cost) <= give_up_above:
+        return None
+    for _ in range(_ROUNDS):
+        outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20)(tolerant, settled, active, limits)
+        before = float(outcome.equations.cost.sum())
+        settled, cost = resettled(prepared, evaluate, outcome.estimate, allowed)
+        if before - allowed.total(cost) < 1e-3 * before:
+            break
+    return Fitted(prepared=prepared, outcome=dataclasses.replace(outcome, estimate=settled, equations=evaluate(settled)))
+
+
+def resettled(
+    prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, allowed: Tolerance
+) -> tuple[Estimate, np.ndarray]:
+    """Windows that resist settle from where they are, from the recorded state, and from where the window before them ends.
+
+    Where only a few resist, also from states around the recorded one. Each keeps the best; with the windows' costs.
+    """
+    found = evaluate(estimate)
+    resisting = _resisting(found.cost, allowed.samples)
+    if not len(resisting):
+        return estimate, found.cost
+    part = windows_of(prepared, resisting)
+    evaluate_part = evaluator(part, integrator_for(prepared))
+    read = np.concatenate([initial_states(group, prepared.motions) for group in part.groups])
+    read = np.concatenate([read, estimate.states[resisting, read.shape[1] :]], axis=1)
+    starts, iterations = [estimate.states[resisting], read, _continued(prepared, estimate, found)[resisting]], 4
+    if len(resisting) <= _FEW * len(found.cost):
+        starts, iterations = [*starts, *_around(read, estimate.states)], 8
+    states, lowest = estimate.states.copy(), found.cost.copy()
+    for start in starts:
+        trial, cost = settle(evaluate_part, dataclasses.replace(estimate, states=start), iterations=iterations)
+        better = cost < lowest[resisting]
+        states[resisting[better]], lowest[resisting[better]] = trial.states[better], cost[better]
+    return dataclasses.replace(estimate, states=states), lowest
+
+
+def _resisting(cost: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Windows that are fitted worse than most, or lost."""
+    x = np.where(np.isfinite(cost), 2.0 * cost, np.inf) / np.maximum(samples, 1)
+    return np.flatnonzero(x > _WORSE * max(float(np.median(x)), 1.0))
+
+
+def _around(read: np.ndarray, states: np.ndarray) -> list[np.ndarray]:
+    """A little further and less far, faster and slower than read."""
+    size = np.sqrt(np.mean(states[:, :2] ** 2, axis=0))
+    steps = _ASIDE * np.concatenate([np.diag(size), -np.diag(size)])
+    return [np.concatenate([read[:, :2] + step, read[:, 2:]], axis=1) for step in steps]
+
+
+def _continued(prepared: Prepared, estimate: Estimate, found: Equations) -> np.ndarray:
+    """Initial states where each window goes on from the one before it; as they are where there is none."""
+    first = np.concatenate([group.first for group in prepared.groups])
+    end = first + np.concatenate([group.lengths for group in prepared.groups])
+    before = {(record, last): window for window, (record, last) in enumerate(zip(prepared.record, end, strict=True))}
+    states = estimate.states.copy()
+    for window, (record, start) in enumerate(zip(prepared.record, first, strict=True)):
+        source = before.get((record, start))
+        if source is not None and np.all(np.isfinite(found.onward[source])):
+            states[window] = found.onward[source]
+    return states
