@@ -11,17 +11,12 @@ from vibrojax.effects import EFFECTS
 
 
 def candidate(name: str, gain: float) -> Candidate:
-    return Candidate(members=(blank(EFFECTS[name]),), factors=np.ones(1), gain=gain, degrees=1, scatter=gain)
+    return Candidate(members=(blank(EFFECTS[name]),), factors=np.ones(1), gain=gain, degrees=1)
 
 
 def test_more_trials_make_a_gain_less_telling():
     assert chance(20.0, 1, 100) == pytest.approx(100 * chance(20.0, 1, 1))
     assert chance(20.0, 1, 10**9) == 1.0
-
-
-def test_noise_draws_pass_as_seldom_as_the_chance_says():
-    draws = np.random.default_rng(5).standard_normal(200_000) ** 2
-    assert np.mean(draws > 10.0) == pytest.approx(chance(10.0, 1, 1), rel=0.2)
 
 
 def test_only_gains_that_noise_would_hardly_give_are_significant():
@@ -43,3 +38,4 @@ def test_the_tolerant_cost_is_the_plain_one_below_the_cut_and_its_slope_is_the_w
 def test_a_window_that_cannot_be_integrated_has_no_weight():
     allowed = Tolerance(samples=np.array([100]), cut=4.0)
     assert allowed.weights(np.array([np.inf]))[0] == 0.0
+    assert allowed.cost(np.array([1e12]))[0] < allowed.total(np.array([np.inf])) < np.inf

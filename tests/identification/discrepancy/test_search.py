@@ -1,0 +1,88 @@
+"""What ends the search, and what is said of its rivals; on fits whose costs are made to order."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.block_arrow import Equations
+from identification.discrepancy.assertion import TWIN, probability, twins
+from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
+from identification.discrepancy.score import Candidate
+from identification.discrepancy.search import Rival, Round, Scored, adequate, blank
+from identification.levenberg_marquardt import Outcome
+from vibrojax.effects import EFFECTS
+
+
+def fitted(motion, cost: np.ndarray) -> Fitted:
+    """The example's windows with these costs."""
+    windows, size = len(motion.prepared.record), motion.prepared.layout.size
+    equations = Equations(
+        hessian=np.zeros((windows, size, size)),
+        gradient=np.zeros((windows, size)),
+        cost=cost,
+        record=motion.prepared.record,
+        onward=motion.estimate.states,
+    )
+    outcome = Outcome(estimate=motion.estimate, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
+    return Fitted(prepared=motion.prepared, outcome=outcome)
+
+
+@pytest.fixture(scope="module")
+def allowed(motion) -> Tolerance:
+    return Tolerance(samples=(motion.at.weight > 0).sum(axis=(1, 2)), cut=25.0)
+
+
+@pytest.fixture(scope="module")
+def noise(motion, allowed) -> np.ndarray:
+    """Costs of pure noise."""
+    return 0.5 * (allowed.samples - motion.prepared.layout.states).astype(float)
+
+
+def test_noise_is_adequate_and_twice_the_noise_is_not(motion, allowed, noise):
+    assert adequate(fitted(motion, noise), allowed)
+    assert not adequate(fitted(motion, 2.0 * noise), allowed)
+
+
+def test_a_few_windows_that_settled_wrongly_do_not_spoil_a_fit_and_many_do(motion, allowed, noise):
+    cost = noise.copy()
+    cost[:1] *= 1e3
+    assert adequate(fitted(motion, cost), allowed)
+    cost[: len(cost) // 10] *= 1e3
+    assert not adequate(fitted(motion, cost), allowed)
+
+
+@pytest.mark.parametrize("share", [0.03, 0.5, 1.0])
+def test_windows_that_cannot_be_integrated_are_no_noise(motion, allowed, noise, share):
+    cost = noise.copy()
+    cost[: max(1, round(share * len(cost)))] = np.inf
+    assert not adequate(fitted(motion, cost), allowed)
+
+
+def test_a_window_without_a_single_good_sample_says_nothing(motion, allowed, noise):
+    samples, cost = allowed.samples.copy(), noise.copy()
+    samples[0], cost[0] = 0, 0.0
+    assert adequate(fitted(motion, cost), Tolerance(samples=samples, cut=25.0))
+    assert not adequate(fitted(motion, 20.0 * cost), Tolerance(samples=samples, cut=25.0))
+
+
+def round_of(motion, allowed, noise, costs: dict[str, float]) -> Round:
+    """One step of the search in which these effects were fitted, with these costs."""
+    candidates = {name: Candidate(members=(blank(EFFECTS[name]),), factors=np.ones(1), gain=100.0, degrees=1) for name in costs}
+    before = fitted(motion, noise)
+    scored = Scored(fitted=before, at=motion.at, courses=motion.courses, found=list(candidates.values()), significant=candidates)
+    rivals = tuple(Rival(candidate=candidates[name], fitted=before, cost=cost) for name, cost in costs.items())
+    return Round(scored=scored, cost=1e4, rivals=rivals)
+
+
+def test_probability_is_that_of_the_information_criterion(motion, allowed, noise):
+    one = round_of(motion, allowed, noise, {"coulomb_friction": 100.0, "hysteresis": 101.0})
+    assert probability((one,), "coulomb_friction", allowed) == pytest.approx(1.0 / (1.0 + np.exp(-1.0)))
+
+
+def test_what_fits_about_as_well_is_a_twin(motion, allowed, noise):
+    costs = {"coulomb_friction": 100.0, "hysteresis": 100.0 + 0.5 * TWIN, "quadratic_drag": 100.0 + 2.0 * TWIN}
+    one = round_of(motion, allowed, noise, costs)
+    assert twins((one,), ("coulomb_friction",)) == ("hysteresis",)
+    assert twins((dataclasses.replace(one, rivals=one.rivals[:1]),), ("coulomb_friction",)) == ()
