@@ -12,7 +12,7 @@ from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, As
 from identification.discrepancy.errors import degrees
 from identification.discrepancy.evidence import significant
 from identification.discrepancy.free_form import learn
-from identification.discrepancy.held_out import held_out
+from identification.discrepancy.held_out import HeldOut, held_out
 from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.prune import pruned
@@ -132,12 +132,13 @@ def _concluded(ground: _Ground, found: Search, course: _Course) -> Diagnosis:
             after, formula = _free_form(first, start, allowed, course)
     with course.stage("evidence"):
         progress("predicting windows left out of the fit")
-        shown_before = _side(start, allowed)
-        shown_after = shown_before if after is start else _side(after, allowed)
+        predicted = _Predicted(allowed)
+        shown_before = _side(start, allowed, predicted)
+        shown_after = shown_before if after is start else _side(after, allowed, predicted)
         named = asserted(found, after, shown_after.parameters, allowed) if verdict == MISSING else ()
         ambiguous = twins(found.rounds, tuple(one.effect.name for one in named))
         location = _location(first, start, named, verdict)
-        rows = considered(found, allowed)
+        rows = considered(found, allowed, predicted)
         advice = next_experiment(found, ambiguous, allowed)
     return Diagnosis(
         experiment=start.prepared.experiment,
@@ -182,7 +183,20 @@ def _free_form(first: Scored, start: Fitted, allowed: Tolerance, course: _Course
     return learned.fitted, learned.formula
 
 
-def _side(fitted: Fitted, allowed: Tolerance) -> Side:
+class _Predicted:
+    """What each model predicts of windows left out of its fit, worked out once."""
+
+    def __init__(self, allowed: Tolerance) -> None:
+        self._allowed = allowed
+        self._known: dict[int, tuple[Fitted, HeldOut]] = {}
+
+    def __call__(self, fitted: Fitted) -> HeldOut:
+        if id(fitted) not in self._known:
+            self._known[id(fitted)] = fitted, held_out(fitted, self._allowed)
+        return self._known[id(fitted)][1]
+
+
+def _side(fitted: Fitted, allowed: Tolerance, predicted: _Predicted) -> Side:
     """A model beside the records, with its errors."""
     prepared, estimate = fitted.prepared, fitted.outcome.estimate
     unknown = np.full(estimate.nuisances.shape, np.nan)
@@ -190,7 +204,7 @@ def _side(fitted: Fitted, allowed: Tolerance) -> Side:
         model=fitted.model,
         parameters=numbers(fitted, allowed),
         chi2_reduced=fitted.chi2 / degrees(fitted),
-        held_out_nrmse=held_out(fitted, allowed).nrmse,
+        held_out_nrmse=predicted(fitted).nrmse,
         records=record_fits(prepared, integrator_for(prepared), estimate, unknown),
     )
 

@@ -1,13 +1,14 @@
 """From the search to what is asserted: probabilities, twins, and the list of all that was considered."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
 from identification.discrepancy.diagnosis import Asserted, Considered, Number
 from identification.discrepancy.errors import errors
 from identification.discrepancy.evidence import best_of_each, chance, trials
-from identification.discrepancy.held_out import held_out
+from identification.discrepancy.held_out import HeldOut
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
@@ -79,14 +80,16 @@ def twins(rounds: tuple[Round, ...], names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def considered(search: Search, allowed: Tolerance) -> tuple[Considered, ...]:
+def considered(search: Search, allowed: Tolerance, predicted: Callable[[Fitted], HeldOut]) -> tuple[Considered, ...]:
     """Everything that was looked at, round by round, the most promising first; those refitted to all records also by what they predict."""
     rows: list[Considered] = []
     for one in search.rounds:
-        before = held_out(one.scored.fitted, allowed).chi2
+        before = predicted(one.scored.fitted).chi2
         by_name = {_key(rival.candidate): rival for rival in one.rivals}
         listed = list(best_of_each(one.scored.found).values())[:_SHOWN]
-        rows += [_row(candidate, one.scored, _refitted(by_name.get(_key(candidate)), one, before, allowed)) for candidate in listed]
+        for candidate in listed:
+            rival = by_name.get(_key(candidate))
+            rows.append(_row(candidate, one.scored, {} if rival is None else _refitted(rival, one, before, allowed, predicted)))
     listed = list(best_of_each(search.last.found).values())[:_SHOWN]
     return (*rows, *(_row(candidate, search.last, {}) for candidate in listed))
 
@@ -108,14 +111,12 @@ def _row(candidate: Candidate, scored: Scored, refitted: dict[str, float]) -> Co
     )
 
 
-def _refitted(rival: Rival | None, one: Round, before: float, allowed: Tolerance) -> dict[str, float]:
+def _refitted(rival: Rival, one: Round, before: float, allowed: Tolerance, predicted: Callable[[Fitted], HeldOut]) -> dict[str, float]:
     """What became of a candidate that was fitted again."""
-    if rival is None:
-        return {}
     best = one.rivals[0]
     found = {"drop": 2.0 * (one.cost - rival.cost), "bic": rival.bic(allowed) - best.bic(allowed)}
     if len(rival.fitted.prepared.record) == len(one.scored.fitted.prepared.record) and rival.cost < _PREDICTED * best.cost:
-        found["held_out"] = before - held_out(rival.fitted, allowed).chi2
+        found["held_out"] = before - predicted(rival.fitted).chi2
     return found
 
 

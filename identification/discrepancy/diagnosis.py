@@ -103,7 +103,7 @@ class Considered:
         chance: probability that noise alone promises as much.
         drop: of chi-square when the whole was fitted again with it; None where it was not.
         bic: Bayesian information criterion after that, less that of the best; None likewise.
-        held_out: drop of chi-square on records left out of the fit; None likewise.
+        held_out: drop of chi-square on windows left out of the fit; None likewise, and where the cost is far from the best.
         beside: effects that were in the model already.
     """
 
@@ -125,7 +125,7 @@ class Side:
         model: fitted.
         parameters: every shared one, those of effects too.
         chi2_reduced: of the whole.
-        held_out_nrmse: error on records left out of the fit: rms over standard deviation, mean square over channels.
+        held_out_nrmse: error on windows left out of the fit, see `held_out`.
         records: beside their predictions.
     """
 

@@ -33,7 +33,7 @@ _EVERY, _LARGE_GAIN = 4, 4000.0
 """Where some candidate promises so much, every fourth window tells the candidates apart."""
 _FINALIST = 1.03
 """Cost over the lowest up to which a candidate is fitted to all windows."""
-_NOISE = 1.05
+_NOISE = 1.15
 """Cost over that of pure noise at which a candidate explains nearly everything."""
 _CLOSE = 0.3
 """Share of the best gain from which a candidate is tried although another explains everything: it may be its twin."""
@@ -71,6 +71,11 @@ class Rival:
     def name(self) -> str:
         """Of the effect."""
         return self.candidate.name
+
+    @property
+    def prepared(self) -> Prepared:
+        """Its windows, to go on from where it is."""
+        return dataclasses.replace(self.fitted.prepared, start=self.fitted.outcome.estimate)
 
     def bic(self, allowed: Tolerance) -> float:
         """Bayesian information criterion of the tolerant cost, in chi-square."""
@@ -182,25 +187,23 @@ def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
 def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
     """The short list, each fitted in full as long as it is in the running; best first.
 
-    Where the misfit is large, every candidate is first fitted to a part of the windows, and only the best to all.
+    Every candidate is first fitted in short, where the misfit is large to a part of the windows, and only the best to the end and to all.
     """
     thin = _thinned(scored, allowed)
-    rivals = _heats(thin, allowed, scored, progress)
-    if thin.every == 1 or not rivals:
-        return rivals
+    heats = _heats(thin, scored, progress)
+    near = [rival for rival in heats if rival.cost <= _FINALIST * heats[0].cost + 100.0]
     finals, lowest = [], np.inf
-    for rival in rivals:
-        if rival.cost > _FINALIST * rivals[0].cost + 100.0:
-            break
+    for rival in near:
         progress(f"fitting {rival.name} to all records")
+        start = rival.prepared if thin.every == 1 else _with_all_windows(scored, rival)
         try:
-            fitted = fit_tolerantly(_with_all_windows(scored, rival), allowed, give_up_above=_HOPELESS * lowest)
+            fitted = fit_tolerantly(start, allowed, give_up_above=_HOPELESS * lowest)
         except NoConvergenceError:
             continue
         if fitted is not None:
             finals.append(_rival(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
-    return _ranked(finals, allowed)
+    return _ranked([*finals, *heats[len(near) :]] if thin.every == 1 else finals, allowed)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -221,8 +224,8 @@ def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
     return _Thinned(every=every, chosen=chosen, allowed=dataclasses.replace(allowed, samples=allowed.samples[chosen]))
 
 
-def _heats(thin: _Thinned, allowed: Tolerance, scored: Scored, progress: Progress) -> list[Rival]:
-    """The short list, fitted to the chosen windows; best first."""
+def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
+    """The short list, fitted in short to the chosen windows; best first."""
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     short = [_startable(one) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
     noise, rivals = thin.allowed.noise, []
@@ -233,7 +236,7 @@ def _heats(thin: _Thinned, allowed: Tolerance, scored: Scored, progress: Progres
         progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {_words(scored.fitted)}")
         prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
         try:
-            fitted = fit_tolerantly(prepared, thin.allowed, give_up_above=max(_HOPELESS * lowest, lowest + 100.0))
+            fitted = fit_tolerantly(prepared, thin.allowed, give_up_above=max(_HOPELESS * lowest, lowest + 100.0), rounds=1)
         except NoConvergenceError:
             continue
         if fitted is not None:

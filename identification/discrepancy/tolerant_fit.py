@@ -23,10 +23,10 @@ _ASIDE = 0.05
 """Of the rms displacement and velocity."""
 
 
-def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf) -> Fitted | None:
+def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf, rounds: int = _ROUNDS) -> Fitted | None:
     """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
 
-    None where the rough fit leaves a tolerant cost above `give_up_above`.
+    None where the rough fit leaves a tolerant cost above `give_up_above`. At most so many rounds follow it.
     """
     evaluate = evaluator(prepared, integrator_for(prepared))
     tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
@@ -34,7 +34,7 @@ def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: flo
     settled, cost = resettled(prepared, evaluate, rough.estimate, allowed)
     if not allowed.total(cost) <= give_up_above:
         return None
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20)(tolerant, settled, active, limits)
         before = float(outcome.equations.cost.sum())
         settled, cost = resettled(prepared, evaluate, outcome.estimate, allowed)
