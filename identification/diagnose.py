@@ -9,6 +9,7 @@ import numpy as np
 
 from identification.discrepancy.assertion import asserted, considered, numbers, twins
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
+from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.errors import degrees
 from identification.discrepancy.evidence import significant
 from identification.discrepancy.free_form import learn
@@ -206,6 +207,7 @@ def _side(fitted: Fitted, allowed: Tolerance, predicted: _Predicted) -> Side:
         chi2_reduced=fitted.chi2 / degrees(fitted),
         held_out_nrmse=predicted(fitted).nrmse,
         records=record_fits(prepared, integrator_for(prepared), estimate, unknown),
+        disagreements=disagreements(fitted, allowed),
     )
 
 

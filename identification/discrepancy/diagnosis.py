@@ -118,6 +118,25 @@ class Considered:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Disagreement:
+    """How a parameter differs from record to record.
+
+    Attributes:
+        name: of the parameter.
+        chi2: scatter of the records' own estimates over their errors.
+        degrees: records that determine it, less one.
+        chance: that noise alone scatters them as much.
+        records: by file, what it alone would estimate and the standard error, SI.
+    """
+
+    name: str
+    chi2: float
+    degrees: int
+    chance: float
+    records: dict[str, tuple[float, float]]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Side:
     """One of the two models beside the records.
 
@@ -127,6 +146,7 @@ class Side:
         chi2_reduced: of the whole.
         held_out_nrmse: error on windows left out of the fit, see `held_out`.
         records: beside their predictions.
+        disagreements: of the parameters between records.
     """
 
     model: Model
@@ -134,6 +154,7 @@ class Side:
     chi2_reduced: float
     held_out_nrmse: float
     records: tuple[RecordFit, ...]
+    disagreements: tuple[Disagreement, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -195,8 +216,8 @@ class Diagnosis:
             ],
             "ambiguous_with": list(self.ambiguous_with),
             "location": _location(self.location),
-            "nominal": {"chi2_reduced": self.nominal.chi2_reduced, "held_out_nrmse": self.nominal.held_out_nrmse},
-            "augmented": {"chi2_reduced": self.augmented.chi2_reduced, "held_out_nrmse": self.augmented.held_out_nrmse},
+            "nominal": _side(self.nominal),
+            "augmented": _side(self.augmented),
             "free_form": self.free_form,
             "next_experiment": self.next_experiment,
             "sentences": list(self.sentences),
@@ -204,6 +225,19 @@ class Diagnosis:
             "warnings": list(self.warnings),
             "provenance": dict(provenance or {}),
         }
+
+
+def _side(side: Side) -> dict[str, Any]:
+    differ = {
+        one.name: {
+            "chi2": one.chi2,
+            "degrees": one.degrees,
+            "chance": one.chance,
+            "records": {file: {"value": value, "stderr": stderr} for file, (value, stderr) in one.records.items()},
+        }
+        for one in side.disagreements
+    }
+    return {"chi2_reduced": side.chi2_reduced, "held_out_nrmse": side.held_out_nrmse, "between_records": differ}
 
 
 def _location(location: Location | None) -> dict[str, Any] | None:

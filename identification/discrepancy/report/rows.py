@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis, Number
+from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis, Disagreement, Number
 from identification.discrepancy.report.words import beside, chance_text, effect_words, plain_name
 from identification.report.channel_labels import spoken
 from identification.report.numbers import NONE, rounded, significant, unit_text
@@ -38,6 +38,16 @@ class ChangeRow:
     after: str
     unit: str
     shift: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SteadinessRow:
+    """Whether a parameter holds still from record to record, in both models."""
+
+    symbol: str
+    before: str
+    after: str
+    apart: str
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -105,6 +115,33 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
         )
         for name in (before | after)
     ]
+
+
+def steadiness_rows(diagnosis: Diagnosis) -> list[SteadinessRow]:
+    """Every parameter that several records determine, in both models."""
+    before = {one.name: one for one in diagnosis.nominal.disagreements}
+    after = {one.name: one for one in diagnosis.augmented.disagreements}
+    symbols = {one.name: one.symbol for side in (diagnosis.nominal, diagnosis.augmented) for one in side.parameters}
+    return [
+        SteadinessRow(
+            symbol=symbols[name],
+            before=_agrees(before.get(name)),
+            after=_agrees(after.get(name)),
+            apart=_apart(before.get(name) or after[name]),
+        )
+        for name in (before | after)
+    ]
+
+
+def _agrees(one: Disagreement | None) -> str:
+    """Scatter between records, and its chance."""
+    return NONE if one is None else f"{significant(one.chi2, 3)} of {one.degrees} ({chance_text(one.chance)})"
+
+
+def _apart(one: Disagreement) -> str:
+    """The two records that differ most."""
+    least, most = (chosen(one.records, key=lambda file: one.records[file][0]) for chosen in (min, max))
+    return ", ".join(f"{file} {rounded(*one.records[file]).text}" for file in (least, most))
 
 
 def candidate_rows(diagnosis: Diagnosis, most: int | None = None) -> list[CandidateRow]:

@@ -11,6 +11,7 @@ from identification.discrepancy.diagnosis import (
     Asserted,
     Considered,
     Diagnosis,
+    Disagreement,
     Location,
     Number,
     Profile,
@@ -39,7 +40,23 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         records=result.records,
     )
     worse = tuple(_without_friction(record, float(result.model.mass)) for record in result.records)
-    before = Side(model=result.model, parameters=_shared(result, 1.004), chi2_reduced=14.2, held_out_nrmse=0.187, records=worse)
+    stiffness = float(result.model.values()["k_i"])
+    before = Side(
+        model=result.model,
+        parameters=_shared(result, 1.004),
+        chi2_reduced=14.2,
+        held_out_nrmse=0.187,
+        records=worse,
+        disagreements=(
+            Disagreement(
+                name="k_i",
+                chi2=87.3,
+                degrees=1,
+                chance=9.4e-21,
+                records={"drop.csv": (stiffness, 1e-3 * stiffness), "cart1.csv": (1.02 * stiffness, 2e-3 * stiffness)},
+            ),
+        ),
+    )
     return Diagnosis(
         experiment=result.experiment,
         verdict=verdict,

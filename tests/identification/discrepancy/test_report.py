@@ -14,8 +14,9 @@ from identification.discrepancy.report.equation import equation_html
 from identification.discrepancy.report.figures.stretch import stretches
 from identification.discrepancy.report.learned_term import learned_term
 from identification.discrepancy.report.model_force import model_force
-from identification.discrepancy.report.rows import change_rows
+from identification.discrepancy.report.rows import change_rows, steadiness_rows
 from identification.discrepancy.report.write import draw
+from identification.report.numbers import NONE
 from tests.identification.discrepancy.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result
 from tests.identification.report.test_write import read
@@ -98,6 +99,15 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
     places = [text.find(piece) for piece in in_order]
     assert -1 not in places, dict(zip(in_order, places, strict=True))
     assert places == sorted(places)
+
+
+def test_a_parameter_that_will_not_hold_still_is_shown_with_the_records_furthest_apart(made, pages):
+    text = pages[MISSING][0].read_text(encoding="utf-8")
+    assert "From record to record" in text
+    (row,) = steadiness_rows(made[MISSING])
+    assert row.before.startswith("87.3 of 1 (9.4")
+    assert row.apart.startswith("drop.csv") and "cart1.csv" in row.apart
+    assert row.after == NONE
 
 
 def test_nothing_missing_is_said_plainly_and_nothing_is_asserted(pages):

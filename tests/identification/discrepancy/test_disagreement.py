@@ -1,0 +1,47 @@
+"""Whether parameters hold still from record to record."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.discrepancy.disagreement import disagreements
+from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
+from identification.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.levenberg_marquardt import LevenbergMarquardt
+from identification.prepare import prepare
+from tests.identification.conftest import cropped
+
+
+@pytest.fixture(scope="module")
+def fits(example):
+    """The example shortened, fitted: as recorded, and with one record's force channel read 5 % too high."""
+
+    def fitted(experiment) -> Fitted:
+        prepared = prepare(experiment)
+        evaluate = evaluator(prepared, integrator_for(prepared))
+        outcome = LevenbergMarquardt()(evaluate, prepared.start, free_unknowns(prepared), bounds(prepared))
+        return Fitted(prepared=prepared, outcome=outcome)
+
+    short = cropped(example, 3000, (0, 1, 2, 3))
+    first, *others = short.records
+    louder = dataclasses.replace(first, channels=dict(first.channels) | {"impact_force": 1.05 * first.channels["impact_force"]})
+    return fitted(short), fitted(dataclasses.replace(short, records=(louder, *others)))
+
+
+def told(fitted):
+    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in fitted.prepared.groups])
+    return {one.name: one for one in disagreements(fitted, Tolerance(samples=samples, cut=1e9))}
+
+
+def test_parameters_of_a_complete_model_hold_still(fits):
+    found = told(fits[0])
+    assert {"k_i", "f_n"} <= set(found)
+    assert min(one.chance for one in found.values()) > 1e-3
+    assert all(abs(value / fits[0].model.values()["f_n"] - 1.0) < 1e-2 for value, _ in found["f_n"].records.values())
+
+
+def test_a_load_cell_that_reads_too_high_in_one_record_moves_its_stiffness(fits):
+    found = told(fits[1])
+    assert min(found[name].chance for name in ("k_i", "n")) < 1e-6
