@@ -11,7 +11,8 @@ from identification.estimate import fit_experiment
 from identification.experiment import ExperimentError, load_experiment
 from identification.recipes import RAW_READERS, Cut, Recipe, air_track, cyberdiver, silverbox
 from identification.recipes.load import load_recipe, read_recipe, recipe_names
-from identification.recipes.prepare import find_recordings, recipe_experiment
+from identification.recipes.prepare import recipe_experiment
+from identification.recipes.recordings import find_recordings
 from vibrojax.errors import InputError
 
 RECIPES = recipe_names()
@@ -44,7 +45,8 @@ def made(tmp_path) -> Recipe:
         'gap = 9.0\ncolumns = { hammer_displacement = "output", applied_force = "input" }\n'
     )
     (folder / "recipe.toml").write_text(
-        'schema = 1\ntitle = "Toy"\norigin = "https://example.org/toy"\nlicence = "none"\ncitation = "nobody"\nexpect = "little"\n'
+        'schema = 1\ntitle = "Toy"\norigin = "https://example.org/toy"\nlicence = "none"\ncitation = "nobody"\nobtain = "Ask."\n'
+        'expect = "little"\n'
         f'reader = "silverbox"\ndata_folder = "toy-set"\n[[file]]\npath = "raw.mat"\nsha256 = "{digest}"\n'
         '[[record]]\nfile = "a.npz"\nsource = "raw.mat"\nstart = 0.1\nstop = 0.2\n'
     )
