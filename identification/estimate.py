@@ -99,9 +99,10 @@ def _from_other_starts(
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
-    """Samples that count, less estimated numbers."""
+    """Samples that count, less estimated numbers; a window on a prescribed path has no free initial state."""
     counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
-    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * len(prepared.record)
+    free_windows = sum(len(group.record) for group in prepared.groups if group.prescribed is None)
+    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
 
 
 def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> float:

@@ -4,10 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from identification import measured_input
 from identification.experiment import Experiment, ExperimentError, Record
 from identification.kinematics import Kinematics, kinematics
-from identification.lanes import grouped, initial_states, lane
+from identification.lanes import grouped, initial_states, inputs_of, lane
 from identification.layout import Estimate, Layout, layout_of
 from identification.nominal import nominal_model
 from identification.start import first_guesses, harmonic_acceleration, harmonic_start
@@ -57,7 +56,8 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     layout = layout_of(model, *parameters[len(model.parameters) :], files=tuple(record.file for record in experiment.records))
     records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
-    measured = [measured_input.measured_motion(record) if record.base == "measured" else None for record in records]
+    inputs = [inputs_of(record) for record in records]
+    measured = [each.cart for each in inputs]
     accelerations = [_base_acceleration(r, b, m) for r, b, m in zip(records, bases, measured, strict=True)]
     motions = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
 
@@ -68,9 +68,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     longest = max(length for parts in cuts for _, length in parts)
     longest += -longest % _PADDED_TO
     lanes = [
-        lane(index, record, first, length, longest, measured[index])
-        for index, record in enumerate(records)
-        for first, length in cuts[index]
+        lane(index, record, first, length, longest, inputs[index]) for index, record in enumerate(records) for first, length in cuts[index]
     ]
     groups = grouped(lanes)
     states = np.concatenate([initial_states(group, motions) for group in groups])

@@ -14,7 +14,7 @@ class Record:
 
     Attributes:
         file: path of the record inside the experiment's folder, as written there.
-        kind: "drop-test", "cart-excitation", "free-decay" or "forced".
+        kind: "drop-test", "cart-excitation", "free-decay", "forced" or "prescribed".
         gap: clearance between hammer and stop at rest, m, as set by the operator.
         excitation_frequency: Hz, as set; None where the record has no drive or the drive is the measured motion.
         base: "sine", or "measured" where the recorded cart motion drives the model.
