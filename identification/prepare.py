@@ -49,7 +49,11 @@ class Prepared:
 
 
 def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
-    """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted."""
+    """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted.
+
+    Held-back records are left aside here, so that nothing that is built on windows can see them.
+    """
+    experiment = experiment.fitting
     model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     fixed = _fixed(experiment, parameters)

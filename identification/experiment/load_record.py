@@ -66,7 +66,14 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
 
 def _declared(settings: RecordSettings) -> dict[str, Any]:
     """What the experiment file alone says of a record."""
-    return {"file": settings.file, "kind": settings.kind, "gap": settings.gap, "base": settings.base, **settings.numbers}
+    return {
+        "file": settings.file,
+        "kind": settings.kind,
+        "gap": settings.gap,
+        "base": settings.base,
+        "held_back": settings.held_back,
+        **settings.numbers,
+    }
 
 
 def _without_file(settings: RecordSettings, need_file: bool) -> Record:
@@ -98,13 +105,13 @@ def _check_driving_channels(settings: RecordSettings, channels: set[str]) -> Non
     """A record whose motion is driven by a recorded channel must hold that channel."""
     if settings.kind == "forced" and "applied_force" not in channels:
         raise ExperimentError(f"{settings.where} is 'forced' and has no applied_force: expected that channel; add column and sensor")
+    if settings.kind == "prescribed":
+        _check_prescribed(settings, channels)
     if settings.base == "measured" and not channels & set(CART_CHANNELS):
         raise ExperimentError(
             f"{settings.where} has base = 'measured' and no recorded cart motion: expected cart_displacement or cart_acceleration; "
             "add its column and its sensor"
         )
-    if settings.kind == "prescribed":
-        _check_prescribed(settings, channels)
 
 
 def _check_prescribed(settings: RecordSettings, channels: set[str]) -> None:
