@@ -64,7 +64,7 @@ def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) ->
     if "reaction_force" in record.channels:
         inertia = bridged(record.time, record.channels["reaction_force"])
     near = smooth > record.gap - 0.05 * np.ptp(smooth)
-    force, touching = None, _stands_out(inertia, near)
+    force, touching = None, stands_out(inertia, near)
     if "impact_force" in record.channels:
         force = bridged(record.time, record.channels["impact_force"])
         touching = force > _CONTACT_SIGNIFICANCE * record.noise["impact_force"]
@@ -82,7 +82,7 @@ def _displacement_noise(record: Record) -> float:
     return float(np.hypot(record.noise.get("hammer_displacement", np.inf), cart))
 
 
-def _stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:
+def stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Where the inertia force is far above its usual range in flight, as only an impact makes it; `near` is close to the stop or in it.
 
     A record that holds little but one long contact has no usual range of its own, so flight is what is not near.

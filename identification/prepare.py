@@ -5,12 +5,14 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Experiment, ExperimentError, Record
+from identification.integrated_motion import integrated_motions
 from identification.kinematics import Kinematics, kinematics
 from identification.lanes import grouped, initial_states, inputs_of, lane
 from identification.layout import Estimate, Layout, layout_of
 from identification.nominal import nominal_model
 from identification.start import first_guesses, harmonic_acceleration, harmonic_start
 from identification.windows import WindowLength, Windows, cut
+from vibrojax.contact import NoContact
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
@@ -64,6 +66,8 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     measured = [each.cart for each in inputs]
     accelerations = [_base_acceleration(r, b, m) for r, b, m in zip(records, bases, measured, strict=True)]
     motions = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
+    motions, sines = integrated_motions(records, motions, accelerations, mass=experiment.mass, stop=not isinstance(model.law, NoContact))
+    bases = [sines.get(index, base) for index, base in enumerate(bases)]
 
     guesses = first_guesses(experiment, model, motions)
     values, gap_errors = next(iter(guesses.values()))
