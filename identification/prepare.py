@@ -10,6 +10,7 @@ from identification.kinematics import Kinematics, kinematics
 from identification.lanes import grouped, initial_states, inputs_of, lane
 from identification.layout import Estimate, Layout, layout_of
 from identification.nominal import nominal_model
+from identification.release import from_release
 from identification.start import first_guesses, harmonic_acceleration, harmonic_start
 from identification.windows import WindowLength, Windows, cut
 from vibrojax.contact import NoContact
@@ -53,9 +54,11 @@ class Prepared:
 def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
     """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted.
 
-    Held-back records are left aside here, so that nothing that is built on windows can see them.
+    Held-back records are left aside here, so that nothing that is built on windows can see them; so is what a record shows of a hammer
+    that is still held.
     """
     experiment = experiment.fitting
+    experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
     model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     fixed = _fixed(experiment, parameters)
