@@ -31,7 +31,7 @@ def main() -> None:
             result = fit_experiment(load_experiment(folder), law=options.law)
         print_fit(name, result)
         if recipe.reader == "air-track":
-            print_restitution(result.records)
+            print_restitution((*result.records, *result.held_back))
 
 
 def print_fit(name: str, result: FitResult) -> None:
@@ -42,10 +42,11 @@ def print_fit(name: str, result: FitResult) -> None:
         print(f"  {row.spec.name:9} {_with_error(row.value, row.stderr)} {row.spec.unit}  {row.status}")
     for row in result.derived:
         print(f"  {row.name:9} {_with_error(row.value, row.stderr)} {row.unit}")
-    for record in result.records:
+    for record in (*result.records, *result.held_back):
+        held = "  (held back)" if record in result.held_back else ""
         for channel, share in record.nrmse.items():
             rms = share * np.nanstd(record.measured[channel])
-            print(f"  {record.file:18} {channel:22} rms error {rms:9.3g}, {100 * share:5.1f} % of the channel's own")
+            print(f"  {record.file:18} {channel:22} rms error {rms:9.3g}, {100 * share:5.1f} % of the channel's own{held}")
 
 
 def print_restitution(records: tuple[RecordFit, ...]) -> None:

@@ -10,6 +10,7 @@ from identification.adequacy import OVERALL, chi2_limit
 from identification.block_arrow import Equations, reduce, solve
 from identification.experiment import Experiment
 from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
+from identification.held_back import held_back_fits
 from identification.layout import Active, Estimate, Layout
 from identification.levenberg_marquardt import Outcome
 from identification.multistart import Multistart
@@ -29,7 +30,7 @@ def fit_experiment(
     """Fit the nominal model to an experiment.
 
     Arguments:
-        experiment: as loaded.
+        experiment: as loaded; its held-back records are predicted at the end.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         starts: how many starts are tried; None tries several only where the first fit leaves a misfit, 1 never does.
         seed: of the random starts.
@@ -60,10 +61,15 @@ def fit_experiment(
     records = record_fits(prepared, integrator_for(prepared), outcome.estimate, _nuisance_errors(prepared, spread, active))
     seconds["records"] = clock.lap()
     values = prepared.layout.physical(outcome.estimate.shared)
+    model = prepared.model.replace(values)
+    if experiment.held_back:
+        progress("predicting the held-back records")
+    held_back = held_back_fits(experiment, model)
+    seconds["held back"] = clock.lap()
     chosen = np.flatnonzero(known.shared)
     return FitResult(
         experiment=experiment,
-        model=prepared.model.replace(values),
+        model=model,
         parameters=parameters,
         derived=_derived(prepared.layout, values, experiment.mass, spread, known),
         correlation=spread.correlation(chosen),
@@ -78,6 +84,7 @@ def fit_experiment(
         warnings=(*_warnings(outcome, spread, reduced_chi2, shift), *_implausible_gaps(prepared)),
         seed=seed,
         seconds=seconds,
+        held_back=held_back,
     )
 
 
@@ -99,9 +106,10 @@ def _from_other_starts(
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
-    """Samples that count, less estimated numbers."""
+    """Samples that count, less estimated numbers; a window on a prescribed path has no free initial state."""
     counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
-    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * len(prepared.record)
+    free_windows = sum(len(group.record) for group in prepared.groups if group.prescribed is None)
+    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
 
 
 def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> float:

@@ -60,14 +60,14 @@ def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
     )
 
 
-def evaluator(prepared: Prepared, integrator: Landing) -> Callable[[Estimate], Equations]:
+def evaluator(prepared: Prepared, integrator: Landing, *, side_by_side: int = CHUNK) -> Callable[[Estimate], Equations]:
     """Function from a point of the fit to the normal equations of all windows.
 
     Windows go through in chunks of one size, which fit the processor's cache, share one compiled program whatever their number, and
-    keep all cores busy.
+    keep all cores busy. `side_by_side` is that size.
     """
     model, layout, count = as_arrays(prepared.model), prepared.layout, len(prepared.record)
-    chunks = [(lanes, on_device(group)) for lanes, group in chunked(prepared.groups, CHUNK)]
+    chunks = [(lanes, on_device(group)) for lanes, group in chunked(prepared.groups, side_by_side)]
 
     def evaluate(estimate: Estimate) -> Equations:
         local = estimate.local(prepared.record)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from identification.lanes import grouped, initial_states, lane
+from identification.lanes import Inputs, grouped, initial_states, lane
 from identification.prepare import Prepared
 from identification.windows import Windows
 
@@ -14,7 +14,7 @@ def impact_windows(prepared: Prepared, count: int) -> tuple[Windows, np.ndarray]
     """
     found = []
     for index, (motion, cart) in enumerate(zip(prepared.motions, prepared.carts, strict=True)):
-        if motion is None or cart is not None or prepared.experiment.records[index].kind == "forced":
+        if motion is None or cart is not None or prepared.experiment.records[index].kind in ("forced", "prescribed"):
             continue
         edges = np.flatnonzero(np.diff(np.concatenate([[False], motion.touching, [False]]).astype(int))).tolist()
         whole = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a > 0 and b < len(motion.u)]
@@ -27,6 +27,6 @@ def impact_windows(prepared: Prepared, count: int) -> tuple[Windows, np.ndarray]
     spans = [(index, max(a - margin, 0), b + margin) for _, index, a, b in chosen]
     records = prepared.experiment.records
     longest = max(stop - first for _, first, stop in spans)
-    lanes = [lane(i, records[i], first, min(stop, len(records[i].time)) - first, longest, None) for i, first, stop in spans]
+    lanes = [lane(i, records[i], first, min(stop, len(records[i].time)) - first, longest, Inputs()) for i, first, stop in spans]
     (group,) = grouped(lanes)
     return group, initial_states(group, prepared.motions)

@@ -26,7 +26,7 @@ class Kinematics:
     force: np.ndarray | None
     """Contact force of the load cell, N; None without one."""
     inertia: np.ndarray
-    """-m x'', N: the contact force and that of the suspension."""
+    """-m x'', or the reaction force on a prescribed path, N: the contact force and that of the suspension."""
     touching: np.ndarray
 
 
@@ -61,14 +61,16 @@ def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) ->
     smooth, v, a = (np.asarray(savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt)) for order in range(3))
     acceleration = record.channels.get("hammer_acceleration")
     inertia = -mass * (a + base_acceleration if acceleration is None else bridged(record.time, acceleration))
+    if "reaction_force" in record.channels:
+        inertia = bridged(record.time, record.channels["reaction_force"])
     near = smooth > record.gap - 0.05 * np.ptp(smooth)
-    force, touching = None, _stands_out(inertia, near)
+    force, touching = None, stands_out(inertia, near)
     if "impact_force" in record.channels:
         force = bridged(record.time, record.channels["impact_force"])
         touching = force > _CONTACT_SIGNIFICANCE * record.noise["impact_force"]
     elif acceleration is None:
         touching |= smooth > record.gap + _CONTACT_SIGNIFICANCE * _displacement_noise(record)
-    touching &= near
+    touching = smooth > record.gap if record.kind == "prescribed" else touching & near
     return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, inertia=inertia, touching=touching)
 
 
@@ -80,7 +82,7 @@ def _displacement_noise(record: Record) -> float:
     return float(np.hypot(record.noise.get("hammer_displacement", np.inf), cart))
 
 
-def _stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:
+def stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Where the inertia force is far above its usual range in flight, as only an impact makes it; `near` is close to the stop or in it.
 
     A record that holds little but one long contact has no usual range of its own, so flight is what is not near.

@@ -10,24 +10,44 @@ from identification import measured_input
 from identification.experiment import Record
 from identification.kinematics import Kinematics
 from identification.windows import FITTED_CHANNELS, Windows
-from vibrojax.excitation import SampledMotion
+from vibrojax.excitation import SampledForce, SampledMotion
 
 
-def lane(index: int, record: Record, first: int, length: int, samples: int, motion: SampledMotion | None) -> Windows:
-    """One window of a record, padded to `samples`; `motion` is that of the cart where it was measured and drives the model."""
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """What was recorded and drives the model along one whole record; None where it does not."""
+
+    cart: SampledMotion | None = None
+    applied: SampledForce | None = None
+    prescribed: SampledMotion | None = None
+
+
+def inputs_of(record: Record) -> Inputs:
+    """Recorded inputs of a record."""
+    return Inputs(
+        cart=measured_input.measured_motion(record) if record.base == "measured" else None,
+        applied=measured_input.measured_force(record) if record.kind == "forced" else None,
+        prescribed=measured_input.prescribed_motion(record) if record.kind == "prescribed" else None,
+    )
+
+
+def lane(index: int, record: Record, first: int, length: int, samples: int, inputs: Inputs) -> Windows:
+    """One window of a record, padded to `samples`, with its part of the inputs."""
     present = np.arange(first, first + length)
     dt = float(np.median(np.diff(record.time)))
     ts = record.time[present[-1]] + dt * np.arange(1 - length, samples - length + 1)
     ts[:length] = record.time[present]
     measured, weight = np.zeros((samples, len(FITTED_CHANNELS))), np.zeros((samples, len(FITTED_CHANNELS)))
+    driving = measured_input.driving_channels(record)
     for column, name in enumerate(FITTED_CHANNELS):
-        if name not in record.channels or (name.startswith("cart") and motion is not None):
+        if name not in record.channels or name in driving:
             continue
         values = record.channels[name][present]
         usable = np.isfinite(values)
         measured[:length, column] = np.where(usable, values, 0.0)
         weight[:length, column] = usable / record.noise[name]
-    driven = record.kind == "cart-excitation" and motion is None
+    driven = record.kind == "cart-excitation" and inputs.cart is None
+    cart, applied, prescribed = inputs.cart, inputs.applied, inputs.prescribed
     return Windows(
         record=np.asarray(index),
         first=np.asarray(first),
@@ -37,24 +57,18 @@ def lane(index: int, record: Record, first: int, length: int, samples: int, moti
         weight=weight,
         gap=np.asarray(record.gap),
         frequency_hz=np.asarray(record.excitation_frequency if driven else 0.0),
-        motion=None
-        if motion is None
-        else SampledMotion(
-            position=measured_input.part(motion.position, first, samples),
-            second_derivative=measured_input.part(motion.second_derivative, first, samples),
-        ),
-        applied=None
-        if record.kind != "forced"
-        else type(force := measured_input.measured_force(record))(signal=measured_input.part(force.signal, first, samples)),
+        motion=None if cart is None else measured_input.motion_part(cart, first, samples),
+        applied=None if applied is None else SampledForce(signal=measured_input.part(applied.signal, first, samples)),
+        prescribed=None if prescribed is None else measured_input.motion_part(prescribed, first, samples),
         channels=FITTED_CHANNELS,
     )
 
 
 def grouped(lanes: list[Windows]) -> tuple[Windows, ...]:
     """Windows of one kind of excitation stacked, channels that none of them holds left out."""
-    kinds: dict[tuple[bool, bool], list[Windows]] = {}
+    kinds: dict[tuple[bool, ...], list[Windows]] = {}
     for lane in lanes:
-        kinds.setdefault((lane.motion is None, lane.applied is None), []).append(lane)
+        kinds.setdefault(tuple(each is None for each in (lane.motion, lane.applied, lane.prescribed)), []).append(lane)
     stacked = [jax.tree.map(lambda *leaves: np.stack(leaves), *group) for group in kinds.values()]
     return tuple(_without_empty(group) for group in stacked)
 

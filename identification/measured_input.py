@@ -1,11 +1,31 @@
-"""Recorded cart motion and recorded force as inputs of the model."""
+"""Recorded motion and recorded force as inputs of the model."""
+
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline, splev, splrep
 
-from identification.experiment import ExperimentError, Record
-from identification.kinematics import bridged
+from identification.experiment import MOTION_CHANNELS, ExperimentError, Record
+from identification.kinematics import bridged, relative_displacement
 from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
+
+
+def driving_channels(record: Record) -> frozenset[str]:
+    """Channels that drive the model in this record, so that it cannot be compared with them."""
+    cart = ("cart_displacement", "cart_acceleration") if record.base == "measured" else ()
+    motion = MOTION_CHANNELS if record.kind == "prescribed" else ()
+    return frozenset(("applied_force", *cart, *motion))
+
+
+def prescribed_motion(record: Record) -> SampledMotion:
+    """Motion of the hammer against the cart as recorded: a quintic smoothing spline whose residual equals the noise."""
+    u = relative_displacement(record)
+    name = next((name for name in MOTION_CHANNELS if name in record.channels), None)
+    if u is None or name is None:
+        raise ExperimentError(f"record {record.file!r} is prescribed but its motion is not recorded: record {MOTION_CHANNELS[0]}")
+    smooth = _smoothing(record.time, u, record.noise.get(name, 0.0))
+    position, curvature = (CubicSpline(record.time, splev(record.time, smooth, der=order)) for order in (0, 2))
+    return SampledMotion(position=_signal(position), second_derivative=_signal(curvature))
 
 
 def measured_motion(record: Record) -> SampledMotion:
@@ -24,7 +44,7 @@ def measured_motion(record: Record) -> SampledMotion:
     smooth = None
     if "cart_displacement" in channels:
         noise = record.noise.get("cart_displacement", 0.0)
-        smooth = splrep(time, bridged(time, channels["cart_displacement"]), k=5, s=len(time) * noise**2)
+        smooth = _smoothing(time, bridged(time, channels["cart_displacement"]), noise)
     recorded = bridged(time, channels["cart_acceleration"]) if "cart_acceleration" in channels else splev(time, smooth, der=2)
     acceleration = CubicSpline(time, recorded)
     if smooth is not None:
@@ -46,6 +66,16 @@ def part(signal: CubicSignal, first: int, samples: int) -> CubicSignal:
     pieces = np.minimum(wanted[:-1], signal.coefficients.shape[1] - 1)
     knots = signal.knots[wanted] + np.maximum(np.arange(first, first + samples) - (len(signal.knots) - 1), 0) * 1.0
     return CubicSignal(knots=knots, coefficients=signal.coefficients[:, pieces])
+
+
+def motion_part(motion: SampledMotion, first: int, samples: int) -> SampledMotion:
+    """`part` of a motion."""
+    return SampledMotion(position=part(motion.position, first, samples), second_derivative=part(motion.second_derivative, first, samples))
+
+
+def _smoothing(time: np.ndarray, values: np.ndarray, noise: float) -> Any:
+    """Quintic spline, in the form of SciPy's `splrep`, that leaves as much as the noise."""
+    return splrep(time, values, k=5, s=len(time) * noise**2)
 
 
 def _signal(spline: CubicSpline) -> CubicSignal:

@@ -4,14 +4,16 @@ import dataclasses
 
 import numpy as np
 
-from identification import measured_input
 from identification.experiment import Experiment, ExperimentError, Record
+from identification.integrated_motion import integrated_motions
 from identification.kinematics import Kinematics, kinematics
-from identification.lanes import grouped, initial_states, lane
+from identification.lanes import grouped, initial_states, inputs_of, lane
 from identification.layout import Estimate, Layout, layout_of
 from identification.nominal import nominal_model
+from identification.release import from_release
 from identification.start import first_guesses, harmonic_acceleration, harmonic_start
 from identification.windows import WindowLength, Windows, cut
+from vibrojax.contact import NoContact
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
@@ -50,16 +52,25 @@ class Prepared:
 
 
 def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
-    """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted."""
+    """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted.
+
+    Held-back records are left aside here, so that nothing that is built on windows can see them; so is what a record shows of a hammer
+    that is still held.
+    """
+    experiment = experiment.fitting
+    experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
     model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     fixed = _fixed(experiment, parameters)
     layout = layout_of(model, *parameters[len(model.parameters) :], files=tuple(record.file for record in experiment.records))
     records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
-    measured = [measured_input.measured_motion(record) if record.base == "measured" else None for record in records]
+    inputs = [inputs_of(record) for record in records]
+    measured = [each.cart for each in inputs]
     accelerations = [_base_acceleration(r, b, m) for r, b, m in zip(records, bases, measured, strict=True)]
     motions = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
+    motions, sines = integrated_motions(records, motions, accelerations, mass=experiment.mass, stop=not isinstance(model.law, NoContact))
+    bases = [sines.get(index, base) for index, base in enumerate(bases)]
 
     guesses = first_guesses(experiment, model, motions)
     values, gap_errors = next(iter(guesses.values()))
@@ -68,9 +79,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     longest = max(length for parts in cuts for _, length in parts)
     longest += -longest % _PADDED_TO
     lanes = [
-        lane(index, record, first, length, longest, measured[index])
-        for index, record in enumerate(records)
-        for first, length in cuts[index]
+        lane(index, record, first, length, longest, inputs[index]) for index, record in enumerate(records) for first, length in cuts[index]
     ]
     groups = grouped(lanes)
     states = np.concatenate([initial_states(group, motions) for group in groups])

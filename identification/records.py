@@ -9,13 +9,15 @@ import numpy as np
 
 from identification.fit import as_arrays, on_device
 from identification.layout import NUISANCES, Estimate, Layout
+from identification.measured_input import driving_channels
 from identification.prepare import Prepared
 from identification.residual import predict
 from identification.result import Nuisance, RecordFit
 from identification.windows import Windows
-from vibrojax.channels import CHANNELS
+from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS
 from vibrojax.integrate import Landing
 
+_ALL = (*CHANNELS, *SUPPORT_CHANNELS)
 _UNITS = {"base_amplitude": "m", "base_phase": "rad", "gap_error": "m"}
 
 
@@ -27,17 +29,17 @@ def _predict(model, layout, integrator: Landing, windows: Windows, local):
 def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, errors: np.ndarray) -> tuple[RecordFit, ...]:
     """One `RecordFit` a record; `errors` are the standard errors of the nuisances, (records, 3), NaN where not estimated."""
     names = ("relative_velocity", "in_contact", "window")
-    series = [{name: np.full(len(record.time), np.nan) for name in (*CHANNELS, *names)} for record in prepared.experiment.records]
+    series = [{name: np.full(len(record.time), np.nan) for name in (*_ALL, *names)} for record in prepared.experiment.records]
     model, begin = as_arrays(prepared.model), 0
     for group in prepared.groups:
         windows = range(begin, begin + len(group.record))
         begin += len(group.record)
-        everything = dataclasses.replace(on_device(group), channels=CHANNELS)
+        everything = dataclasses.replace(on_device(group), channels=_ALL)
         local = jnp.asarray(estimate.local(prepared.record)[windows.start : windows.stop])
         predicted, trajectory = jax.tree.map(np.asarray, _predict(model, prepared.layout, integrator, everything, local))
         for lane, window in enumerate(windows):
             target, part = series[group.record[lane]], slice(group.first[lane], group.first[lane] + group.lengths[lane])
-            values = dict(zip(CHANNELS, predicted[lane].T, strict=True))
+            values = dict(zip(_ALL, predicted[lane].T, strict=True))
             values |= {"relative_velocity": trajectory.v[lane], "in_contact": trajectory.in_contact[lane]}
             for name, column in values.items():
                 target[name][part] = column[: group.lengths[lane]]
@@ -47,8 +49,8 @@ def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, err
 
 def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], estimate: Estimate, errors: np.ndarray) -> RecordFit:
     record, nuisances = prepared.experiment.records[index], estimate.nuisances[index]
-    inputs = {"applied_force"} | ({"cart_displacement", "cart_acceleration"} if record.base == "measured" else set())
-    fitted = [name for name in CHANNELS if name in record.channels and name not in inputs]
+    inputs = driving_channels(record)
+    fitted = [name for name in _ALL if name in record.channels and name not in inputs]
     residual = {name: record.channels[name] - values[name] for name in fitted}
     return RecordFit(
         file=record.file,
@@ -56,8 +58,8 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
         gap=record.gap + nuisances[NUISANCES.index("gap_error")],
         nuisances=_nuisances(prepared.layout, nuisances, errors),
         time=record.time,
-        measured={name: record.channels[name] for name in CHANNELS if name in record.channels},
-        predicted={name: values[name] for name in CHANNELS},
+        measured={name: record.channels[name] for name in _ALL if name in record.channels},
+        predicted={name: values[name] for name in _ALL},
         noise=dict(record.noise),
         nrmse={name: float(_rms(r) / np.nanstd(record.channels[name])) for name, r in residual.items()},
         chi2_reduced={name: float((_rms(r) / record.noise[name]) ** 2) for name, r in residual.items()},

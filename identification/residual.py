@@ -11,7 +11,7 @@ from identification.layout import STATES, Layout
 from identification.windows import Windows
 from vibrojax.channels import channels
 from vibrojax.excitation import Harmonic, Unforced
-from vibrojax.integrate import SUCCESS, Landing, Trajectory
+from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -53,8 +53,13 @@ def predict(
 ) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
     """Model channels of every window, in the order of `windows.channels`, and the trajectories they come from."""
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
-    trajectory = integrator.batch(systems, windows.ts, initial_states(layout, local), windows.lengths)
-    lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
+    states = initial_states(layout, local)
+    if windows.prescribed is None:
+        trajectory = integrator.batch(systems, windows.ts, states, windows.lengths)
+        lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
+    else:
+        lanes = jax.vmap(lambda motion, *where: Guided(motion)(*where))(windows.prescribed, systems, windows.ts, states)
+        trajectory = eqx.tree_at(lambda t: t.steps, lanes, lanes.steps[0])
     readings = jax.vmap(channels)(systems, lanes)
     return jnp.stack([readings[name] for name in windows.channels], axis=-1), trajectory
 

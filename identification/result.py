@@ -120,7 +120,8 @@ class FitResult:
         correlated: names of the estimated parameters, the axes of `correlation`.
         chi2_reduced: chi-square over degrees of freedom.
         degrees: samples times channels that counted, less the estimated numbers.
-        records: beside their predictions.
+        records: beside their predictions; those that were fitted.
+        held_back: those that were not, beside their predictions.
         starts: of the multistart, best first.
         converged: False if the iteration stopped early.
         iterations: of the last stage.
@@ -146,3 +147,4 @@ class FitResult:
     warnings: tuple[str, ...]
     seed: int
     seconds: dict[str, float]
+    held_back: tuple[RecordFit, ...] = ()

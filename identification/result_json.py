@@ -51,6 +51,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "discretisation": result.discretisation,
         "warnings": list(result.warnings),
         "records": [_record(record) for record in result.records],
+        "held_back": [_record(record) for record in result.held_back],
         "starts": [
             {"origin": s.origin, "initial": s.initial, "initial_cost": s.initial_cost, "final": s.final, "final_cost": s.final_cost}
             for s in result.starts

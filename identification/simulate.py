@@ -10,10 +10,10 @@ from identification import measured_input
 from identification.experiment import ExperimentError, Record
 from identification.kinematics import kinematics
 from identification.start import harmonic_acceleration, harmonic_start
-from vibrojax.channels import CHANNELS, channels
+from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS, channels
 from vibrojax.errors import NoConvergenceError
 from vibrojax.excitation import Harmonic, Unforced, at_rest
-from vibrojax.integrate import RESULT_MESSAGES, SUCCESS, Landing
+from vibrojax.integrate import RESULT_MESSAGES, SUCCESS, Guided, Landing
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -36,12 +36,14 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     amplitude, phase = _base(record)
     system = _system(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)
-    trajectory = _integrator(model, record)(system, jnp.asarray(record.time), jnp.asarray(state))
+    integrator = Guided(measured_input.prescribed_motion(record)) if record.kind == "prescribed" else _integrator(model, record)
+    trajectory = integrator(system, jnp.asarray(record.time), jnp.asarray(state))
     result = int(trajectory.result)
     if result != SUCCESS:
         raise NoConvergenceError(f"record {record.file!r} cannot be simulated: {RESULT_MESSAGES[result]}")
     readings = channels(system, trajectory)
-    return {"time": record.time} | {name: np.asarray(readings[name]) for name in CHANNELS}
+    names = CHANNELS if record.kind != "prescribed" else (*CHANNELS, *SUPPORT_CHANNELS)
+    return {"time": record.time} | {name: np.asarray(readings[name]) for name in names}
 
 
 def _integrator(model: Model, record: Record) -> Landing:

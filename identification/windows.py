@@ -9,12 +9,12 @@ from jaxtyping import Float, Int
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics
-from vibrojax.channels import CHANNELS
+from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS
 from vibrojax.excitation import SampledForce, SampledMotion
 
 Hosted = Any
 """Windows are cut with NumPy and run with JAX: an array of either kind."""
-FITTED_CHANNELS = tuple(name for name in CHANNELS if name != "applied_force")
+FITTED_CHANNELS = tuple(name for name in (*CHANNELS, *SUPPORT_CHANNELS) if name != "applied_force")
 
 
 class Windows(eqx.Module):
@@ -39,6 +39,8 @@ class Windows(eqx.Module):
     """Measured motion of the cart, with a leading lane axis; None where the cart is at rest or moves harmonically."""
     applied: SampledForce | None
     """Measured force on the hammer, with a leading lane axis; None where there is none."""
+    prescribed: SampledMotion | None
+    """Motion that the hammer is led along, with a leading lane axis; None where it moves as the forces want."""
     channels: tuple[str, ...] = eqx.field(static=True)
 
 

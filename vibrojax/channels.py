@@ -14,7 +14,9 @@ CHANNELS = (
     "applied_force",
     "relative_displacement",
 )
-"""Every channel that the model can predict, in the order of the tables."""
+"""What sensors on the rig read, in the order of the tables."""
+SUPPORT_CHANNELS = ("reaction_force",)
+"""What a gauge behind the suspension and the stop reads, as in a testing machine that prescribes the motion."""
 
 UNITS = {
     "hammer_displacement": "m",
@@ -24,6 +26,7 @@ UNITS = {
     "impact_force": "N",
     "applied_force": "N",
     "relative_displacement": "m",
+    "reaction_force": "N",
 }
 
 
@@ -31,7 +34,8 @@ def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, "
     """What the recorder shows along one trajectory, SI.
 
     Displacements and accelerations of hammer and cart are absolute, `relative_displacement` is u = x - y, and `impact_force` is the
-    push of the stop in front, positive in compression. Ideal readings, but for the faults of sensors among the system's effects.
+    push of the stop in front, positive in compression; `reaction_force` is all that holds the hammer back, applied force less inertia:
+    what suspension and stop resist with. Ideal readings, but for the faults of sensors among the system's effects.
     """
     ts, u, v, own = trajectory.ts, trajectory.u, trajectory.v, trajectory.own
     forces = system.forces(ts, u, v, own, trajectory.in_contact, trajectory.approach_speed)
@@ -46,6 +50,7 @@ def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, "
         "impact_force": forces.push,
         "applied_force": system.applied.force(ts),
         "relative_displacement": u,
+        "reaction_force": system.applied.force(ts) - system.mass * forces.absolute,
     }
     motion = system.motion(ts, u, v, own, trajectory.in_contact)
     for effect, part in sorted(system.each(own), key=lambda one: one[0].is_fault):  # the recorder's faults come last

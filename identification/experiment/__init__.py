@@ -1,6 +1,6 @@
 """Experiments in: folders with `experiment.toml` and record files become checked SI arrays; no physics is known here."""
 
-from identification.experiment.channels import CHANNELS, KINDS, si_unit
+from identification.experiment.channels import CHANNELS, KINDS, MOTION_CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError
 from identification.experiment.experiment import Experiment
 from identification.experiment.load import load_experiment
@@ -12,6 +12,7 @@ from identification.experiment.sensor import Sensor
 __all__ = [
     "CHANNELS",
     "KINDS",
+    "MOTION_CHANNELS",
     "Experiment",
     "ExperimentError",
     "ParameterOption",

@@ -5,6 +5,7 @@ from identification.experiment.units import SI_UNITS
 TIME = "time"
 
 # relative_displacement is u = x - y, for rigs that measure only the distance between hammer and cart.
+# reaction_force is what suspension and stop resist with, positive against motion towards the stop, the hammer's inertia not included.
 CHANNELS: dict[str, str] = {
     "hammer_displacement": "displacement",
     "cart_displacement": "displacement",
@@ -13,9 +14,11 @@ CHANNELS: dict[str, str] = {
     "cart_acceleration": "acceleration",
     "impact_force": "force",
     "applied_force": "force",
+    "reaction_force": "force",
 }
+MOTION_CHANNELS = ("relative_displacement", "hammer_displacement")
 CART_CHANNELS = ("cart_displacement", "cart_acceleration")
-KINDS = ("drop-test", "cart-excitation", "free-decay", "forced")
+KINDS = ("drop-test", "cart-excitation", "free-decay", "forced", "prescribed")
 
 
 def si_unit(channel: str) -> str:

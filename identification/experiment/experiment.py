@@ -1,6 +1,6 @@
 """An experiment: the rig as the operator described it, and its records."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from identification.experiment.record import Record
@@ -35,3 +35,13 @@ class Experiment:
     law: str | None = None
     parameters: dict[str, ParameterOption] = field(default_factory=dict)
     sensors: dict[str, Sensor] = field(default_factory=dict)
+
+    @property
+    def fitting(self) -> "Experiment":
+        """The experiment without its held-back records: what a fit may see."""
+        return replace(self, records=tuple(record for record in self.records if not record.held_back))
+
+    @property
+    def held_back(self) -> tuple[Record, ...]:
+        """Records that no fit may see."""
+        return tuple(record for record in self.records if record.held_back)

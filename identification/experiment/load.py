@@ -79,6 +79,8 @@ def _record_settings(tables: object, name: str) -> list[RecordSettings]:
     if not isinstance(tables, list) or not tables:
         raise ExperimentError(f"{name} has no record: expected at least one table [[record]] with file, kind and gap; add it")
     settings = [read_record_settings(values, number) for number, values in enumerate(tables, start=1)]
+    if all(each.held_back for each in settings):
+        raise ExperimentError(f"every record of {name} is held back: expected at least one to fit; set held_back = false there")
     for place, each in enumerate(settings):
         for earlier in settings[:place]:
             if PurePosixPath(each.file) == PurePosixPath(earlier.file):

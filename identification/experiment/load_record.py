@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.assignment import assign, wanted_columns
-from identification.experiment.channels import CART_CHANNELS, CHANNELS
-from identification.experiment.errors import ExperimentError
+from identification.experiment.channels import CART_CHANNELS, CHANNELS, MOTION_CHANNELS
+from identification.experiment.errors import ExperimentError, listed
 from identification.experiment.location import file_exists, record_path, sha256_of
 from identification.experiment.missing import mark_missing, mask_range
 from identification.experiment.readers import read_columns
@@ -18,6 +18,9 @@ from identification.experiment.saturation import saturation_notices
 from identification.experiment.sensor import Sensor
 from identification.experiment.timebase import check_time, declared_time
 from identification.experiment.units import factor_to_si
+
+ANSWERS = ("reaction_force", "impact_force", "hammer_acceleration")
+"""What a hammer on a prescribed path is compared by: `hammer_acceleration` is then all force on it over its mass."""
 
 
 def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Sensor], *, need_file: bool) -> Record:
@@ -63,7 +66,14 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
 
 def _declared(settings: RecordSettings) -> dict[str, Any]:
     """What the experiment file alone says of a record."""
-    return {"file": settings.file, "kind": settings.kind, "gap": settings.gap, "base": settings.base, **settings.numbers}
+    return {
+        "file": settings.file,
+        "kind": settings.kind,
+        "gap": settings.gap,
+        "base": settings.base,
+        "held_back": settings.held_back,
+        **settings.numbers,
+    }
 
 
 def _without_file(settings: RecordSettings, need_file: bool) -> Record:
@@ -95,8 +105,23 @@ def _check_driving_channels(settings: RecordSettings, channels: set[str]) -> Non
     """A record whose motion is driven by a recorded channel must hold that channel."""
     if settings.kind == "forced" and "applied_force" not in channels:
         raise ExperimentError(f"{settings.where} is 'forced' and has no applied_force: expected that channel; add column and sensor")
+    if settings.kind == "prescribed":
+        _check_prescribed(settings, channels)
     if settings.base == "measured" and not channels & set(CART_CHANNELS):
         raise ExperimentError(
             f"{settings.where} has base = 'measured' and no recorded cart motion: expected cart_displacement or cart_acceleration; "
             "add its column and its sensor"
+        )
+
+
+def _check_prescribed(settings: RecordSettings, channels: set[str]) -> None:
+    """A prescribed motion must be recorded, and beside it something that the model can be compared with."""
+    if not channels & set(MOTION_CHANNELS):
+        raise ExperimentError(
+            f"{settings.where} is 'prescribed' and its motion is not recorded: expected {MOTION_CHANNELS[0]} or {MOTION_CHANNELS[1]}; "
+            "add its column and its sensor"
+        )
+    if not channels & set(ANSWERS):
+        raise ExperimentError(
+            f"{settings.where} is 'prescribed' and no force is recorded: expected one of {listed(ANSWERS)}; add its column and its sensor"
         )

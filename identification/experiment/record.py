@@ -14,7 +14,7 @@ class Record:
 
     Attributes:
         file: path of the record inside the experiment's folder, as written there.
-        kind: "drop-test", "cart-excitation", "free-decay" or "forced".
+        kind: "drop-test", "cart-excitation", "free-decay", "forced" or "prescribed".
         gap: clearance between hammer and stop at rest, m, as set by the operator.
         excitation_frequency: Hz, as set; None where the record has no drive or the drive is the measured motion.
         base: "sine", or "measured" where the recorded cart motion drives the model.
@@ -24,6 +24,7 @@ class Record:
         initial_velocity: hammer minus cart at the first sample, m/s, or None.
         duration: s, as declared, or None.
         sampling_frequency: Hz, as declared, or None.
+        held_back: True where no fit may see the record: it is there to be predicted.
         time: time stamps in s, finite and strictly increasing, shape (samples,).
         channels: recorded channels in SI, float64, shape (samples,); NaN where a sample is not usable.
         noise: standard deviation of each recorded channel, SI, above 0: declared plus quantisation, else estimated.
@@ -44,6 +45,7 @@ class Record:
     initial_velocity: float | None = None
     duration: float | None = None
     sampling_frequency: float | None = None
+    held_back: bool = False
     channels: dict[str, Float64[np.ndarray, " samples"]] = field(default_factory=dict)
     noise: dict[str, float] = field(default_factory=dict)
     noise_estimated: frozenset[str] = frozenset()

@@ -11,7 +11,7 @@ from identification.experiment.units import factor_to_si
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
 POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
-KEYS = ("file", "kind", "gap", "base", *NUMBERS, *POSITIVE_NUMBERS, "columns", "time_unit")
+KEYS = ("file", "kind", "gap", "base", "held_back", *NUMBERS, *POSITIVE_NUMBERS, "columns", "time_unit")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,7 @@ class RecordSettings:
         numbers: the optional numbers of `NUMBERS` and `POSITIVE_NUMBERS`, SI, None where absent.
         columns: the column that holds a channel (or "time"), where it does not bear the channel's name.
         time_factor: s per unit of the time column.
+        held_back: whether the record is to be predicted, not fitted.
     """
 
     file: str
@@ -35,6 +36,7 @@ class RecordSettings:
     numbers: dict[str, float | None]
     columns: dict[str, str]
     time_factor: float
+    held_back: bool
 
     @property
     def where(self) -> str:
@@ -77,6 +79,7 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         numbers=numbers,
         columns=_columns(table),
         time_factor=factor_to_si(table.string("time_unit") or "s", TIME, table.where),
+        held_back=table.flag("held_back"),
     )
 
 

@@ -8,8 +8,8 @@ class Suspension:
     """How the hammer hangs on the cart.
 
     Attributes:
-        kind: "linear" (spring and damper), "pendulum" (wires, full geometry) or "free" (neither spring nor damper).
-        length: length of the pendulum in m, above 0; None for the other kinds.
+        kind: "linear" (spring and damper), "pendulum" (wires, full geometry), "pivot" (bearing, any angle) or "free" (neither of them).
+        length: of the pendulum, or radius at which the displacement of a pivot is measured, m, above 0; None for the other kinds.
     """
 
     kind: str

@@ -1,13 +1,14 @@
 """The experiment file's tables on the rig: suspension, parameters, sensors."""
 
 from identification.experiment.channels import CHANNELS, si_unit
-from identification.experiment.errors import ExperimentError, shown, suggestion
+from identification.experiment.errors import ExperimentError, listed, shown, suggestion
 from identification.experiment.rig import ParameterOption, Suspension
 from identification.experiment.schema import Table, finite
 from identification.experiment.sensor import Sensor
 from identification.experiment.units import factor_to_si
 
-SUSPENSIONS = ("linear", "pendulum", "free")
+SUSPENSIONS = ("linear", "pendulum", "pivot", "free")
+WITH_LENGTH = ("pendulum", "pivot")
 
 
 def read_suspension(table: Table) -> Suspension:
@@ -17,17 +18,19 @@ def read_suspension(table: Table) -> Suspension:
         table: the table.
 
     Returns:
-        The suspension; its length is set for a pendulum only.
+        The suspension; its length is set for those of `WITH_LENGTH` only.
 
     Raises:
         ExperimentError: unknown kind, a pendulum without length, or a length that would have no meaning.
     """
     table.allow("kind", "length")
     kind = table.needed_string("kind", SUSPENSIONS)
-    if kind == "pendulum":
+    if kind in WITH_LENGTH:
         return Suspension(kind=kind, length=table.needed_number("length", unit="m", positive=True))
     if "length" in table.values:
-        raise ExperimentError(f"length in {table.where} is given for kind {shown(kind)}: expected only with 'pendulum'; remove it")
+        raise ExperimentError(
+            f"length in {table.where} is given for kind {shown(kind)}: expected only with {listed(WITH_LENGTH)}; remove it"
+        )
     return Suspension(kind=kind)
 
 

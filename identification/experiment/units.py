@@ -1,6 +1,7 @@
 """Units that a record may be written in, and their factors to SI."""
 
 import unicodedata
+from math import pi
 
 from identification.experiment.errors import ExperimentError, listed, shown
 
@@ -8,8 +9,20 @@ STANDARD_GRAVITY = 9.80665
 POUND_FORCE = 4.4482216152605
 
 # "V" serves electronic analogues, whose displacement and force are voltages: the volt then takes the place of the SI unit.
+# "rad" and "deg" serve a pivot of length 1 m, whose arc in metres is its angle in radians.
 FACTORS: dict[str, dict[str, float]] = {
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "V": 1.0},
+    "displacement": {
+        "m": 1.0,
+        "mm": 1e-3,
+        "um": 1e-6,
+        "µm": 1e-6,
+        "cm": 1e-2,
+        "in": 0.0254,
+        "ft": 0.3048,
+        "V": 1.0,
+        "rad": 1.0,
+        "deg": pi / 180.0,
+    },
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
     "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "m/s²": 1.0, "g": STANDARD_GRAVITY, "gn": STANDARD_GRAVITY},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "V": 1.0},

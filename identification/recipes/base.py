@@ -47,6 +47,7 @@ class Recipe:
         origin: address of the recordings.
         licence: of the recordings.
         citation: of whoever made them.
+        obtain: how to come by the files, in a sentence or two.
         expect: what the nominal model explains and what it does not, in a sentence.
         reader: name of the raw reader.
         data_folder: usual name of the data set's folder.
@@ -60,6 +61,7 @@ class Recipe:
     origin: str
     licence: str
     citation: str
+    obtain: str
     expect: str
     reader: str
     data_folder: str

@@ -11,7 +11,7 @@ from vibrojax.errors import InputError
 
 SCHEMA = 1
 FILE_NAME = "recipe.toml"
-TEXTS = ("title", "origin", "licence", "citation", "expect", "reader", "data_folder")
+TEXTS = ("title", "origin", "licence", "citation", "obtain", "expect", "reader", "data_folder")
 
 
 def recipe_names() -> tuple[str, ...]:

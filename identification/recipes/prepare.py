@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiment.location import sha256_of
 from identification.experiment.toml_file import FILE_NAME
 from identification.recipes import RAW_READERS
 from identification.recipes.base import Recipe
-from vibrojax.errors import InputError
+from identification.recipes.recordings import find_recordings
 
 
 @contextmanager
@@ -38,24 +37,3 @@ def recipe_experiment(recipe: Recipe, data: Path) -> Iterator[Path]:
             columns: dict[str, Any] = dict(RAW_READERS[recipe.reader](source, cut))
             np.savez(folder / cut.file, **columns)
         yield folder
-
-
-def find_recordings(recipe: Recipe, data: Path) -> Path:
-    """Folder that holds the recipe's raw files, each checked by its digest; errors as for `recipe_experiment`."""
-    below = data / recipe.data_folder
-    folder = below if below.is_dir() else data
-    missing = [path for path in recipe.sha256 if not (folder / path).is_file()]
-    if missing:
-        what = f"{len(missing)} of {len(recipe.sha256)} files of recipe {recipe.name!r}, the first {missing[0]!r}"
-        raise InputError(f"{folder} lacks {what}: get the recordings from {recipe.origin} and name their folder with --data")
-    for path, wanted in recipe.sha256.items():
-        try:
-            found = sha256_of(folder / path)
-        except OSError as error:
-            raise InputError(f"{folder / path} cannot be read: {error.strerror or error}; check its rights") from error
-        if found != wanted:
-            raise InputError(
-                f"{folder / path} is not the file that recipe {recipe.name!r} was written for "
-                f"(sha256 {found[:12]}…, expected {wanted[:12]}…): get it again from {recipe.origin}"
-            )
-    return folder

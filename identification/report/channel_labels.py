@@ -2,7 +2,8 @@
 
 import dataclasses
 
-from identification.experiment import Experiment, si_unit
+from identification.experiment import CHANNELS, Experiment, si_unit
+from identification.experiment.units import factor_to_si
 from identification.report.numbers import unit_text
 
 
@@ -29,6 +30,7 @@ _WORDS = {
     "cart_acceleration": ("cart acceleration", "ÿ"),
     "impact_force": ("impact force", "Fᵢ"),
     "applied_force": ("applied force", "F"),
+    "reaction_force": ("reaction force", "R"),
 }
 
 
@@ -43,10 +45,10 @@ def spoken(channel: str) -> str:
 
 
 def label(channel: str, experiment: Experiment) -> Label:
-    """Displacements in mm, everything else in SI; volts stay volts."""
+    """Displacements in mm, everything else in SI; volts and angles stay what they are."""
     words, symbol = spoken(channel), _WORDS.get(channel, ("", channel))[1]
     sensor = experiment.sensors.get(channel)
-    if sensor is not None and sensor.unit == "V":
-        return Label(words=words, symbol=symbol, factor=1.0, unit="V")
+    if sensor is not None and sensor.unit in ("V", "rad", "deg"):
+        return Label(words=words, symbol=symbol, factor=1.0 / factor_to_si(sensor.unit, CHANNELS[channel], channel), unit=sensor.unit)
     unit = si_unit(channel)
     return Label(words=words, symbol=symbol, factor=1e3 if unit == "m" else 1.0, unit="mm" if unit == "m" else unit)

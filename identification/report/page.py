@@ -61,6 +61,7 @@ def page(result: FitResult, images: list[Image], *, reference: Reference | None 
         comparisons=rows.comparison_rows(comparisons),
         not_compared=unmatched(comparisons, reference) if reference is not None else (),
         records=[_record(record, result.experiment, images) for record in result.records],
+        held_back=[_record(record, result.experiment, []) for record in result.held_back],
         samples=sum(len(record.time) for record in result.records),
         windows=sum(rows.windows(record) for record in result.records),
         correlations=rows.correlations(result),

@@ -5,6 +5,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from identification.experiment import Experiment
 from identification.reference import Reference, compare, unmatched
 from identification.report.numbers import NONE, compact
 from identification.report.rows import (
@@ -19,7 +20,7 @@ from identification.report.rows import (
 )
 from identification.report.symbols import symbol_text
 from identification.report.verdict import GOOD, judge
-from identification.result import FitResult
+from identification.result import FitResult, RecordFit
 
 
 def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
@@ -41,7 +42,9 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
         told = ", ".join(f"{symbol_text(symbol)} = {value} {unit}".strip() for symbol, value, unit in derived_rows(result))
         blocks.append(_line(f"derived: {told}"))
     blocks.append(_line(_correlations(result)))
-    blocks.append(_records(result))
+    blocks.append(_records(result.records, result.experiment))
+    if result.held_back:
+        blocks += [_line("not fitted, predicted:"), _records(result.held_back, result.experiment)]
     if reference is not None:
         blocks += _comparison(result, reference)
     blocks += [_line(f"{record.file}: {notice}") for record in result.records for notice in record.notices]
@@ -74,11 +77,11 @@ def _correlations(result: FitResult) -> str:
     return f"correlations above {WORTH_TELLING}: " + (", ".join(pairs) if pairs else "none")
 
 
-def _records(result: FitResult) -> Table:
+def _records(records: tuple[RecordFit, ...], experiment: Experiment) -> Table:
     table = _table("record", "kind", "windows", "channel", "misfit/σ", "NRMSE", right=(2, 4, 5))
-    for record in result.records:
+    for record in records:
         names = (record.file, record.kind, str(windows(record)))
-        for row in channel_rows(record, result.experiment):
+        for row in channel_rows(record, experiment):
             table.add_row(*names, row.channel, row.misfit, compact(row.nrmse))
             names = ("", "", "")
     return table

@@ -5,6 +5,7 @@ import numpy as np
 from identification.experiment import Experiment
 from identification.kinematics import Kinematics
 from identification.start.contact import contact_start
+from identification.start.prescribed import prescribed_start
 from identification.start.suspension import suspension_start
 from vibrojax.model import MASS, Model
 
@@ -17,8 +18,10 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     records = list(experiment.records)
     wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
     suspension, mass = suspension_start(records, motions, mass=experiment.mass if experiment.mass_is_known else None)
-    listed = {p.name for p in model.suspension.parameters}
-    values = {name: float(value) for name, value in model.values().items()} | {k: v for k, v in suspension.items() if k in listed}
+    suspension = suspension or prescribed_start(records, motions, mass=experiment.mass)
+    listed = {p.name: p for p in model.suspension.parameters}
+    values = {name: float(value) for name, value in model.values().items()}
+    values |= {name: float(np.clip(value, listed[name].lower, listed[name].upper)) for name, value in suspension.items() if name in listed}
     if not experiment.mass_is_known:
         values[MASS.name] = mass if mass is not None else experiment.mass
     values |= wanted

@@ -4,9 +4,8 @@ import numpy as np
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics, relative_displacement
+from identification.start.bumps import bumps
 
-_SUPPORTS = (24, 48, 96, 192, 384, 768, 1536)
-"""Lengths of the test functions, samples."""
 _FEWEST = 10
 """Equations that a length must give to be judged by how well they agree."""
 
@@ -23,14 +22,17 @@ def suspension_start(
     Every length of the bump gives an answer of its own: short ones drown in noise, long ones average the vibration away. The one whose
     equations agree best, relative to what they are to explain, is taken.
 
+    Where no displacement was recorded, the same equation differentiated twice holds for the acceleration u'' = x'' - y'':
+    int(u'' phi'') - 2 zeta omega_n int(u'' phi') + omega_n^2 int(u'' phi) = int((f / m - y'') phi'').
+
     Empty where there is no flight long enough or the answer is not a vibration.
     Source: R. Shinbrot, On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547-552.
     """
-    by_length: dict[int, list[tuple[float, ...]]] = {}
+    by_length: dict[tuple[bool, int], list[tuple[float, ...]]] = {}
     for record, motion in zip(records, motions, strict=True):
-        if motion is not None:
+        if motion is not None and record.kind != "prescribed":
             for length, row in _rows(record, motion):
-                by_length.setdefault(length, []).append(row)
+                by_length.setdefault((_in_acceleration(record), length), []).append(row)
     enough = [rows for rows in by_length.values() if len(rows) >= _FEWEST]
     if not enough:
         everything = [row for rows in by_length.values() for row in rows]
@@ -60,29 +62,21 @@ def _solved(rows: np.ndarray, mass: float | None) -> tuple[np.ndarray, float]:
 def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ...]]]:
     """Length and weak-form integrals of every bump in every flight: of u phi'', u phi', u phi, -y'' phi, f phi, and the equation's weight.
 
+    Where only acceleration was recorded, u'' takes the place of u, and phi'' that of phi beside y'' and f.
     They average by themselves, so u is taken as recorded: smoothing it would blunt a vibration of few samples a period.
     """
     recorded = relative_displacement(record)
-    recorded = motion.u if recorded is None else recorded
+    recorded, alone = motion.u if recorded is None else recorded, _in_acceleration(record)
     dt = float(np.median(np.diff(record.time)))
     force = record.channels.get("applied_force", np.zeros_like(motion.u))
     rows = []
-    for start, stop in _flights(motion.touching):
-        for length in (n for n in _SUPPORTS if n <= stop - start):
-            half = 0.5 * (length - 1) * dt
-            s = np.linspace(-1, 1, length)
-            bump, slope, curve = (1 - s**2) ** 4, -8 * s * (1 - s**2) ** 3 / half, (56 * s**2 - 8) * (1 - s**2) ** 2 / half**2
-            weight = 1.0 / np.sqrt(np.sum(curve**2))
-            for first in range(start, stop - length + 1, length // 2):
-                part = slice(first, first + length)
-                u = recorded[part]
-                row = (u @ curve, u @ slope, u @ bump, -motion.base_acceleration[part] @ bump, force[part] @ bump, weight)
-                rows.append((length, row))
+    for bump in bumps(motion.touching, dt):
+        u, under = (motion.a[bump.part], bump.curve) if alone else (recorded[bump.part], bump.value)
+        drive, pull = -motion.base_acceleration[bump.part] @ under, force[bump.part] @ under
+        rows.append((len(u), (u @ bump.curve, u @ bump.slope, u @ bump.value, drive, pull, bump.weight)))
     return rows
 
 
-def _flights(touching: np.ndarray) -> list[tuple[int, int]]:
-    """Stretches without contact, a few samples away from it: (first, one past the last)."""
-    near = np.convolve(touching, np.ones(9), "same") > 0
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], near, [True]]).astype(int))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
+def _in_acceleration(record: Record) -> bool:
+    """Whether the hammer's acceleration is all that shows its motion."""
+    return relative_displacement(record) is None and "hammer_acceleration" in record.channels

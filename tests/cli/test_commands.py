@@ -123,7 +123,9 @@ def test_usage_errors_exit_with_2(jobs, monkeypatch, capsys, arguments):
 
 
 @pytest.mark.parametrize(
-    ("module", "arguments"), [("fit", []), ("main", []), ("main", ["fit"]), ("main", ["simulate"])], ids=lambda value: str(value)
+    ("module", "arguments"),
+    [("fit", []), ("main", []), ("main", ["fit"]), ("main", ["simulate"]), ("main", ["datasets"])],
+    ids=lambda value: str(value),
 )
 def test_help_shows_an_example_and_needs_no_jax(module, arguments):
     code = f"import sys\nfrom vibrojax.cli.{module} import main\ntry: main()\nfinally: assert not {{'jax', 'numpy'}} & set(sys.modules)"

@@ -19,7 +19,7 @@ from vibrojax.data_files import data_path
             ["rig", "--recipe", "silverbox", "--data", "."],
             "both rig and --recipe silverbox are given: expected one experiment; leave one out",
         ),
-        (["--recipe", "billiards", "--data", "."], "unknown recipe 'billiards': expected one of airtrack_metal"),
+        (["--recipe", "billiards", "--data", "."], "unknown recipe 'billiards': expected one of airtrack_collisions"),
         (["--recipe", "silverbox", "--data", "."], ". lacks 1 of 1 files of recipe 'silverbox', the first 'SNLS80mV.mat'"),
     ],
 )

@@ -9,9 +9,10 @@ from scipy.io import savemat
 
 from identification.estimate import fit_experiment
 from identification.experiment import ExperimentError, load_experiment
-from identification.recipes import RAW_READERS, Cut, Recipe, air_track, cyberdiver, silverbox
+from identification.recipes import RAW_READERS, Cut, Recipe, air_track, cyberdiver, friction_backlash, pcb_shock, pendulum, silverbox
 from identification.recipes.load import load_recipe, read_recipe, recipe_names
-from identification.recipes.prepare import find_recordings, recipe_experiment
+from identification.recipes.prepare import recipe_experiment
+from identification.recipes.recordings import find_recordings
 from vibrojax.errors import InputError
 
 RECIPES = recipe_names()
@@ -44,7 +45,8 @@ def made(tmp_path) -> Recipe:
         'gap = 9.0\ncolumns = { hammer_displacement = "output", applied_force = "input" }\n'
     )
     (folder / "recipe.toml").write_text(
-        'schema = 1\ntitle = "Toy"\norigin = "https://example.org/toy"\nlicence = "none"\ncitation = "nobody"\nexpect = "little"\n'
+        'schema = 1\ntitle = "Toy"\norigin = "https://example.org/toy"\nlicence = "none"\ncitation = "nobody"\nobtain = "Ask."\n'
+        'expect = "little"\n'
         f'reader = "silverbox"\ndata_folder = "toy-set"\n[[file]]\npath = "raw.mat"\nsha256 = "{digest}"\n'
         '[[record]]\nfile = "a.npz"\nsource = "raw.mat"\nstart = 0.1\nstop = 0.2\n'
     )
@@ -69,7 +71,7 @@ def load_experiment_records(recipe: Recipe) -> list[str]:
 
 
 def test_an_unknown_recipe_lists_the_known_ones():
-    with pytest.raises(InputError, match=r"unknown recipe 'billiards': expected one of airtrack_metal, airtrack_rubber, .*silverbox"):
+    with pytest.raises(InputError, match=r"unknown recipe 'billiards': expected one of airtrack_collisions, airtrack_metal, .*silverbox"):
         load_recipe("billiards")
 
 
@@ -146,6 +148,53 @@ def test_the_nose_is_the_body_less_the_compression(tmp_path):
     assert columns["nose"].mean() == pytest.approx(-1.0, abs=0.1)
 
 
+def test_strokes_are_read_with_their_force(tmp_path):
+    t = np.arange(4096) / 1024.0
+    table = np.stack([t, np.sin(t), np.cos(t), 0 * t, 0 * t, 0 * t], axis=1).astype(np.float32)
+    np.savez(tmp_path / "tests.npz", **{"slow": table})
+    columns = friction_backlash.read(tmp_path, cut("tests.npz", 1.0, 2.0, test="slow", every=4))
+    assert len(columns["time"]) == 257
+    np.testing.assert_allclose(columns["stroke"], np.sin(columns["time"] + 1.0), atol=1e-6)
+    np.testing.assert_allclose(columns["force"], np.cos(columns["time"] + 1.0), atol=1e-6)
+
+
+def test_what_the_amplifiers_read_before_the_hit_is_taken_off(tmp_path):
+    t = np.arange(2000) / pcb_shock.SAMPLING_HZ
+    hit = np.where(np.arange(2000) == 1200, 100.0, 0.0)
+    np.savez(tmp_path / "table.npz", **{"one": np.stack([hit + 3.0, 2.0 * hit - 5.0], axis=1).astype(np.float32)})
+    columns = pcb_shock.read(tmp_path, cut("table.npz", t[1190] - 1e-6, t[1210] + 1e-6, test="one"))
+    assert len(columns["time"]) == 21
+    assert (columns["table"][10], columns["board"][10]) == (pytest.approx(100.0), pytest.approx(200.0))
+    assert np.abs(np.delete(columns["board"], 10)).max() < 1e-5
+
+
+def test_segments_of_a_swing_follow_each_other(tmp_path):
+    """Angles are told from hanging, which the encoder counts as half a turn."""
+    t = np.arange(400) / 1000.0
+    parts = np.split(t, 4)
+
+    def cells(arrays):
+        column = np.empty((len(arrays), 1), object)
+        column[:, 0] = arrays
+        return column
+
+    swings = [np.stack([np.pi + part, 0 * part]) for part in parts]
+    file = {"Time_id": cells(parts[:3]), "Time_vad": cells(parts[3:]), "Y_id": cells(swings[:3]), "Y_vad": cells(swings[3:])}
+    savemat(tmp_path / "segments.mat", file)
+    columns = pendulum.read(tmp_path, cut("segments.mat", 0.05, 0.3505, every=10))
+    np.testing.assert_allclose(columns["angle"], 0.05 + 0.01 * np.arange(31), atol=1e-12)
+    np.testing.assert_allclose(columns["time"], 0.01 * np.arange(31), atol=1e-12)
+
+
+def test_one_swing_is_read_from_its_own_structure(tmp_path):
+    t = 60.0 + np.arange(100) / 1e4
+    signals = {"values": (np.pi + 0.1 * t)[:, None], "dimensions": 1, "label": ""}
+    savemat(tmp_path / "swing.mat", {"Theta1": {"time": t[:, None], "signals": signals, "blockName": ""}})
+    columns = pendulum.read(tmp_path, cut("swing.mat", 60.0, 61.0, every=2))
+    np.testing.assert_allclose(columns["angle"], 0.1 * (60.0 + columns["time"]), atol=1e-9)
+    assert len(columns["time"]) == 50
+
+
 @pytest.mark.parametrize("name", RECIPES)
 def test_real_recordings_load(recordings, name):
     recipe = load_recipe(name)
@@ -183,3 +232,25 @@ def test_a_rubber_band_is_fitted_and_said_to_be_fitted_poorly(recordings):
     result = fitted(recordings, "airtrack_rubber", slice(3, 9, 2))
     assert value(result, "lambda_i") == pytest.approx(0.7, abs=0.3)
     assert any("does not explain the records" in warning for warning in result.warnings)
+
+
+def test_a_friction_damper_is_no_spring_and_damper(recordings):
+    result = fitted(recordings, "friction_backlash", slice(None))
+    assert value(result, "k") == pytest.approx(2.2e5, rel=0.2)
+    assert all(record.nrmse["reaction_force"] > 0.3 for record in (*result.records, *result.held_back))
+
+
+def test_a_board_on_a_drop_table_is_found_from_accelerations(recordings):
+    result = fitted(recordings, "pcb_shock", slice(0, 3))
+    assert value(result, "f_n") == pytest.approx(4136.0, rel=0.01)
+    assert [record.file for record in result.held_back] == ["shock-03.npz"]
+    assert result.held_back[0].nrmse["hammer_acceleration"] == pytest.approx(result.records[0].nrmse["hammer_acceleration"], abs=0.03)
+
+
+def test_viscous_damping_does_not_predict_the_end_of_a_swing(recordings):
+    result = fitted(recordings, "multiarm_pendulum", slice(None))
+    assert value(result, "f_n") == pytest.approx(1.2737, rel=1e-3)
+    assert max(record.nrmse["relative_displacement"] for record in result.records) < 0.01
+    errors = {record.file: record.nrmse["relative_displacement"] for record in result.held_back}
+    assert errors["swing-32deg.npz"] < errors["swing-23deg.npz"] < errors["swing-to-rest.npz"]
+    assert errors["swing-to-rest.npz"] > 0.3

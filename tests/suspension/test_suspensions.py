@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from jax.flatten_util import ravel_pytree
 
-from vibrojax.suspension import SUSPENSIONS, Free, Linear, Pendulum
+from vibrojax.suspension import SUSPENSIONS, Free, Linear, Pendulum, Pivot
 
 EXAMPLES = (
     Linear(damping_ratio=0.03, natural_frequency_hz=2.5),
     Pendulum(damping_ratio=0.03, natural_frequency_hz=2.5, length=0.09),
+    Pivot(damping_ratio=0.03, natural_frequency_hz=2.5, length=0.4),
     Free(),
 )
 each_suspension = pytest.mark.parametrize("suspension", EXAMPLES, ids=[example.name for example in EXAMPLES])

@@ -4,6 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from vibrojax.integrate.base import CHATTER, NOT_FINITE, RESULT_MESSAGES, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.guided import Guided
 from vibrojax.integrate.landing import Landing
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ __all__ = [
     "STEP_LIMIT",
     "SUCCESS",
     "AbstractIntegrator",
+    "Guided",
     "Landing",
     "Smoothed",
     "Switch",

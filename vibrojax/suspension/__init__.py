@@ -4,7 +4,8 @@ from vibrojax.suspension.base import AbstractSuspension
 from vibrojax.suspension.free import Free
 from vibrojax.suspension.linear import Linear
 from vibrojax.suspension.pendulum import Pendulum
+from vibrojax.suspension.pivot import Pivot
 
-SUSPENSIONS: dict[str, type[AbstractSuspension]] = {suspension.name: suspension for suspension in (Linear, Pendulum, Free)}
+SUSPENSIONS: dict[str, type[AbstractSuspension]] = {suspension.name: suspension for suspension in (Linear, Pendulum, Pivot, Free)}
 
-__all__ = ["SUSPENSIONS", "AbstractSuspension", "Free", "Linear", "Pendulum"]
+__all__ = ["SUSPENSIONS", "AbstractSuspension", "Free", "Linear", "Pendulum", "Pivot"]

@@ -241,7 +241,7 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("unknown suspension", edit('"linear"', '"liner"'), r"unknown kind 'liner' in \[suspension\]: did you mean 'linear'"),
     ("pendulum without length", edit('"linear"', '"pendulum"'), r"length is missing in \[suspension\]: .* above 0 in m"),
     ("pendulum of no length", edit('"linear"', '"pendulum"\nlength = 0'), r"length in \[suspension\] is 0"),
-    ("length without pendulum", edit('"linear"', '"linear"\nlength = 0.1'), r"length in \[suspension\] .* only with 'pendulum'"),
+    ("length without pendulum", edit('"linear"', '"linear"\nlength = 0.1'), r"length in \[suspension\] .* only with pendulum, pivot"),
     ("law a number", edit("[hammer]", "[contact]\nlaw = 3\n[hammer]"), r"law in \[contact\] is 3: expected a text"),
     ("parameter start in quotes", edit("[hammer]", '[parameters.n]\nstart = "1.5"\n[hammer]'), r"start in \[parameters\.n\]"),
     ("parameter fixed nowhere", edit("[hammer]", "[parameters.n]\nfixed = true\n[hammer]"), r"\[parameters\.n\] is fixed without"),
