@@ -23,9 +23,11 @@ from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Sear
 from identification.discrepancy.verdict import sentences
 from identification.experiment import Experiment
 from identification.fit import bounds, fit, integrator_for
+from identification.held_back import held_back_fits
 from identification.levenberg_marquardt import LevenbergMarquardt
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
+from identification.result import RecordFit
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
@@ -91,7 +93,7 @@ def diagnose_experiment(
         ground = _ground(experiment, law, progress)
     with course.stage("search"):
         found = search(ground.fitted, ground.allowed, course.deadline, progress)
-    return _concluded(ground, found, course)
+    return _concluded(experiment, ground, found, course)
 
 
 def _ground(experiment: Experiment, law: str | None, progress: Progress) -> _Ground:
@@ -119,7 +121,7 @@ def ordinary(prepared: Prepared) -> Fitted | None:
     return Fitted(prepared=prepared, outcome=outcome) if outcome.converged and inside else None
 
 
-def _concluded(ground: _Ground, found: Search, course: _Course) -> Diagnosis:
+def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _Course) -> Diagnosis:
     """The verdict and its evidence."""
     start, allowed, progress = ground.fitted, ground.allowed, course.progress
     first = found.rounds[0].scored if found.rounds else found.last
@@ -134,8 +136,8 @@ def _concluded(ground: _Ground, found: Search, course: _Course) -> Diagnosis:
     with course.stage("evidence"):
         progress("predicting windows left out of the fit")
         predicted = _Predicted(allowed)
-        shown_before = _side(start, allowed, predicted)
-        shown_after = shown_before if after is start else _side(after, allowed, predicted)
+        shown_before = _side(start, allowed, experiment, predicted)
+        shown_after = shown_before if after is start else _side(after, allowed, experiment, predicted)
         named = asserted(found, after, shown_after.parameters, allowed) if verdict == MISSING else ()
         ambiguous = twins(found.rounds, tuple(one.effect.name for one in named))
         location = _location(first, start, named, verdict)
@@ -197,18 +199,26 @@ class _Predicted:
         return self._known[id(fitted)][1]
 
 
-def _side(fitted: Fitted, allowed: Tolerance, predicted: _Predicted) -> Side:
-    """A model beside the records, with its errors."""
+def _side(fitted: Fitted, allowed: Tolerance, experiment: Experiment, predicted: _Predicted) -> Side:
+    """A model beside the records, with its errors; and beside those that were held back."""
     prepared, estimate = fitted.prepared, fitted.outcome.estimate
+    unseen = held_back_fits(experiment, fitted.model)
     unknown = np.full(estimate.nuisances.shape, np.nan)
     return Side(
         model=fitted.model,
         parameters=numbers(fitted, allowed),
         chi2_reduced=fitted.chi2 / degrees(fitted),
-        held_out_nrmse=predicted(fitted).nrmse,
+        held_out_nrmse=_rms_nrmse(unseen) if unseen else predicted(fitted).nrmse,
         records=record_fits(prepared, integrator_for(prepared), estimate, unknown),
         disagreements=disagreements(fitted, allowed),
+        held_back=unseen,
     )
+
+
+def _rms_nrmse(records: tuple[RecordFit, ...]) -> float:
+    """Over all channels of all records; a prediction that broke off counts as one that knows nothing."""
+    errors = [error for record in records for error in record.nrmse.values()]
+    return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
 
 
 def _location(first: Scored, start: Fitted, named: tuple[Asserted, ...], verdict: str) -> Location | None:

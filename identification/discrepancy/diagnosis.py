@@ -144,9 +144,11 @@ class Side:
         model: fitted.
         parameters: every shared one, those of effects too.
         chi2_reduced: of the whole.
-        held_out_nrmse: error on windows left out of the fit, see `held_out`.
+        held_out_nrmse: error on the records held back, root mean square over them and their channels; without any, on windows left out
+            of the fit, see `held_out`.
         records: beside their predictions.
         disagreements: of the parameters between records.
+        held_back: records that no fit has seen, beside their predictions.
     """
 
     model: Model
@@ -155,6 +157,7 @@ class Side:
     held_out_nrmse: float
     records: tuple[RecordFit, ...]
     disagreements: tuple[Disagreement, ...] = ()
+    held_back: tuple[RecordFit, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -237,7 +240,8 @@ def _side(side: Side) -> dict[str, Any]:
         }
         for one in side.disagreements
     }
-    return {"chi2_reduced": side.chi2_reduced, "held_out_nrmse": side.held_out_nrmse, "between_records": differ}
+    unseen = {record.file: record.nrmse for record in side.held_back}
+    return {"chi2_reduced": side.chi2_reduced, "held_out_nrmse": side.held_out_nrmse, "between_records": differ, "held_back": unseen}
 
 
 def _location(location: Location | None) -> dict[str, Any] | None:

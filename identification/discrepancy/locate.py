@@ -102,7 +102,9 @@ def locate(
         profiles=profiles,
         maps={file: _map(at, estimate, index, prepared) for index, file in enumerate(files)},
     )
-    return dataclasses.replace(found, sentence=sentence(found, missing.quantity, hum, before_is_quiet=onset[1] is not None))
+    driven = any(record.excitation_frequency for record in prepared.experiment.records)
+    words = sentence(found, missing.quantity, hum, driven=driven, before_is_quiet=onset[1] is not None)
+    return dataclasses.replace(found, sentence=words)
 
 
 def _residual(at: Linearised, share: np.ndarray, channel: int) -> Missing:

@@ -46,20 +46,21 @@ _TOLD = 0.3
 """Share that a profile must explain before its numbers are told."""
 
 
-def sentence(location: Location, quantity: str, tone: Line | None, *, before_is_quiet: bool) -> str:
+def sentence(location: Location, quantity: str, tone: Line | None, *, driven: bool, before_is_quiet: bool) -> str:
     """Phase, coordinate, records and channel, in this order; a beginning in time first of all.
 
     Arguments:
         location: all but its sentence.
         quantity: that is missing, as in `Profile`.
         tone: that most of it is, if it is one.
+        driven: whether any record has a drive.
         before_is_quiet: whether the record agrees to the noise before `location.time`.
     """
     where = _channel(location, quantity)
     if location.time is not None and location.record is not None:
         quiet = "; before it the record agrees to the noise" if before_is_quiet else ""
         return f"The misfit starts at {location.time:.2f} s of {location.record}{quiet}. It {_PHASES[location.phase]}, {where}."
-    parts = [_PHASES[location.phase], _along(location, quantity, tone), _records(location.records), where]
+    parts = [_PHASES[location.phase], _along(location, quantity, tone, driven), _records(location.records), where]
     return f"The misfit {', '.join(part for part in parts if part)}."
 
 
@@ -68,6 +69,8 @@ def _channel(location: Location, quantity: str) -> str:
     spoken = _SPOKEN.get(location.channel, location.channel.replace("_", " "))
     if quantity == location.channel and location.channels[location.channel] >= _ALONE:
         alone = location.channels[location.channel] >= _QUITE_ALONE
+        if len(location.channels) == 1:
+            return f"in {spoken}"
         return f"in {spoken} alone; the other channels agree to the noise" if alone else f"nearly all of it in {spoken}"
     return f"seen most in {spoken}"
 
@@ -88,11 +91,11 @@ def _listed(words: list[str]) -> str:
     return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
 
 
-def _along(location: Location, quantity: str, tone: Line | None) -> str:
+def _along(location: Location, quantity: str, tone: Line | None, driven: bool) -> str:
     """Range of the coordinate, and how what is missing varies along it."""
     best = location.profiles[0]
     if tone is not None:
-        return f"as a steady tone of {tone.frequency_hz:.1f} Hz that is no multiple of the drive's frequency"
+        return f"as a steady tone of {tone.frequency_hz:.1f} Hz" + (" that is no multiple of the drive's frequency" if driven else "")
     extremes = _force(best, location.interval) if quantity == "force" and best.explained >= _TOLD else ""
     if location.interval is None:
         return f"and changes with the {best.coordinate}{extremes}" if best.coordinate != "time" else "and changes with time"

@@ -14,7 +14,7 @@ from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import Search
 from identification.experiment import Record
 from identification.fit import as_arrays, integrator_for
-from identification.lanes import lane
+from identification.lanes import Inputs, lane
 from identification.layout import NUISANCES, STATES
 from identification.residual import predict
 from identification.windows import Windows
@@ -134,7 +134,7 @@ def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
     experiment, coarse = fitted.prepared.experiment, integrator_for(fitted.prepared)
     noise = {name: value for one in experiment.records for name, value in one.noise.items()}
     samples = len(record.time)
-    window = lane(0, record, 0, samples, samples, None)
+    window = lane(0, record, 0, samples, samples, Inputs())
     windows = jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf), (len(local), *np.shape(leaf))), window)
     steps = 4 * (_SECONDS / float(coarse.flight_step) + 20 * float(coarse.contact_steps))
     integrator = dataclasses.replace(coarse, most_steps=512 * int(np.ceil(steps / 512)))

@@ -46,5 +46,6 @@ def response(at: Linearised, mass: float, perturbation: Perturbation) -> np.ndar
         "cart_acceleration": p.base_acceleration,
         "impact_force": at.stiffness * du + at.damping * dv - moved_stop,
     }
+    shown["reaction_force"] = -mass * shown["hammer_acceleration"]
     columns = [shown[name] + p.readings.get(name, 0.0) for name in at.channels]
     return np.where(at.weight > 0, -np.stack(columns, axis=-1) * at.weight, 0.0)

@@ -16,7 +16,7 @@ from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.response import Perturbation
 from identification.layout import Estimate
 from identification.prepare import Prepared
-from vibrojax.channels import CHANNELS, channels
+from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS, channels
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
@@ -137,7 +137,7 @@ def _one(course: Course, substeps: Int[Array, ""], effect: AbstractEffect):
         - system.base.acceleration(course.ts)
         + effect.base_acceleration(own, course.push),
     }
-    return parts, {name: read[name] - course.readings[name] for name in CHANNELS if name != "applied_force"}
+    return parts, {name: read[name] - course.readings[name] for name in (*CHANNELS, *SUPPORT_CHANNELS) if name != "applied_force"}
 
 
 def _second_stop(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:

@@ -17,14 +17,15 @@ def sentences(
     formula: str,
 ) -> tuple[str, ...]:
     """What is missing, where, and what it does to the error; the first sentence stands alone."""
+    unseen = f"the {len(before.held_back)} records held back" if before.held_back else "windows left out of the fit"
     if verdict == ADEQUATE:
         return (
             f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f}).",
-            f"Its error on windows left out of the fit is {_percent(before.held_out_nrmse)}.",
+            f"Its error on {unseen} is {_percent(before.held_out_nrmse)}.",
         )
     where = (location.sentence,) if location is not None else ()
     falls = (
-        f"The error on windows left out of the fit falls from {_percent(before.held_out_nrmse)} to {_percent(after.held_out_nrmse)}"
+        f"The error on {unseen} {_moves(before, after)} from {_percent(before.held_out_nrmse)} to {_percent(after.held_out_nrmse)}"
         f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
     )
     if verdict == MISSING:
@@ -48,5 +49,9 @@ def _number(p: Number) -> str:
     return f"{p.symbol} = {with_unit(rounded(p.value, p.stderr).text, p.unit)}"
 
 
+def _moves(before: Side, after: Side) -> str:
+    return "falls" if after.held_out_nrmse <= before.held_out_nrmse else "rises"
+
+
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"

@@ -162,7 +162,12 @@ def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:
     before, after = diagnosis.nominal, diagnosis.augmented
     pairs = (
         ("reduced chi-square, all records", before.chi2_reduced, after.chi2_reduced, "1"),
-        ("NRMSE on windows left out of the fit", before.held_out_nrmse, after.held_out_nrmse, "0"),
+        (
+            f"NRMSE on {'records held back' if before.held_back else 'windows left out of the fit'}",
+            before.held_out_nrmse,
+            after.held_out_nrmse,
+            "0",
+        ),
     )
     return [ErrorRow(name=name, before=significant(a, 3), after=significant(b, 3), best=best) for name, a, b, best in pairs]
 
