@@ -10,6 +10,7 @@ from rich.table import Table
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
+from vibrojax.errors import InputError
 
 EXAMPLE = "Example:  vibrojax continue --model rig-B-fit/model.json --gap 1e-3 --amplitude 1e-3 --from 3 --to 12 --out branch"
 
@@ -18,12 +19,10 @@ def continue_(
     begin: Annotated[float, typer.Option("--from", metavar="VALUE", help="Lowest value of the parameter, SI (frequency in Hz).")],
     end: Annotated[float, typer.Option("--to", metavar="VALUE", help="Highest value.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.", show_default=False)],
-    model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json that a fit wrote.", show_default=False)],
-    gap: Annotated[float, typer.Option(metavar="M", help="Gap, m.", show_default=False)],
-    amplitude: Annotated[float, typer.Option(metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)],
-    frequency: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Frequency of the cart, where another parameter varies.", show_default=False)
-    ] = None,
+    model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json that a fit or a preset wrote.", show_default=False)],
+    gap: Annotated[float | None, typer.Option(metavar="M", help="Gap, m.", show_default=False)] = None,
+    amplitude: Annotated[float | None, typer.Option(metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)] = None,
+    frequency: Annotated[float | None, typer.Option(metavar="HZ", help="Frequency of the cart, Hz.", show_default=False)] = None,
     parameter: Annotated[
         str, typer.Option(metavar="NAME", help="What varies: frequency, gap, amplitude, m, or a parameter of the model.")
     ] = "frequency",
@@ -41,18 +40,17 @@ def continue_(
     The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json and branch.png.
     Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
+    at = begin if at is None else at
+    settings = _settings({"gap": gap, "amplitude": amplitude, "frequency": frequency}, parameter, at)
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
         from vibrojax.continuation import ForcedRig
         from vibrojax.continuation.job import follow_and_write
-        from vibrojax.errors import InputError
         from vibrojax.model_file import read_model
 
-        if frequency is None and parameter != "frequency":
-            raise InputError(f"--frequency is missing: expected it beside --parameter {parameter}; add --frequency HZ")
-        rig = ForcedRig(read_model(model), gap, amplitude, begin if frequency is None else frequency)
-        branch = follow_and_write(rig, parameter, (begin, end), folder, at=begin if at is None else at, start=start, progress=say)
+        rig = ForcedRig(read_model(model), settings["gap"], settings["amplitude"], settings["frequency"])
+        branch = follow_and_write(rig, parameter, (begin, end), folder, at=at, start=start, progress=say)
     table = Table("special point", branch.label, "impacts a period", "largest multiplier")
     for place in branch.special:
         largest = complex(place.orbit.multipliers[0])
@@ -64,3 +62,11 @@ def continue_(
         f"{len(branch.parameter)} orbits of {branch.cycles} cycles; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}"
     )
     console.print(f"results in {out}; start with {out / 'branch.png'}", soft_wrap=True)
+
+
+def _settings(given: dict[str, float | None], parameter: str, at: float) -> dict[str, float]:
+    """Gap, amplitude and frequency; the one that varies need not be given."""
+    settings = {name: at if name == parameter else value for name, value in given.items()}
+    if missing := [name for name, value in settings.items() if value is None]:
+        raise InputError(f"--{missing[0]} is missing: expected it where --parameter is {parameter}; add --{missing[0]} VALUE")
+    return {name: float(value) for name, value in settings.items() if value is not None}

@@ -107,7 +107,7 @@ class Curve:
 def curve_through(orbit: Orbit, name: str, span: float, landing: Landing) -> Curve:
     """The curve through an orbit along one parameter; `span` is the range of the parameter that counts as one."""
     sizes = state_scale(orbit.rig)
-    sizes[:2] *= max(sizes[0], abs(float(orbit.rig.gap)), float(orbit.passage.highest)) / sizes[0]
+    sizes[:2] *= max(sizes[0], abs(float(orbit.rig.gap)), float(orbit.passage.highest), -float(orbit.passage.lowest)) / sizes[0]
     return Curve(as_arrays(orbit.rig), name, orbit.cycles, landing, np.append(sizes, span))
 
 

@@ -33,6 +33,8 @@ class Passage(NamedTuple):
     """Largest indentation at a turning point in flight, m: minus the clearance of the closest miss; -infinite where none turns."""
     highest: _Number
     """Largest u at the end of a step, m."""
+    lowest: _Number
+    """Least u at the end of a step, m."""
     peak_force: _Number
     """Largest push of the stop at the end of a step, N; zero for a rigid stop."""
     starts_in_contact: Bool[Array | np.ndarray, ""]
@@ -80,6 +82,7 @@ def strobe(
         fastest_touch=jnp.asarray(0.0),
         closest=jnp.asarray(-jnp.inf),
         highest=lax.stop_gradient(state[0]),
+        lowest=lax.stop_gradient(state[0]),
         peak_force=jnp.asarray(0.0),
         starts_in_contact=start.in_contact,
         result=jnp.asarray(SUCCESS),
@@ -139,6 +142,7 @@ def _seen(system: System, before: Carry, after: Carry, passage: Passage) -> Pass
         fastest_touch=jnp.where(touch, jnp.maximum(passage.fastest_touch, speed), passage.fastest_touch),
         closest=jnp.where(turns, jnp.maximum(passage.closest, top), passage.closest),
         highest=jnp.maximum(passage.highest, after.u),
+        lowest=jnp.minimum(passage.lowest, after.u),
         peak_force=jnp.maximum(passage.peak_force, push),
     )
 
