@@ -122,11 +122,10 @@ def test_usage_errors_exit_with_2(jobs, monkeypatch, capsys, arguments):
     assert jobs.calls == []
 
 
-@pytest.mark.parametrize(
-    ("module", "arguments"),
-    [("fit", []), ("main", []), ("main", ["fit"]), ("main", ["simulate"]), ("main", ["datasets"])],
-    ids=lambda value: str(value),
-)
+COMMANDS = ("fit", "diagnose", "simulate", "datasets", "continue", "presets")
+
+
+@pytest.mark.parametrize(("module", "arguments"), [("fit", []), ("main", []), *(("main", [name]) for name in COMMANDS)], ids=str)
 def test_help_shows_an_example_and_needs_no_jax(module, arguments):
     code = f"import sys\nfrom vibrojax.cli.{module} import main\ntry: main()\nfinally: assert not {{'jax', 'numpy'}} & set(sys.modules)"
     done = subprocess.run([sys.executable, "-c", code, *arguments, "--help"], capture_output=True, text=True, timeout=60)

@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import datasets, diagnose, fit, simulate
+from vibrojax.cli import continuation, datasets, diagnose, fit, presets, simulate
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -24,6 +24,8 @@ app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 app.command("datasets", epilog=datasets.EXAMPLE)(datasets.datasets)
+app.command("continue", epilog=continuation.EXAMPLE)(continuation.continue_)
+app.add_typer(presets.app, name="presets")
 
 
 @app.callback()

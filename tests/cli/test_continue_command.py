@@ -1,0 +1,78 @@
+"""`vibrojax continue` and `vibrojax presets`: from files to files, and refusals in one line."""
+
+import json
+import sys
+
+import pytest
+
+from vibrojax.cli import main
+from vibrojax.contact import HuntCrossley
+from vibrojax.model import Model
+from vibrojax.model_file import read_model, write_model
+from vibrojax.presets import read_preset
+from vibrojax.suspension import Linear
+
+
+@pytest.fixture
+def model(tmp_path, monkeypatch):
+    for module in ("continuation", "presets"):
+        monkeypatch.setattr(f"vibrojax.cli.{module}.prepare_jax", lambda: None)
+    monkeypatch.setenv("COLUMNS", "200")
+    path = tmp_path / "model.json"
+    write_model(Model(1.0, Linear(0.05, 5.0), HuntCrossley(1e6, 1.5, 0.3)), path)
+    return path
+
+
+def call(monkeypatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["vibrojax", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    return ended.value.code
+
+
+def test_a_branch_is_written(model, monkeypatch, tmp_path, capsys):
+    out = tmp_path / "branch"
+    options = ["--gap", "3e-3", "--amplitude", "1e-3", "--from", "4.2", "--to", "4.5", "--quiet"]
+    assert call(monkeypatch, "continue", "--model", str(model), "--out", str(out), *options) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["branch.csv", "branch.png", "special.json"]
+    document = json.loads((out / "special.json").read_text())
+    assert [place["kind"] for place in document["special"]] == ["grazing"]
+    assert document["special"][0]["frequency"] == pytest.approx(4.3635, abs=1e-3)
+    assert (out / "branch.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--amplitude", "1e-3", "--from", "4", "--to", "5"], "--gap is missing: expected it where --parameter is frequency"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "0.1", "--to", "1", "--parameter", "zeta"], "--frequency is missing"),
+        (["--gap", "1e-3", "--amplitude", "0", "--from", "4", "--to", "5"], "amplitude is 0 m: expected a finite number above 0"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "5", "--to", "4"], "frequency = 5: expected a value from 5 to 4"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(model, monkeypatch, tmp_path, capsys, options, message):
+    assert call(monkeypatch, "continue", "--model", str(model), "--out", str(tmp_path / "branch"), *options, "--quiet") == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ") and message in error and error.count("\n") == 1
+    assert not (tmp_path / "branch").exists()
+
+
+def test_a_preset_says_where_its_numbers_come_from(model, monkeypatch, capsys):
+    assert call(monkeypatch, "presets", "show", "drilling_hammer") == 0
+    printed = capsys.readouterr().out
+    assert "stated in the thesis front matter" in printed and "assumed" in printed
+
+
+def test_a_preset_becomes_a_model_file(model, monkeypatch, tmp_path, capsys):
+    assert call(monkeypatch, "presets", "write", "wires", "--out", str(tmp_path / "wires.json")) == 0
+    assert read_model(tmp_path / "wires.json").values() == read_preset("wires").model().values()
+    assert "--amplitude 0.000179 --gap 0 or 0.001 or 0.0024" in capsys.readouterr().out
+    assert "estimated" in (tmp_path / "wires.json").read_text()
+
+
+def test_facts_are_printed_beside_what_the_preset_gives(model, monkeypatch, capsys):
+    assert call(monkeypatch, "presets", "check", "drilling_hammer", "--quiet") == 0
+    printed = capsys.readouterr().out
+    assert "5.03 kg" in printed and "0 of 0 facts that were not used are reproduced" in printed
+    assert call(monkeypatch, "presets", "check", "beam") == 2

@@ -1,0 +1,44 @@
+"""Every stated fact is asked, and an answer can be no."""
+
+import tomllib
+
+import pytest
+
+from vibrojax.data_files import data_path
+from vibrojax.presets import NAMES, read_preset
+from vibrojax.presets.band import band, coexists
+from vibrojax.presets.facts import FACTS, BandEnd, LargestForce
+from vibrojax.presets.single_impact import SingleImpact
+
+
+def test_no_stated_behaviour_is_left_out():
+    tables = {read_preset(name).thesis for name in NAMES}
+    rows = {row["name"] for table in tables for row in tomllib.loads(data_path("thesis", f"{table}.toml").read_text())["value"]}
+    about_motion = {row for row in rows if row.startswith(("observed", "basin", "compared", "no_impact"))}
+    asked = {row for fact in FACTS for row in fact.rows}
+    assert about_motion - asked == {"observed_gap_0_0_at_3_75"}  # a frequency that is shown, with nothing said about it
+    for fact in FACTS:
+        assert fact.statement and fact.source
+
+
+def test_a_band_of_the_compliant_rig_ends_near_that_of_the_rigid_one():
+    preset = read_preset("wires")
+    found = band("wires", 1e-3, 1)
+    ideal = SingleImpact(damping_ratio=0.01, restitution=0.75, gap=1e-3 / preset["base_amplitude"], cycles=1).band_end()
+    assert found.end == pytest.approx(ideal * 1.82, rel=5e-3)
+    assert 0.95 * found.end < found.largest <= found.end
+
+
+def test_an_answer_may_be_yes_or_no():
+    near = LargestForce(preset="wires", rows=("observed_gap_1_0_at_3_0",), gap=1e-3, cycles=1)
+    far = BandEnd(preset="wires", rows=("observed_gap_1_0_at_7_0",), gap=1e-3, cycles=1)
+    assert near.ask().reproduced
+    assert not far.ask().reproduced
+
+
+def test_coexistence_is_told_from_either_motion_alone():
+    preset = read_preset("wires")
+    stays_off, strikes, starts = coexists(preset, 1.75, 2.5)
+    assert stays_off and 0 < strikes < starts
+    assert coexists(preset, 1.75, 40.0)[:2] == (True, 0)
+    assert not coexists(preset, 1.75, 1.0)[0]

@@ -1,0 +1,69 @@
+"""The presets' numbers follow from what is stated, by the equations of docs/presets.md."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from vibrojax.contact import KelvinVoigtClipped
+from vibrojax.errors import NoConvergenceError
+from vibrojax.excitation import Unforced, at_rest
+from vibrojax.integrate import Landing
+from vibrojax.presets import read_preset
+from vibrojax.presets.inference import clipped_dashpot, fits_labels, gap_ratio, least_restitution, natural_frequencies
+from vibrojax.presets.single_impact import SingleImpact
+from vibrojax.suspension import Free
+from vibrojax.system import System
+
+LABELS = (2.7, 3.8, 1.5, 3.3, 4.7, 1.2, 1.4, 2.7)
+
+
+def test_labels_of_a_known_frequency_are_recognised():
+    labels = [round(k * 0.25 / 1.37, 1) for k in (5, 9, 14, 22)]
+    assert fits_labels(1.37, labels)
+    assert any(low <= 1.37 <= high for low, high in natural_frequencies(labels, 1.2, 1.5))
+    assert not fits_labels(1.37, [*labels, 0.1])
+
+
+def test_the_wires_natural_frequency_is_the_one_the_labels_allow_nearest_to_a_quarter_of_7_25_hz():
+    intervals = natural_frequencies(LABELS, 1.7, 2.1)
+    low, high = min(intervals, key=lambda interval: abs(np.mean(interval) - 7.25 / 4))
+    assert low <= read_preset("wires")["natural_frequency_hz"] <= high
+
+
+def test_period_doubling_at_gap_zero_hardly_depends_on_what_is_assumed():
+    for damping, restitution in ((0.005, 0.9), (0.05, 0.4), (0.01, 0.75)):
+        motion = SingleImpact(damping_ratio=damping, restitution=restitution, gap=0.0, cycles=1)
+        last = max(ratio for ratio in np.arange(2.5, 2.8, 0.005) if motion.is_stable(ratio))
+        assert last == pytest.approx(2.65, abs=0.035)
+
+
+def test_restitution_and_amplitude_of_the_wires():
+    preset = read_preset("wires")
+    zeta, f_n = preset["damping_ratio"], preset["natural_frequency_hz"]
+    least = least_restitution([(1.75, 2.5), (1.75, 3.5)], zeta)
+    assert least <= preset["restitution"] < least + 0.05
+    assert preset["base_amplitude"] == pytest.approx(1e-3 / gap_ratio(3.00 / f_n, zeta, preset["restitution"]), rel=0.01)
+
+
+def test_amplitude_and_frequency_of_the_beams():
+    wide, middle, narrow = (read_preset(name) for name in ("beam_170", "beam_150", "beam_135"))
+    assert wide["natural_frequency_hz"] == 9.00 / 2
+    assert middle["natural_frequency_hz"] == 12.00 / 2
+    power = math.log(6.0 / 4.5) / math.log(150 / 170)
+    assert narrow["natural_frequency_hz"] == pytest.approx(4.5 * (135 / 170) ** power, abs=0.03)
+    expected = 1e-3 / gap_ratio(9.25 / 6.0, middle["damping_ratio"], middle["restitution"])
+    assert middle["base_amplitude"] == pytest.approx(expected, rel=0.01)
+
+
+def test_no_restitution_reaches_too_far_a_stop():
+    with pytest.raises(NoConvergenceError, match="no restitution below 0.99"):
+        least_restitution([(1.95, 20.0)], 0.1)
+
+
+def test_the_dashpot_gives_its_restitution():
+    law = KelvinVoigtClipped(1e6, clipped_dashpot(0.75, 1e6, 2.0))
+    system = System(2.0, Free(), law, 0.0, at_rest(), Unforced())
+    flight = Landing(contact_steps=400.0, flight_step=1e-3)(system, jnp.array([0.0, 0.1]), jnp.array([-1e-3, 0.3]))
+    assert float(-flight.v[-1] / 0.3) == pytest.approx(0.75, rel=1e-4)

@@ -1,0 +1,79 @@
+"""`vibrojax presets`: the thesis's rigs, where their numbers come from, and which stated facts they reproduce."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.progress import stages
+
+EXAMPLE = "Example:  vibrojax presets show wires"
+Name = Annotated[str, typer.Argument(metavar="NAME", help="wires, beam_170, beam_150, beam_135 or drilling_hammer.", show_default=False)]
+
+app = typer.Typer(no_args_is_help=True, help="The thesis's rigs: numbers, where they come from, and what they reproduce.", epilog=EXAMPLE)
+
+
+@app.command("show", epilog=EXAMPLE)
+def show(name: Name) -> None:
+    """Print every number of a preset and where it comes from."""
+    prepare_jax()
+    from vibrojax.presets import read_preset
+
+    preset = read_preset(name)
+    table = Table("number", "value", "where it comes from", "why", title=preset.title)
+    for key, number in preset.numbers.items():
+        table.add_row(key, f"{number.value:g} {number.unit}", number.origin.value, number.why)
+    console = Console(highlight=False)
+    console.print(table)
+    console.print(f"gaps: {', '.join(f'{1e3 * gap:g} mm' for gap in preset.gaps)}; law {preset.law}; suspension {preset.suspension}")
+
+
+@app.command("write", epilog="Example:  vibrojax presets write wires --out wires.json")
+def write(name: Name, out: Annotated[Path, typer.Option(metavar="FILE", help="The model.json to write.", show_default=False)]) -> None:
+    """Write the model of a preset as a model.json, for the other commands; gap and amplitude of the cart are printed."""
+    prepare_jax()
+    from vibrojax.errors import InputError
+    from vibrojax.model_file import write_model
+    from vibrojax.presets import read_preset
+
+    preset = read_preset(name)
+    origins = {key: f"{number.origin.value}: {number.why}" for key, number in preset.numbers.items()}
+    try:
+        write_model(preset.model(), out, provenance={"preset": name, "numbers": origins})
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error.strerror}; name another file with --out") from error
+    gaps = " or ".join(f"{gap:g}" for gap in preset.gaps)
+    typer.echo(f"{out} written; the rig: --amplitude {preset['base_amplitude']:g} --gap {gaps}")
+
+
+@app.command("check", epilog="Example:  vibrojax presets check wires")
+def check(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Only this preset. Left out: all.", show_default=False)] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing while working.")] = False,
+) -> None:
+    """Print each fact that the thesis's front matter states against what the presets give.
+
+    A fact marked "used" helped to choose the preset's numbers and tests nothing. Exit status 0 whatever is found.
+    """
+    with stages(quiet=quiet) as say:
+        say("loading JAX")
+        prepare_jax()
+        from vibrojax.presets import read_preset
+        from vibrojax.presets.facts import FACTS
+
+        facts = [fact for fact in FACTS if name is None or fact.preset == read_preset(name).name]
+        answers = []
+        for fact in facts:
+            say(f"{fact.preset}: {fact.statement}")
+            answers.append(fact.ask())
+    table = Table("preset", "stated", "where", "the preset gives", "reproduced", "used")
+    for fact, answer in zip(facts, answers, strict=True):
+        verdict = "yes" if answer.reproduced else "NO"
+        table.add_row(fact.preset, fact.statement, fact.source, answer.found, verdict, "used" if fact.used else "")
+    tests = [answer.reproduced for fact, answer in zip(facts, answers, strict=True) if not fact.used]
+    console = Console(highlight=False)
+    console.print(table)
+    console.print(f"{sum(tests)} of {len(tests)} facts that were not used are reproduced")

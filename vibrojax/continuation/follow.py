@@ -1,0 +1,204 @@
+"""Follow a branch of periodic orbits through folds, stable or not."""
+
+import dataclasses
+
+import numpy as np
+
+from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.continuation.arclength import Coordinates, Curve, Point, curve_through
+from vibrojax.continuation.branch import Branch, End
+from vibrojax.continuation.corner import around_corner
+from vibrojax.continuation.orbit import Orbit
+from vibrojax.continuation.special import Kind, SpecialPoint, special_points
+from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.integrate import Landing
+
+_QUICK, _SLOW = 3, 6
+_LONGER, _SHORTER = 1.5, 0.5
+_STRAIGHT = 0.97
+"""Least cosine between neighbouring tangents."""
+_CORNER = 1e-4
+"""A step this short may turn by any angle where the number of impacts changes: with a law of n <= 1 the branch has a corner there."""
+_AFTER_CORNER = 1e-2
+"""First step after a corner, over the first step of all."""
+_RETURNED = 8
+_GRAZES_SPEED, _GRAZES_DISTANCE = 0.03, 1e-3
+"""Slowest touch over the cart's speed, and clearance over its amplitude, below which a branch that breaks off does so at a grazing."""
+_SINGULAR = 1e-3
+"""Slowest touch over the cart's speed at which a branch with a rigid stop is at its end: the slope of the map grows like 1 / speed."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Steps:
+    """Lengths of steps along a branch, with the range of the parameter as one.
+
+    Attributes:
+        first: first step.
+        largest: longest.
+        smallest: below it the branch is given up.
+        most_points: in each direction.
+    """
+
+    first: float = 5e-3
+    largest: float = 5e-2
+    smallest: float = 1e-8
+    most_points: int = 2000
+
+
+@dataclasses.dataclass
+class _Arm:
+    """The part of a branch on one side of its start."""
+
+    points: list[Point]
+    special: list[SpecialPoint]
+    end: End
+
+
+def follow(orbit: Orbit, name: str, bounds: tuple[float, float], *, landing: Landing | None = None, steps: Steps | None = None) -> Branch:
+    """Follow the branch of an orbit both ways along one parameter, by pseudo-arclength continuation.
+
+    Each step goes along the tangent of the curve P^p(x; parameter) = x and is corrected at right angles to the chord, so that folds are no
+    obstacle. Folds, period doublings, branch points, Neimark-Sacker points and grazings are located by bisection.
+
+    Arguments:
+        orbit: where to start.
+        name: of the parameter: "frequency" (Hz), "gap" (m), "amplitude" (m), "m" or a parameter of the model.
+        bounds: lowest and highest value, SI; the orbit's own lies between.
+        landing: the integrator.
+        steps: lengths of steps.
+
+    Raises:
+        InputError: unknown parameter, or bounds that do not hold the start.
+        NoConvergenceError: the start itself is not on a curve.
+
+    Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in P. Rabinowitz (ed.), Applications of
+    Bifurcation Theory, Academic Press (1977) 359-384; step control ours.
+    """
+    low, high = (float(bound) for bound in bounds)
+    value = float(orbit.rig.value(name))
+    if not low < high or not low <= value <= high:
+        raise InputError(f"{name} runs from {low:g} to {high:g}, the orbit is at {value:g}: expected a range that holds it; give another")
+    steps = Steps() if steps is None else steps
+    curve = curve_through(orbit, name, high - low, Landing() if landing is None else landing)
+    start = curve.start(orbit)
+    limits = (low / curve.scale[-1], high / curve.scale[-1])
+    up = start.tangent * (1.0 if start.tangent[-1] >= 0 else -1.0)
+    forward = _arm(curve, start, up, limits, steps)
+    backward = _Arm([start], [], End.CLOSED) if forward.end is End.CLOSED else _arm(curve, start, -up, limits, steps)
+    points = [*reversed(backward.points[1:]), *forward.points]
+    special = (*reversed(backward.special), *forward.special)
+    return _branch(curve, points, special, (backward.end, forward.end))
+
+
+def _arm(curve: Curve, start: Point, direction: Coordinates, limits: tuple[float, float], steps: Steps) -> _Arm:
+    """Points from the start in one sense."""
+    arm, h = _Arm([dataclasses.replace(start, tangent=direction)], [], End.POINTS), steps.first
+    if not limits[0] <= start.z[-1] + 1e-12 * direction[-1] <= limits[1]:
+        return dataclasses.replace(arm, end=End.BOUND)
+    while len(arm.points) < steps.most_points:
+        last = arm.points[-1]
+        singular = _slowest(curve, last) < _SINGULAR and isinstance(curve.rig.model.law, AbstractInstantaneousLaw)
+        new = None if singular and _touched_before(arm) else _step(curve, last, h)
+        if new is None:
+            h *= _SHORTER
+            if h >= steps.smallest and not singular:
+                continue
+            new, h = around_corner(curve, last), steps.first * _AFTER_CORNER
+        if new is None:
+            arm.end = _breaks_off(curve, last, arm)
+            return arm
+        outside = not limits[0] <= new.z[-1] <= limits[1]
+        if outside:
+            new = _at_bound(curve, last, new, limits)
+            if new is None:
+                arm.end = End.LOST
+                return arm
+        arm.special += special_points(curve, last, new)
+        arm.points.append(new)
+        if outside or _closed(arm.points, h):
+            arm.end = End.BOUND if outside else End.CLOSED
+            return arm
+        h = min(h * (_LONGER if new.corrections <= _QUICK else _SHORTER if new.corrections >= _SLOW else 1.0), steps.largest)
+    return arm
+
+
+def _touched_before(arm: _Arm) -> bool:
+    """Whether the last step kept the number of impacts, so that the branch comes to a grazing and does not leave one."""
+    return len(arm.points) > 1 and int(arm.points[-1].passage.touches) == int(arm.points[-2].passage.touches)
+
+
+def _step(curve: Curve, last: Point, h: float) -> Point | None:
+    """The point a step further along the tangent; None where there is none near, or the branch bends too much in between."""
+    try:
+        new = curve.corrected(last.z + h * last.tangent, last.tangent)
+    except NoConvergenceError:
+        return None
+    along = (new.z - last.z) / np.linalg.norm(new.z - last.z)
+    tangent = new.tangent * (1.0 if new.tangent @ along >= 0 else -1.0)
+    corner = h < _CORNER and int(new.passage.touches) != int(last.passage.touches)
+    if min(tangent @ along, last.tangent @ along) < _STRAIGHT and not corner:
+        return None
+    return dataclasses.replace(new, tangent=tangent)
+
+
+def _at_bound(curve: Curve, last: Point, new: Point, limits: tuple[float, float]) -> Point | None:
+    """The point at the end of the range between two points."""
+    bound = limits[0] if new.z[-1] < limits[0] else limits[1]
+    part = (bound - last.z[-1]) / (new.z[-1] - last.z[-1])
+    try:
+        found = curve.at_parameter(last.z + part * (new.z - last.z))
+    except NoConvergenceError:
+        return None
+    return dataclasses.replace(found, tangent=found.tangent * (1.0 if found.tangent @ last.tangent >= 0 else -1.0))
+
+
+def _closed(points: list[Point], h: float) -> bool:
+    """Whether the last point has come back to the first."""
+    first, last = points[0], points[-1]
+    return len(points) > _RETURNED and float(np.linalg.norm(last.z - first.z)) < h and float(last.tangent @ first.tangent) > _STRAIGHT
+
+
+def _breaks_off(curve: Curve, last: Point, arm: _Arm) -> End:
+    """Why there is no next point; a grazing becomes a special point."""
+    orbit = curve.orbit(last)
+    near = float(last.passage.closest) > -_GRAZES_DISTANCE * float(orbit.rig.base_amplitude)
+    if _slowest(curve, last) >= _GRAZES_SPEED and not near:
+        return End.LOST
+    arm.special.append(_beyond(curve, arm.points[-2:], touching=_slowest(curve, last) < _GRAZES_SPEED))
+    return End.GRAZING
+
+
+def _beyond(curve: Curve, points: list[Point], *, touching: bool) -> SpecialPoint:
+    """The grazing just beyond the last point: impact speed, or clearance, drawn on to zero as a straight line over the parameter."""
+    left = [float(point.passage.slowest_touch if touching else -point.passage.closest) for point in points]
+    values = [float(point.z[-1] * curve.scale[-1]) for point in points]
+    shrinks = len(points) > 1 and np.isfinite(left[0]) and left[0] > left[1]
+    extra = (values[1] - values[0]) * left[1] / (left[0] - left[1]) if shrinks else 0.0
+    return SpecialPoint(Kind.GRAZING, values[-1] + extra, curve.orbit(points[-1]), abs(extra))
+
+
+def _slowest(curve: Curve, point: Point) -> float:
+    """Speed of the slowest touch over the greatest speed of the cart."""
+    rig = curve.rig_at(point)
+    return float(point.passage.slowest_touch) / (2.0 * np.pi * float(rig.frequency_hz) * float(rig.base_amplitude))
+
+
+def _branch(curve: Curve, points: list[Point], special: tuple[SpecialPoint, ...], ends: tuple[End, End]) -> Branch:
+    """Arrays out of points."""
+    z = np.stack([point.z for point in points]) * curve.scale
+    met = [point.passage for point in points]
+    return Branch(
+        name=curve.name,
+        label=curve.rig.label(curve.name),
+        cycles=curve.cycles,
+        rigid=isinstance(curve.rig.model.law, AbstractInstantaneousLaw),
+        parameter=z[:, -1],
+        states=z[:, :-1],
+        multipliers=np.stack([curve.multipliers(point) for point in points]),
+        touches=np.array([int(passage.touches) for passage in met]),
+        peak_force=np.array([float(passage.peak_force) for passage in met]),
+        impact_speed=np.array([float(passage.fastest_touch) for passage in met]),
+        highest=np.array([float(passage.highest) for passage in met]),
+        special=special,
+        ends=ends,
+    )

@@ -1,0 +1,163 @@
+"""One periodic orbit: found by Newton shooting, with its Floquet multipliers."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Complex, Float
+
+from vibrojax.continuation.multipliers import is_stable, multipliers
+from vibrojax.continuation.rig import ForcedRig, as_arrays, check_settings
+from vibrojax.continuation.stroboscope import Passage, linearised, strobe_from
+from vibrojax.errors import NoConvergenceError
+from vibrojax.integrate import RESULT_MESSAGES, Landing
+from vibrojax.integrate.base import SUCCESS
+
+TOLERANCE = 1e-10
+"""Of the closing error of an orbit, over `state_scale`."""
+_ITERATIONS = 25
+_HALVINGS = 5
+_CLOSED = 3e-4
+_PROBE = "frequency"
+
+State = Float[np.ndarray, " states"]
+
+
+class Orbit(eqx.Module):
+    """A motion that repeats after some cycles of the cart."""
+
+    rig: ForcedRig
+    cycles: int = eqx.field(static=True)
+    """p: period of the orbit in periods of the cart."""
+    state: State
+    """(u, u') in m and m/s, and states of effects, when the cart passes its middle moving forward."""
+    monodromy: Float[np.ndarray, "states states"]
+    """How a small change of the state is carried through one period."""
+    passage: Passage
+
+    @property
+    def multipliers(self) -> Complex[np.ndarray, " states"]:
+        """Eigenvalues of the monodromy matrix, largest first."""
+        return multipliers(self.monodromy)
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside the unit circle."""
+        return bool(is_stable(self.multipliers))
+
+    @property
+    def touches(self) -> int:
+        """Impacts in one period."""
+        return int(self.passage.touches)
+
+
+def state_scale(rig: ForcedRig) -> State:
+    """Sizes by which states are measured: A0, A0 2 pi f, and those that the effects name, or A0."""
+    amplitude = float(rig.base_amplitude)
+    own = [state.scale or amplitude for effect in rig.model.effects for state in effect.own_states]
+    return np.array([amplitude, amplitude * 2.0 * np.pi * float(rig.frequency_hz), *own])
+
+
+def find_orbit(rig: ForcedRig, state: State, *, cycles: int = 1, landing: Landing | None = None) -> Orbit:
+    """Periodic orbit near a state, by Newton's method on P^p(x) - x = 0; stable or not.
+
+    The Jacobian is the monodromy matrix, by forward-mode differentiation of the map. A step that enlarges the closing error is halved.
+
+    Arguments:
+        rig: the rig.
+        state: guess of (u, u', ...) at the section, m and m/s.
+        cycles: p, how many cycles of the cart the orbit takes.
+        landing: the integrator; `Landing()` by default.
+
+    Raises:
+        InputError: impossible settings, or an effect that does not repeat with the cart.
+        NoConvergenceError: the closing error does not reach `TOLERANCE`, or the map itself fails.
+
+    Example:
+        >>> from vibrojax.contact import Hertz
+        >>> from vibrojax.model import Model
+        >>> from vibrojax.suspension import Linear
+        >>> jax.config.update("jax_enable_x64", True)
+        >>> model = Model(1.0, Linear(0.02, 5.0), Hertz(1e6, 1.5))
+        >>> orbit = find_orbit(ForcedRig(model, gap=0.1, base_amplitude=1e-3, frequency_hz=10.0), np.zeros(2))
+        >>> orbit.stable, orbit.touches
+        (True, 0)
+    """
+    check_settings(rig)
+    landing, rig = Landing() if landing is None else landing, as_arrays(rig)
+    scale, identity = state_scale(rig), np.eye(len(state))
+    x = np.asarray(state, dtype=float)
+    reached, jacobian, passage = map_with_jacobian(landing, rig, _PROBE, cycles, x)
+    for _ in range(_ITERATIONS):
+        error = float(np.max(np.abs((reached - x) / scale)))
+        if error < TOLERANCE:
+            return Orbit(rig, cycles, x, jacobian[:, :-1], passage)
+        step = np.linalg.solve(jacobian[:, :-1] - identity, x - reached)
+        for halving in range(_HALVINGS + 1):
+            trial = x + step / 2.0**halving
+            reached, jacobian, passage = map_with_jacobian(landing, rig, _PROBE, cycles, trial)
+            if float(np.max(np.abs((reached - trial) / scale))) < error:
+                break
+        x = trial
+    raise NoConvergenceError(
+        f"no orbit of {cycles} cycles found at {float(rig.frequency_hz):g} Hz: closing error {error:.1e} of A0 after {_ITERATIONS} steps; "
+        "start nearer to an orbit, or ask for another number of cycles"
+    )
+
+
+def settle(
+    rig: ForcedRig, state: State, *, transient: int = 300, most_cycles: int = 8, landing: Landing | None = None
+) -> tuple[State, int]:
+    """Where the motion from a state settles, and after how many cycles it repeats: brute force, hence stable orbits only.
+
+    Arguments:
+        rig: the rig.
+        state: (u, u', ...) at the section, m and m/s.
+        transient: cycles that are left out.
+        most_cycles: longest period looked for, cycles.
+        landing: the integrator.
+
+    Returns:
+        A state on (or near) the orbit, and its period in cycles.
+
+    Raises:
+        InputError: as for `find_orbit`.
+        NoConvergenceError: no repetition within `most_cycles` (a longer period, chaos, or a transient not over).
+    """
+    check_settings(rig)
+    landing, rig = Landing() if landing is None else landing, as_arrays(rig)
+    states = [_advance(landing, rig, transient, np.asarray(state, dtype=float))]
+    for _ in range(most_cycles):
+        states.append(_advance(landing, rig, 1, states[-1]))
+    distance = [float(np.max(np.abs((later - states[0]) / state_scale(rig)))) for later in states[1:]]
+    near = [cycles for cycles, off in enumerate(distance, 1) if off < _CLOSED]
+    if not near:
+        raise NoConvergenceError(
+            f"the motion at {float(rig.frequency_hz):g} Hz does not repeat within {most_cycles} cycles after {transient}: nearest return "
+            f"{min(distance):.1e} of A0; choose another start or frequency, or allow a longer transient"
+        )
+    return states[0], near[0]
+
+
+def map_with_jacobian(landing: Landing, rig: ForcedRig, name: str, cycles: int, state: State):
+    """`linearised` on NumPy arrays: end state, Jacobian with respect to (state, `name`), passage.
+
+    Raises:
+        NoConvergenceError: the motion is not finite, or impacts without end use up all steps.
+    """
+    reached, jacobian, passage = linearised(landing, rig, name, jnp.asarray(cycles), jnp.asarray(state))
+    passage = _checked(rig, passage)
+    return np.asarray(reached), np.asarray(jacobian), passage
+
+
+def _advance(landing: Landing, rig: ForcedRig, cycles: int, state: State) -> State:
+    reached, passage = strobe_from(landing, rig, jnp.asarray(cycles), jnp.asarray(state))
+    _checked(rig, passage)
+    return np.asarray(reached)
+
+
+def _checked(rig: ForcedRig, passage: Passage) -> Passage:
+    passage = Passage(*(np.asarray(leaf) for leaf in jax.device_get(passage)))
+    if passage.result != SUCCESS:
+        raise NoConvergenceError(f"the motion at {float(rig.frequency_hz):g} Hz breaks off: {RESULT_MESSAGES[int(passage.result)]}")
+    return passage

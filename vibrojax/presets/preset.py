@@ -1,0 +1,119 @@
+"""A rig of the thesis as far as it is known: every number with where it comes from."""
+
+import dataclasses
+import enum
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrojax.contact import AbstractContactLaw, HuntCrossley, KelvinVoigtClipped
+from vibrojax.continuation import ForcedRig
+from vibrojax.data_files import data_path
+from vibrojax.errors import InputError
+from vibrojax.model import Model
+from vibrojax.presets.inference import clipped_dashpot
+from vibrojax.suspension import AbstractSuspension, Linear, Pendulum
+
+NAMES = ("wires", "beam_170", "beam_150", "beam_135", "drilling_hammer")
+GRAVITY = 9.81
+"""m/s^2, as the thesis's notation states it."""
+
+
+class Origin(enum.Enum):
+    """Where a number comes from."""
+
+    STATED = "stated in the thesis front matter"
+    ESTIMATED = "estimated from what the front matter states"
+    ASSUMED = "assumed"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Number:
+    """One number of a preset.
+
+    Attributes:
+        value: SI, frequency in Hz.
+        unit: of the value.
+        origin: where it comes from.
+        why: the reasoning, or the place in the thesis.
+    """
+
+    value: float
+    unit: str
+    origin: Origin
+    why: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Preset:
+    """A rig: numbers with their origins, gaps, and which suspension and law they belong to.
+
+    Attributes:
+        name: one of `NAMES`.
+        title: for tables.
+        thesis: name of the table in `data/thesis/` whose facts concern it.
+        suspension: "pendulum" or "linear".
+        law: "kelvin-voigt-clipped" (from stiffness and restitution) or "hunt-crossley".
+        gaps: that the rig was set to, m; stated, but where `gap` is among the numbers.
+        numbers: by name.
+    """
+
+    name: str
+    title: str
+    thesis: str
+    suspension: str
+    law: str
+    gaps: tuple[float, ...]
+    numbers: Mapping[str, Number]
+
+    def __getitem__(self, name: str) -> float:
+        """Value of a number."""
+        return self.numbers[name].value
+
+    @property
+    def omega_n(self) -> float:
+        """Natural angular frequency, rad/s."""
+        return 2.0 * np.pi * self["natural_frequency_hz"]
+
+    def model(self) -> Model:
+        """Hammer, suspension and law.
+
+        A pendulum's length is that of a point mass on light wires, g / omega_n^2; the dashpot of the clipped spring-dashpot law is the one
+        that gives the restitution.
+        """
+        return Model(mass=self["mass"], suspension=self._suspension(), law=self._law())
+
+    def rig(self, *, gap: float, frequency: float) -> ForcedRig:
+        """The rig at a gap, m, and an excitation frequency, Hz."""
+        return ForcedRig(self.model(), gap=gap, base_amplitude=self["base_amplitude"], frequency_hz=frequency)
+
+    def _suspension(self) -> AbstractSuspension:
+        zeta, f_n = self["damping_ratio"], self["natural_frequency_hz"]
+        return Linear(zeta, f_n) if self.suspension == "linear" else Pendulum(zeta, f_n, length=GRAVITY / self.omega_n**2)
+
+    def _law(self) -> AbstractContactLaw:
+        stiffness = self["impact_stiffness"]
+        if self.law == HuntCrossley.name:
+            return HuntCrossley(stiffness, self["impact_exponent"], self["impact_damping"])
+        return KelvinVoigtClipped(stiffness, clipped_dashpot(self["restitution"], stiffness, self["mass"]))
+
+
+def read_preset(name: str) -> Preset:
+    """A preset by name.
+
+    Raises:
+        InputError: no such preset.
+
+    Example:
+        >>> preset = read_preset("wires")
+        >>> preset.numbers["natural_frequency_hz"].origin.name, preset.gaps
+        ('ESTIMATED', (0.0, 0.001, 0.0024))
+    """
+    if name not in NAMES:
+        raise InputError(f"unknown preset {name!r}: expected one of {', '.join(NAMES)}")
+    table: dict[str, Any] = tomllib.loads(data_path("presets", f"{name}.toml").read_text(encoding="utf-8"))
+    numbers = {key: Number(**(row | {"origin": Origin[row["origin"].upper()]})) for key, row in table["number"].items()}
+    settings = {key: table[key] for key in ("title", "thesis", "suspension", "law")}
+    return Preset(name=name, **settings, gaps=tuple(round(1e-3 * gap, 9) for gap in table["gaps_mm"]), numbers=numbers)
