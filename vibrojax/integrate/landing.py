@@ -21,7 +21,7 @@ _SLOWEST_TOUCH = 1e-4
 """m/s; an approach slower than this does not lengthen the contact steps further."""
 
 
-class _Carry(NamedTuple):
+class LandingState(NamedTuple):
     """State of all lanes between two steps."""
 
     t: _Lanes
@@ -84,7 +84,7 @@ class Landing(AbstractIntegrator):
         """
         limit = 3 * ts.shape[1] + 1000 if self.most_steps is None else self.most_steps
         t_end = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
-        start = self._start(systems, ts, states)
+        start = self.start(systems, ts, states)
         history = jax.tree.map(lambda leaf: jnp.zeros((limit + 1, *leaf.shape), leaf.dtype).at[0].set(leaf), _point(start))
 
         def unfinished(loop):
@@ -93,7 +93,7 @@ class Landing(AbstractIntegrator):
 
         def advance(loop):
             count, carry, points = loop
-            carry = jax.vmap(self._step)(systems, t_end, carry)
+            carry = jax.vmap(self.step)(systems, t_end, carry)
             points = jax.tree.map(lambda all_, new: lax.dynamic_update_index_in_dim(all_, new, count + 1, 0), points, _point(carry))
             return count + 1, carry, points
 
@@ -103,13 +103,14 @@ class Landing(AbstractIntegrator):
         u, v, in_contact, approach_speed, own = at_samples(history, count, ts)
         return Trajectory(ts, u, v, in_contact, approach_speed, result, count, own)
 
-    def _start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"]) -> _Carry:
+    def start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"]) -> LandingState:
+        """All lanes before their first step, each at the first of its times."""
         u, v, own = states[:, 0], states[:, 1], states[:, 2:]
         lanes = u.shape[0]
         rigid = isinstance(systems.law, AbstractInstantaneousLaw)
         near = jax.vmap(lambda system, *state: system.approach(*state).indentation)(systems, ts[:, 0], u, v, own)
         touching = (lax.stop_gradient(near) > 0) & (not rigid)
-        return _Carry(
+        return LandingState(
             t=ts[:, 0] + 0.0 * u,
             u=u,
             v=v,
@@ -122,7 +123,7 @@ class Landing(AbstractIntegrator):
             own_rates=jnp.zeros_like(own),
         )
 
-    def _step(self, system: System, t_end: Float[Array, ""], carry: _Carry) -> _Carry:
+    def step(self, system: System, t_end: Float[Array, ""], carry: LandingState) -> LandingState:
         """One trial step of one lane: accepted, or taken back because it crosses the boundary of contact."""
         remaining = t_end - carry.t
         last = ~carry.landing & (remaining <= self._longest(system, carry))
@@ -148,7 +149,7 @@ class Landing(AbstractIntegrator):
             in_contact = carry.in_contact
         else:
             in_contact = carry.in_contact ^ carry.landing
-        accepted = _Carry(
+        accepted = LandingState(
             t=jnp.where(last, t_end, t1),
             u=u1,
             v=v1,
@@ -163,7 +164,7 @@ class Landing(AbstractIntegrator):
         rejected = carry._replace(landing=jnp.ones_like(crosses), h_landing=h_landing)
         return jax.tree.map(lambda yes, no: jnp.where(crosses, yes, no), rejected, accepted)
 
-    def _longest(self, system: System, carry: _Carry) -> Float[Array, ""]:
+    def _longest(self, system: System, carry: LandingState) -> Float[Array, ""]:
         """Longest step that the present state allows, s."""
         if not isinstance(system.law, AbstractCompliantLaw):
             return jnp.asarray(self.flight_step)
@@ -171,7 +172,7 @@ class Landing(AbstractIntegrator):
         in_contact = system.law.contact_time(jnp.asarray(system.mass), speed) / self.contact_steps
         return jnp.where(carry.in_contact, jnp.minimum(in_contact, self.flight_step), self.flight_step)
 
-    def _runge_kutta(self, system: System, carry: _Carry, h: Float[Array, ""]):
+    def _runge_kutta(self, system: System, carry: LandingState, h: Float[Array, ""]):
         """u, u' and own states after h, and what acts there (at the last stage)."""
 
         def forces(t, u, v, own):
@@ -190,5 +191,5 @@ class Landing(AbstractIntegrator):
         return u + sixth * (v + 2 * v_2 + 2 * v_3 + v_4), v + sixth * (f_1.acceleration + 2 * inner + f_4.acceleration), own, f_4
 
 
-def _point(carry: _Carry) -> Point:
+def _point(carry: LandingState) -> Point:
     return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact, carry.own, carry.own_rates)
