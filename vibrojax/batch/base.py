@@ -44,21 +44,21 @@ class LaneState(NamedTuple):
 
 
 class Cycles(NamedTuple):
-    """What happened in each of some cycles, and over all of them."""
+    """What happened in each of the recorded cycles, and over all of a call to `advance`."""
 
-    u: Float[Array, "cycles lanes"]
+    u: Float[Array, "recorded lanes"]
     """At the strobe that ends the cycle, m."""
-    v: Float[Array, "cycles lanes"]
+    v: Float[Array, "recorded lanes"]
     """m/s"""
-    impacts: Int[Array, "cycles lanes"]
+    impacts: Int[Array, "recorded lanes"]
     """Touches that began in the cycle."""
-    peak_force: Float[Array, "cycles lanes"]
+    peak_force: Float[Array, "recorded lanes"]
     """Largest push of the stop in front, N; 0 without impact, and of a rigid stop. A contact at the strobe counts in both cycles, with
     its part in each."""
-    impact_speed: Float[Array, "cycles lanes"]
+    impact_speed: Float[Array, "recorded lanes"]
     """Largest approach speed of the touches of the cycle, m/s; 0 without impact."""
     u_max: Float[Array, " lanes"]
-    """Largest displacement over all of these cycles, m."""
+    """Largest displacement over all cycles of the call, m."""
     result: Int[Array, " lanes"]
     """A code of `vibrojax.integrate.base`: `SUCCESS`, or why the lane stopped short."""
     steps: Int[Array, ""]
@@ -76,11 +76,12 @@ class AbstractEngine(eqx.Module):
         """Why it cannot integrate these rigs; None where it can. Looks at concrete values."""
 
     @abc.abstractmethod
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
         """Take every lane on by so many whole cycles of its own excitation.
 
         Arguments:
             lanes: the rigs.
             state: of every lane at a strobe.
-            cycles: how many; a static number, for each of which a program is compiled.
+            cycles: how many; this and the next are static numbers, for each pair of which a program is compiled.
+            recorded: how many of them, the last ones, are handed back.
         """

@@ -30,19 +30,20 @@ _Lanes = Float[Array, " lanes"]
 
 
 class _Sections(NamedTuple):
-    """Strobes so far; `cycle` counts from the start of these cycles."""
+    """Strobes so far."""
 
     cycle: Int[Array, " lanes"]
-    u: Float[Array, "cycles lanes"]
-    v: Float[Array, "cycles lanes"]
+    """Cycle in which each lane is; 0 is the first recorded one, those before are negative."""
+    u: Float[Array, "recorded lanes"]
+    v: Float[Array, "recorded lanes"]
 
 
 class _Impacts(NamedTuple):
     """What each impact adds."""
 
-    count: Int[Array, "cycles lanes"]
-    peak: Float[Array, "cycles lanes"]
-    speed: Float[Array, "cycles lanes"]
+    count: Int[Array, "recorded lanes"]
+    peak: Float[Array, "recorded lanes"]
+    speed: Float[Array, "recorded lanes"]
 
 
 class _Carry(NamedTuple):
@@ -97,7 +98,7 @@ class ExactFlight(AbstractEngine):
             return "a suspension that does not oscillate (zeta >= 1, or f_n = 0)"
         return None
 
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
         """See `AbstractEngine`."""
         system, flow = lanes.systems, flow_of(lanes.systems)
         law = system.law
@@ -105,16 +106,16 @@ class ExactFlight(AbstractEngine):
             raise TypeError(f"{type(law).__name__} neither gives way nor is rigid: expected a law of one of the two kinds")
 
         def unfinished(carry: _Carry):
-            return jnp.any(_runs(carry, cycles))
+            return jnp.any(_runs(carry))
 
         def onward(carry: _Carry) -> _Carry:
-            carry = self._fly_to_touch(flow, carry, _runs(carry, cycles) & ~carry.in_contact)
-            entering = _runs(carry, cycles) & carry.in_contact
+            carry = self._fly_to_touch(flow, carry, _runs(carry) & ~carry.in_contact)
+            entering = _runs(carry) & carry.in_contact
             if isinstance(law, AbstractInstantaneousLaw):
                 return _rebound(flow, law, carry, entering)
             return self._through_contact(flow, law, jnp.asarray(system.mass), carry, entering)
 
-        return _finish(state, lax.while_loop(unfinished, onward, _start(flow, state, cycles)), cycles)
+        return _finish(state, lax.while_loop(unfinished, onward, _start(flow, state, cycles, recorded)), cycles - recorded)
 
     def _fly_to_touch(self, flow: Flow, carry: _Carry, flies: Bool[Array, " lanes"]) -> _Carry:
         """The lanes that fly, to their next touch, or past a few strobes and then back to the last of them."""
@@ -187,13 +188,13 @@ class ExactFlight(AbstractEngine):
         )
 
 
-def _runs(carry: _Carry, cycles: int) -> Bool[Array, " lanes"]:
-    return (carry.sections.cycle < cycles) & (carry.result == SUCCESS)
+def _runs(carry: _Carry) -> Bool[Array, " lanes"]:
+    return (carry.sections.cycle < carry.sections.u.shape[0]) & (carry.result == SUCCESS)
 
 
-def _start(flow: Flow, state: LaneState, cycles: int) -> _Carry:
-    nothing = jnp.zeros((cycles, state.u.shape[0]), state.u.dtype)
-    none = jnp.zeros(state.u.shape, int)
+def _start(flow: Flow, state: LaneState, cycles: int, recorded: int) -> _Carry:
+    nothing = jnp.zeros((recorded, state.u.shape[0]), state.u.dtype)
+    first = jnp.full(state.u.shape, recorded - cycles)
     finite = jnp.isfinite(state.u) & jnp.isfinite(state.v)
     return _Carry(
         flight=take_off(flow, state.u, state.v, jnp.zeros_like(state.u)),
@@ -201,7 +202,7 @@ def _start(flow: Flow, state: LaneState, cycles: int) -> _Carry:
         approach_speed=state.approach_speed,
         in_contact=state.in_contact,
         since_touch=state.since_touch,
-        sections=_Sections(none, nothing, nothing),
+        sections=_Sections(first, nothing, nothing),
         impacts=_Impacts(jnp.zeros(nothing.shape, int), nothing, nothing),
         u_max=jnp.full_like(state.u, -jnp.inf),
         steps=jnp.asarray(0),
@@ -281,12 +282,12 @@ def _with_impact(
     )
 
 
-def _finish(state: LaneState, end: _Carry, cycles: int) -> tuple[LaneState, Cycles]:
+def _finish(state: LaneState, end: _Carry, skipped: int) -> tuple[LaneState, Cycles]:
     sections, impacts = end.sections, end.impacts
     u, v = sections.u[-1], sections.v[-1]
     finite = jnp.isfinite(u) & jnp.isfinite(v)
     result = jnp.where(finite, end.result, NOT_FINITE)
-    after = LaneState(u, v, end.in_contact, end.approach_speed, end.since_touch, state.cycle + sections.cycle, state.own)
+    after = LaneState(u, v, end.in_contact, end.approach_speed, end.since_touch, state.cycle + sections.cycle + skipped, state.own)
     return after, Cycles(sections.u, sections.v, impacts.count, impacts.peak, impacts.speed, end.u_max, result, end.steps)
 
 

@@ -40,7 +40,7 @@ class Span:
     """How long to integrate, and when to stop before.
 
     Attributes:
-        transient: cycles that are left to die down, at least; rounded up to whole segments.
+        transient: cycles that are left to die down, at least; rounded up where `closed` is looked for.
         recorded: cycles that are kept.
         closed: an orbit that comes back to within this part of the base amplitude is taken as periodic and not integrated further;
             None integrates all cycles.
@@ -51,17 +51,19 @@ class Span:
     closed: float | None = 1e-9
 
     @property
-    def segment(self) -> int:
-        """Cycles between two looks; divides `recorded`."""
+    def call(self) -> tuple[int, int]:
+        """Cycles that are integrated at a time, and how many of them are kept."""
+        if self.closed is None:
+            return self.transient + self.recorded, self.recorded
         parts = -(-self.recorded // _SEGMENT)
         while self.recorded % parts:
             parts += 1
-        return self.recorded // parts
+        return self.recorded // parts, self.recorded // parts
 
     @property
-    def segments(self) -> int:
-        """Segments in all."""
-        return -(-self.transient // self.segment) + self.recorded // self.segment
+    def calls(self) -> int:
+        """How often that many."""
+        return -(-(self.transient + self.recorded) // self.call[0])
 
 
 def engine_for(lanes: Lanes) -> AbstractEngine:
@@ -115,9 +117,9 @@ def integrate(
     begin = time.perf_counter()
     batch = _Batch(engine, lanes, initial if start is None else start, points.flat()["base_amplitude"], span, chunk)
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
-        for number in range(span.segments):
+        for number in range(span.calls):
             batch.advance(pool)
-            progress((number + 1) / span.segments)
+            progress((number + 1) / span.calls)
     return batch.responses(points, time.perf_counter() - begin)
 
 
@@ -159,12 +161,12 @@ class _Batch:
     def _piece(self, piece: np.ndarray) -> tuple[np.ndarray, Cycles]:
         """One chunk through one segment; a chunk that is not full is filled up with its last lane."""
         full = np.concatenate([piece, np.full(self.chunk - piece.size, piece[-1])])
-        state, cycles = _compiled(self.engine, self.form, self.span.segment)(self.rigs[:, full], self.state[:, full])
+        state, cycles = _compiled(self.engine, self.form, *self.span.call)(self.rigs[:, full], self.state[:, full])
         return np.asarray(state), cycles
 
     def _note(self, index: np.ndarray, cycles: dict[str, np.ndarray]) -> None:
-        segment, kept = self.span.segment, self.span.recorded
-        self.done[index] += segment
+        (cycles_at_once, segment), kept = self.span.call, self.span.recorded
+        self.done[index] += cycles_at_once
         self.u_max[index] = cycles["u_max"]
         self.result[index] = cycles["result"]
         for name, values in self.kept.items():
@@ -184,7 +186,7 @@ class _Batch:
         tolerance = self.span.closed or 0.0
         over = repeats(u[-known:], v[-known:], *scales, tolerance, _LONGEST) > 0
         period = repeats(u[-known:], v[-known:], *scales, _SLACK * tolerance, _LONGEST)[over]
-        over, total = index[over], self.span.segments * self.span.segment
+        over, total = index[over], self.span.calls * self.span.call[0]
         more = total - self.done[over]
         for values in self.kept.values():
             wanted = np.arange(-values.shape[0], 0)[:, None] + more[None, :]
@@ -213,12 +215,12 @@ class _Batch:
 
 
 @lru_cache(maxsize=64)
-def _compiled(engine: AbstractEngine, form: Any, cycles: int) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
+def _compiled(engine: AbstractEngine, form: Any, cycles: int, recorded: int) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
     """The program of one chunk: few arguments, since each costs as much to hand over as several steps."""
 
     @eqx.filter_jit
     def advance(rigs: jax.Array, state: jax.Array):
-        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), _unpacked(state), cycles)
+        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), _unpacked(state), cycles, recorded)
         return _packed_array(after), what
 
     return advance

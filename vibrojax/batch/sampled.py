@@ -40,7 +40,7 @@ class Sampled(AbstractEngine):
             return f"effects ({', '.join(effect.name for effect in lanes.systems.effects)})"
         return None
 
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
         """See `AbstractEngine`."""
 
         def one_lane(system: System, frequency_hz: Array, cycle: Array, u: Array, v: Array):
@@ -61,6 +61,7 @@ class Sampled(AbstractEngine):
         found = jax.vmap(one_lane, out_axes=-1)(lanes.systems, lanes.frequency_hz, cycle, state.u, state.v)
         u, v, impacts, peak, speed, u_max, result, steps = found
         worst = jnp.max(result, axis=0)
-        what = Cycles(u, v, impacts, peak, speed, jnp.max(u_max, axis=0), jnp.where(worst == 0, SUCCESS, worst), jnp.sum(steps))
+        kept = (part[-recorded:] for part in (u, v, impacts, peak, speed))
+        what = Cycles(*kept, jnp.max(u_max, axis=0), jnp.where(worst == 0, SUCCESS, worst), jnp.sum(steps))
         touching = lanes.systems.indentation(u[-1]) > 0
         return state._replace(u=u[-1], v=v[-1], in_contact=touching, cycle=state.cycle + cycles), what
