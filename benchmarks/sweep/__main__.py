@@ -60,11 +60,11 @@ def measure(name: str, options: argparse.Namespace, console: Console) -> dict:
     all_runs = []
     for run in runs(problem, truth, repeats=options.repeats, scipy_lanes=options.scipy_lanes):
         all_runs.append(run)
-        table.add_row(run.engine, f"{run.setting:g}", f"{run.median:.1e}", f"{run.quantile90:.1e}", f"{run.seconds:.3f}")
+        table.add_row(run.engine, f"{run.setting:g}", f"{run.miss['median']:.1e}", f"{run.miss['quantile90']:.1e}", f"{run.seconds:.3f}")
     console.print(table)
     seconds = {engine: seconds_at(all_runs, engine, STATED_ERROR) for engine in ("ours", *PEERS)}
     ours = seconds["ours"]
-    ratio = {peer: seconds[peer] / ours if seconds[peer] and ours else None for peer in PEERS}
+    ratio = {peer: _ratio(seconds[peer], ours) for peer in PEERS}
     console.print(
         f"at a median error of {STATED_ERROR:g}: " + ", ".join(f"{peer} / ours {_number(value)}" for peer, value in ratio.items())
     )
@@ -76,6 +76,10 @@ def measure(name: str, options: argparse.Namespace, console: Console) -> dict:
         "ratio": ratio,
         "runs": [dataclasses.asdict(run) for run in all_runs],
     }
+
+
+def _ratio(theirs: float | None, ours: float | None) -> float | None:
+    return None if theirs is None or ours is None else theirs / ours
 
 
 def _number(value: float | None) -> str:

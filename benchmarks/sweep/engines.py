@@ -31,8 +31,8 @@ class Run:
     setting: float
     """Steps in contact, or relative tolerance."""
     seconds: float
-    median: float
-    quantile90: float
+    miss: dict[str, float]
+    """Error of the last section point over the base amplitude: `median` and `quantile90` of the periodic lanes."""
     scaled_from: int | None = None
     """Lanes that were timed, where not all were."""
 
@@ -62,7 +62,7 @@ def check(problem: Problem, truth: Reference, lanes: int) -> float:
     index = np.flatnonzero(truth.periodic)
     index = index[np.linspace(0, index.size - 1, lanes).astype(int)]
     p, cycles = problem.numbers, problem.cycles
-    exact = np.array([scipy_lane("DOP853", problem.frequencies[i], cycles, p, 1e-12)[-1, 0] for i in index])
+    exact = np.array([scipy_lane("DOP853", float(problem.frequencies[i]), cycles, p, 1e-12)[-1, 0] for i in index])
     return float(np.max(np.abs(exact - truth.u[index])) / problem.base_amplitude)
 
 
@@ -71,23 +71,23 @@ def runs(problem: Problem, truth: Reference, *, repeats: int, scipy_lanes: int) 
     f, cycles, p = problem.frequencies, problem.cycles, problem.numbers
     for steps in CONTACT_STEPS:
         seconds, u = best(lambda steps=steps: our_sections(problem, steps)[:, -1], repeats)
-        yield Run(engine="ours", setting=steps, seconds=seconds, **error(problem, truth, u))
+        yield Run(engine="ours", setting=steps, seconds=seconds, miss=error(problem, truth, u))
     for rtol in TOLERANCES["numba"]:
         seconds, u = best(lambda rtol=rtol: numba_sweep(f, cycles, p, rtol)[:, -1, 0], repeats)
-        yield Run(engine="numba", setting=rtol, seconds=seconds, **error(problem, truth, u))
+        yield Run(engine="numba", setting=rtol, seconds=seconds, miss=error(problem, truth, u))
     for rtol in TOLERANCES["diffrax_vmap"]:
         seconds, u = best(lambda rtol=rtol: diffrax_sweep(f, cycles, p, rtol)[:, -1, 0], 1)
-        yield Run(engine="diffrax_vmap", setting=rtol, seconds=seconds, **error(problem, truth, u))
+        yield Run(engine="diffrax_vmap", setting=rtol, seconds=seconds, miss=error(problem, truth, u))
     some = np.linspace(0, problem.lanes - 1, min(scipy_lanes, problem.lanes)).astype(int)
     part = Reference(u=truth.u[some], periodic=truth.periodic[some])
     for method in ("LSODA", "DOP853"):
         for rtol in TOLERANCES[f"scipy_{method.lower()}"]:
-            scipy_lane(method, f[0], 2, p, rtol)
+            scipy_lane(method, float(f[0]), 2, p, rtol)
             begin = time.perf_counter()
-            u = np.array([scipy_lane(method, f[i], cycles, p, rtol)[-1, 0] for i in some])
+            u = np.array([scipy_lane(method, float(f[i]), cycles, p, rtol)[-1, 0] for i in some])
             seconds = (time.perf_counter() - begin) * problem.lanes / some.size
             misses = error(problem, part, u)
-            yield Run(engine=f"scipy_{method.lower()}", setting=rtol, seconds=seconds, scaled_from=some.size, **misses)
+            yield Run(engine=f"scipy_{method.lower()}", setting=rtol, seconds=seconds, scaled_from=int(some.size), miss=misses)
 
 
 def best(work: Callable[[], np.ndarray], repeats: int) -> tuple[float, np.ndarray]:
@@ -105,8 +105,8 @@ def seconds_at(found: list[Run], engine: str, wanted: float) -> float | None:
 
     An engine that is more accurate than wanted at its coarsest setting is given the time of that setting.
     """
-    mine = sorted((run for run in found if run.engine == engine), key=lambda run: run.median)
-    if not mine or mine[0].median > wanted:
+    mine = sorted((run for run in found if run.engine == engine), key=lambda run: run.miss["median"])
+    if not mine or mine[0].miss["median"] > wanted:
         return None
-    errors, times = np.log([run.median for run in mine]), np.log([run.seconds for run in mine])
+    errors, times = np.log([run.miss["median"] for run in mine]), np.log([run.seconds for run in mine])
     return float(np.exp(np.interp(np.log(wanted), errors, times)))

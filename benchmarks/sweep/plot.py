@@ -22,9 +22,9 @@ def work_precision(problems: dict[str, dict], stated: float, path: Path) -> None
         panels = np.atleast_1d(figure.subplots(1, len(problems), sharey=True))
         for axes, (name, found) in zip(panels, problems.items(), strict=True):
             for engine, (colour, marker, label) in _LOOK.items():
-                runs = sorted((run for run in found["runs"] if run["engine"] == engine), key=lambda run: run["median"])
+                runs = sorted((run for run in found["runs"] if run["engine"] == engine), key=lambda run: run["miss"]["median"])
                 axes.loglog(
-                    [run["median"] for run in runs], [run["seconds"] for run in runs], marker + "-", color=colour, ms=4, label=label
+                    [run["miss"]["median"] for run in runs], [run["seconds"] for run in runs], marker + "-", color=colour, ms=4, label=label
                 )
             axes.axvline(stated, color="#b0b0b0", lw=1, zorder=0)
             problem = found["problem"]

@@ -1,6 +1,7 @@
 """SciPy's LSODA and DOP853 around the right-hand side, one lane after the other."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -23,9 +24,8 @@ def _rates(t, y, omega, p):
 def scipy_lane(method: str, frequency: float, cycles: int, p: np.ndarray, rtol: float) -> np.ndarray:
     """Sections of one lane, (cycles, 2)."""
     strobes = np.arange(1, cycles + 1) / frequency
-    tolerances = dict(rtol=rtol, atol=[1e-3 * rtol, 1e-1 * rtol], max_step=0.05 / frequency)
-    arguments = (2 * np.pi * frequency, p)
-    found = solve_ivp(_rates, (0.0, strobes[-1]), [0.0, 0.0], method=method, t_eval=strobes, args=arguments, **tolerances)
+    options: Any = dict(rtol=rtol, atol=[1e-3 * rtol, 1e-1 * rtol], max_step=0.05 / frequency, args=(2 * np.pi * frequency, p))
+    found = solve_ivp(_rates, (0.0, strobes[-1]), [0.0, 0.0], method=method, t_eval=strobes, **options)
     if not found.success:
         raise RuntimeError(f"{method} stopped at {frequency} Hz: {found.message}")
     return found.y.T

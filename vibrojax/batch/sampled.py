@@ -9,7 +9,7 @@ from jax import lax
 from jaxtyping import Array
 
 from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
-from vibrojax.integrate.base import SUCCESS, AbstractIntegrator, without_effects
+from vibrojax.integrate.base import AbstractIntegrator, without_effects
 from vibrojax.integrate.smoothed import Smoothed
 from vibrojax.system import System
 
@@ -60,8 +60,8 @@ class Sampled(AbstractEngine):
         cycle = state.cycle.astype(state.u.dtype)
         found = jax.vmap(one_lane, out_axes=-1)(lanes.systems, lanes.frequency_hz, cycle, state.u, state.v)
         u, v, impacts, peak, speed, u_max, result, steps = found
-        worst = jnp.max(result, axis=0)
-        kept = (part[-recorded:] for part in (u, v, impacts, peak, speed))
-        what = Cycles(*kept, jnp.max(u_max, axis=0), jnp.where(worst == 0, SUCCESS, worst), jnp.sum(steps))
+        worst, most = jnp.max(result, axis=0), jnp.max(u_max, axis=0)
+        kept = [part[-recorded:] for part in (u, v, impacts, peak, speed)]
+        what = Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], most, worst, jnp.sum(steps))
         touching = lanes.systems.indentation(u[-1]) > 0
         return state._replace(u=u[-1], v=v[-1], in_contact=touching, cycle=state.cycle + cycles), what

@@ -69,8 +69,8 @@ class Stepping(AbstractEngine):
         result = jnp.where(finite, jnp.where(jnp.any(late, axis=0), STEP_LIMIT, SUCCESS), NOT_FINITE)
         nothing = jnp.zeros_like(motion.u)
         after = LaneState(motion.u, motion.v, motion.in_contact, motion.approach_speed, nothing, state.cycle + cycles, motion.own)
-        kept = (part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed))
-        return after, Cycles(*kept, jnp.max(cycle.u_max, axis=0), result, jnp.sum(steps))
+        kept = [part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed)]
+        return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max, axis=0), result, jnp.sum(steps))
 
     def _landing(self, period: Float[Array, ""], fastest_hz: Float[Array, ""] | float = 0.0) -> Landing:
         """The stepper of one lane."""

@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import diagnose, fit, simulate
+from vibrojax.cli import diagnose, fit, simulate, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -23,6 +23,8 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
+for name, (command, example) in study.COMMANDS.items():
+    app.command(name, epilog=f"Example:  vibrojax {name} {example}")(command)
 
 
 @app.callback()
