@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import continuation, datasets, diagnose, fit, presets, simulate
+from vibrojax.cli import continuation, datasets, diagnose, fit, presets, simulate, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -26,6 +26,8 @@ app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 app.command("datasets", epilog=datasets.EXAMPLE)(datasets.datasets)
 app.command("continue", epilog=continuation.EXAMPLE)(continuation.continue_)
 app.add_typer(presets.app, name="presets")
+for name, (command, example) in study.COMMANDS.items():
+    app.command(name, epilog=f"Example:  vibrojax {name} {example}")(command)
 
 
 @app.callback()

@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.continuation.rig import ForcedRig
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS
-from vibrojax.integrate.landing import Carry, Landing
+from vibrojax.integrate.landing import Landing, LandingState
 from vibrojax.system import System
 
 _Scalar = Float[Array, ""]
@@ -64,7 +64,7 @@ def strobe(
     system, t_end = rig.system(), rig.period(cycles)
     system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=state.dtype), system)
     lane = jax.tree.map(lambda leaf: leaf[None], system)
-    start: Carry = jax.tree.map(lambda leaf: leaf[0], landing.start(lane, jnp.zeros((1, 1)), state[None]))
+    start: LandingState = jax.tree.map(lambda leaf: leaf[0], landing.start(lane, jnp.zeros((1, 1)), state[None]))
     limit = _most_steps(landing, lax.stop_gradient(t_end), cycles)
 
     def unfinished(loop):
@@ -122,7 +122,7 @@ def _most_steps(landing: Landing, t_end: _Scalar, cycles: Int[Array, ""]) -> _Sc
     return _SPARE * t_end / landing.flight_step + _TOUCH_STEPS * jnp.asarray(cycles, dtype=float)
 
 
-def _seen(system: System, before: Carry, after: Carry, passage: Passage) -> Passage:
+def _seen(system: System, before: LandingState, after: LandingState, passage: Passage) -> Passage:
     """What one step adds to the passage."""
     before, after, system = lax.stop_gradient((before, after, system))
     taken = ~after.landing

@@ -21,7 +21,7 @@ _SLOWEST_TOUCH = 1e-4
 """m/s; an approach slower than this does not lengthen the contact steps further."""
 
 
-class Carry(NamedTuple):
+class LandingState(NamedTuple):
     """State of all lanes between two steps."""
 
     t: _Lanes
@@ -103,14 +103,14 @@ class Landing(AbstractIntegrator):
         u, v, in_contact, approach_speed, own = at_samples(history, count, ts)
         return Trajectory(ts, u, v, in_contact, approach_speed, result, count, own)
 
-    def start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"]) -> Carry:
-        """State of the loop at the beginning of trajectories; arguments as for `batch`."""
+    def start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"]) -> LandingState:
+        """All lanes before their first step, each at the first of its times."""
         u, v, own = states[:, 0], states[:, 1], states[:, 2:]
         lanes = u.shape[0]
         rigid = isinstance(systems.law, AbstractInstantaneousLaw)
         near = jax.vmap(lambda system, *state: system.approach(*state).indentation)(systems, ts[:, 0], u, v, own)
         touching = (lax.stop_gradient(near) > 0) & (not rigid)
-        return Carry(
+        return LandingState(
             t=ts[:, 0] + 0.0 * u,
             u=u,
             v=v,
@@ -123,7 +123,7 @@ class Landing(AbstractIntegrator):
             own_rates=jnp.zeros_like(own),
         )
 
-    def step(self, system: System, t_end: Float[Array, ""], carry: Carry) -> Carry:
+    def step(self, system: System, t_end: Float[Array, ""], carry: LandingState) -> LandingState:
         """One trial step of one lane: accepted, or taken back because it crosses the boundary of contact."""
         remaining = t_end - carry.t
         last = ~carry.landing & (remaining <= self._longest(system, carry))
@@ -149,7 +149,7 @@ class Landing(AbstractIntegrator):
             in_contact = carry.in_contact
         else:
             in_contact = carry.in_contact ^ carry.landing
-        accepted = Carry(
+        accepted = LandingState(
             t=jnp.where(last, t_end, t1),
             u=u1,
             v=v1,
@@ -164,7 +164,7 @@ class Landing(AbstractIntegrator):
         rejected = carry._replace(landing=jnp.ones_like(crosses), h_landing=h_landing)
         return jax.tree.map(lambda yes, no: jnp.where(crosses, yes, no), rejected, accepted)
 
-    def _longest(self, system: System, carry: Carry) -> Float[Array, ""]:
+    def _longest(self, system: System, carry: LandingState) -> Float[Array, ""]:
         """Longest step that the present state allows, s."""
         if not isinstance(system.law, AbstractCompliantLaw):
             return jnp.asarray(self.flight_step)
@@ -172,7 +172,7 @@ class Landing(AbstractIntegrator):
         in_contact = system.law.contact_time(jnp.asarray(system.mass), speed) / self.contact_steps
         return jnp.where(carry.in_contact, jnp.minimum(in_contact, self.flight_step), self.flight_step)
 
-    def _runge_kutta(self, system: System, carry: Carry, h: Float[Array, ""]):
+    def _runge_kutta(self, system: System, carry: LandingState, h: Float[Array, ""]):
         """u, u' and own states after h, and what acts there (at the last stage)."""
 
         def forces(t, u, v, own):
@@ -191,5 +191,5 @@ class Landing(AbstractIntegrator):
         return u + sixth * (v + 2 * v_2 + 2 * v_3 + v_4), v + sixth * (f_1.acceleration + 2 * inner + f_4.acceleration), own, f_4
 
 
-def _point(carry: Carry) -> Point:
+def _point(carry: LandingState) -> Point:
     return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact, carry.own, carry.own_rates)

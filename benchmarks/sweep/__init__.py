@@ -1,0 +1,1 @@
+"""Batched sweeps beside what one would write instead."""

@@ -1,0 +1,37 @@
+"""Error against time."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+_LOOK = {
+    "ours": ("#d55e00", "o", "vibrojax, exact flight"),
+    "numba": ("#0072b2", "s", "numba DOPRI5, all cores"),
+    "diffrax_vmap": ("#009e73", "^", "vmap of diffeqsolve"),
+    "scipy_lsoda": ("#cc79a7", "D", "SciPy LSODA"),
+    "scipy_dop853": ("#606060", "v", "SciPy DOP853"),
+}
+
+
+def work_precision(problems: dict[str, dict], stated: float, path: Path) -> None:
+    """One panel a problem: seconds against median error of the section points of periodic lanes."""
+    with rc_context({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "legend.frameon": False}):
+        figure = Figure(figsize=(4.6 * len(problems), 3.8), layout="constrained")
+        panels = np.atleast_1d(figure.subplots(1, len(problems), sharey=True))
+        for axes, (name, found) in zip(panels, problems.items(), strict=True):
+            for engine, (colour, marker, label) in _LOOK.items():
+                runs = sorted((run for run in found["runs"] if run["engine"] == engine), key=lambda run: run["miss"]["median"])
+                axes.loglog(
+                    [run["miss"]["median"] for run in runs], [run["seconds"] for run in runs], marker + "-", color=colour, ms=4, label=label
+                )
+            axes.axvline(stated, color="#b0b0b0", lw=1, zorder=0)
+            problem = found["problem"]
+            axes.set(xlabel="error of section points / A0, median of periodic lanes")
+            axes.set_title(
+                f"{name}: k_i = {problem['k_i']:g}, n = {problem['n']}, {problem['lanes']} × {problem['cycles']} cycles", fontsize=9
+            )
+        panels[0].set_ylabel("seconds")
+        panels[0].legend(fontsize=8)
+        figure.savefig(path, dpi=150)

@@ -1,0 +1,122 @@
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from tests.batch.rigs import AMPLITUDE, GAP, model
+from vibrojax.batch import Responses, Span, grid, integrate
+from vibrojax.contact import NoContact
+from vibrojax.errors import InputError
+from vibrojax.studies import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
+from vibrojax.studies.bifurcation import coexisting
+from vibrojax.studies.classify import APERIODIC, NO_IMPACT, PERIODIC, classify
+from vibrojax.studies.write import write_study
+from vibrojax.suspension import Free
+
+LIGHT = 9.81 * 0.5
+
+
+def check_drawn(name: str, data: xr.Dataset, folder) -> None:
+    """Files are written, the data set comes back with its units, and the provenance can be read."""
+    files = write_study(name, data, folder)
+    assert [file.suffix for file in files] == [".nc", ".png"] and files[1].stat().st_size > 5000
+    with xr.open_dataset(files[0], engine="scipy") as back:
+        for variable in data.data_vars:
+            assert back[variable].attrs["units"] == data[variable].attrs["units"]
+            np.testing.assert_allclose(back[variable].values, data[variable].values)
+    assert json.loads(data.attrs["model"])["law"]["name"] == "hunt-crossley"
+    assert data.attrs["engine"] == "exact-flight"
+
+
+def test_frequency_response(tmp_path):
+    data = frequency_response(model(), frequency_hz=np.linspace(5.0, 8.0, 13), gap=np.array([0.0, GAP]), base_amplitude=AMPLITUDE)
+    assert data["impact_force"].dims == ("gap", "frequency_hz")
+    np.testing.assert_allclose(data["force_over_weight"], data["impact_force"] / LIGHT)
+    single = integrate(model(), grid({"frequency_hz": [6.25]}, gap=GAP, base_amplitude=AMPLITUDE))
+    np.testing.assert_allclose(data["impact_force"].sel(gap=GAP, frequency_hz=6.25), single.peak_force.max(), rtol=1e-6)
+    peak = data["impact_force"].sel(gap=0.0).idxmax().item()
+    assert 7.0 < peak < 7.75  # twice f_n, less what the gap and the damping take
+    check_drawn("response", data, tmp_path)
+
+
+def test_peterka_map(tmp_path):
+    data = peterka(model(), ratio=np.array([1.4, 2.5, 3.2]), clearance=np.array([0.2, 1.0]), base_amplitude=AMPLITUDE, lyapunov_cycles=50)
+    first, subharmonic = data.sel(ratio=1.4), data.sel(ratio=3.2)
+    assert (first["impacts"] == 1).all() and (first["period"] == 1).all()
+    assert (subharmonic["impacts"] == 1).all() and (subharmonic["period"] == 2).all()
+    np.testing.assert_array_equal(np.isfinite(data["lyapunov"]), data["kind"] == APERIODIC)
+    with pytest.raises(InputError, match="base_amplitude is 0: expected a number above 0"):
+        peterka(model(), ratio=[1.0], clearance=[1.0], base_amplitude=0.0)
+    with pytest.raises(InputError, match="a Peterka map needs a natural frequency: the suspension 'free' has none"):
+        peterka(model(suspension=Free()), ratio=[1.0], clearance=[1.0], base_amplitude=AMPLITUDE)
+    check_drawn("peterka", data, tmp_path)
+
+
+def test_bifurcation_diagram_finds_the_jump_of_a_gap_that_is_too_wide(tmp_path):
+    """Closed to start with, the gap opens until the hammer no longer reaches the stop; on the way back it stays at rest for longer."""
+    gaps = np.linspace(2e-3, 8e-3, 13)
+    data = bifurcation(model(), parameter="gap", values=gaps, base_amplitude=AMPLITUDE, frequency_hz=7.0)
+    kinds = data["kind"].values
+    steady = AMPLITUDE * 49.0 / abs(16.0 - 49.0 + 2j * 0.02 * 28.0)
+    assert (kinds[0, gaps < 2.9e-3] == PERIODIC).all()
+    assert (kinds[1, gaps > steady] == NO_IMPACT).all()
+    assert data["jump"].sel(direction="up").sum() >= 1
+    both = coexisting(data)
+    np.testing.assert_array_equal(gaps[both] > steady, True)
+    with pytest.raises(InputError, match="expected at least 3 that increase"):
+        bifurcation(model(), parameter="gap", values=np.array([1.0, 0.5, 0.1]), base_amplitude=AMPLITUDE, frequency_hz=7.0)
+    check_drawn("bifurcation", data, tmp_path)
+
+
+def test_lyapunov_exponent_of_a_linear_rig_is_its_damping(tmp_path):
+    """Without contact every disturbance decays with exp(-zeta omega t), whichever motion it disturbs."""
+    frequencies = np.array([5.0, 8.0])
+    quiet = dict(values=frequencies, base_amplitude=AMPLITUDE, cycles=100)
+    data = lyapunov(model(), parameter="frequency_hz", gap=1.0, **quiet)
+    np.testing.assert_allclose(data["exponent"], -0.02 * 2 * np.pi * 4.0 / frequencies, rtol=0.02)
+    check_drawn("lyapunov", data, tmp_path)
+    chaotic = lyapunov(model(), parameter="frequency_hz", gap=GAP, **quiet | dict(values=np.array([6.0, 10.0])))
+    assert chaotic["exponent"].values[0] < -0.01
+
+
+def test_basins(tmp_path):
+    plane = dict(u0=np.linspace(-5e-3, 2e-3, 8), v0=np.linspace(-0.3, 0.3, 8))
+    near = basins(model(), **plane, frequency_hz=7.0, gap=2e-3, base_amplitude=AMPLITUDE)
+    far = basins(model(NoContact()), **plane, frequency_hz=7.0, gap=2e-3, base_amplitude=AMPLITUDE)
+    assert near.attrs["basin_measure"] == np.mean(near["impacting"] == 1) == 1.0
+    assert far["impacting"].max() == 1 and far["impact_force" if "impact_force" in far else "impacts"].shape == (8, 8)
+    check_drawn("basins", near, tmp_path)
+
+
+def test_section_and_histories_belong_together(tmp_path):
+    data = section(model(), frequency_hz=5.2, gap=GAP, base_amplitude=AMPLITUDE, strobes=20, transient=200, cycles=3, samples=200)
+    np.testing.assert_allclose(data["u"].values[::200][0], data["displacement"].values[-1])
+    np.testing.assert_allclose(data["u"].values[::200], data["displacement"].values[-1], atol=2e-5 * AMPLITUDE)
+    assert (data["impact_force"].values[data["u"].values < GAP] == 0).all()
+    assert data["impact_force"].max() > 0
+    check_drawn("section", data, tmp_path)
+
+
+def test_hammer_design_keeps_spring_and_damper(tmp_path):
+    data = hammer_design(model(), mass_ratio=[0.5, 1.0, 2.0], frequency_hz=[5.0, 6.0], gap=GAP, base_amplitude=AMPLITUDE)
+    heavy = integrate(
+        model(), grid({"frequency_hz": [6.0]}, m=1.0, f_n=4.0 / 2**0.5, zeta=0.02 / 2**0.5, gap=GAP, base_amplitude=AMPLITUDE)
+    )
+    np.testing.assert_allclose(data["impact_force"].sel(mass_ratio=2.0, frequency_hz=6.0), heavy.peak_force.max(), rtol=1e-6)
+    check_drawn("design", data, tmp_path)
+
+
+def test_kinds_are_told_apart():
+    u = np.array([[1.0, 2.0] * 8, [1.0] * 16, list(np.random.default_rng(0).normal(size=16)), [0.5] * 16])
+    hits = np.array([[1, 0] * 8, [2] * 16, [1] * 16, [0] * 16])
+    nothing, zero = np.zeros_like(u), np.zeros(4)
+    state = integrate(model(), grid({"frequency_hz": [5.0]}, gap=GAP, base_amplitude=AMPLITUDE), span=Span(transient=0)).state
+    found = Responses(
+        coords={}, u=u, v=u, impacts=hits, peak_force=hits * 1.0, impact_speed=nothing, u_max=zero,
+        closed=zero, cycles=zero, result=np.zeros(4, int), state=state, engine="none", seconds=0.0,
+    )  # fmt: skip
+    kind = classify(found, 1.0, np.array(1.0))
+    assert kind.kind.tolist() == [PERIODIC, PERIODIC, APERIODIC, NO_IMPACT]
+    assert kind.impacts.tolist() == [1, 2, 0, 0]
+    assert kind.period.tolist() == [2, 1, 0, 1]

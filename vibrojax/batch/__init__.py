@@ -1,0 +1,29 @@
+"""Thousands of operating points at once."""
+
+from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.exact_flight import ExactFlight
+from vibrojax.batch.points import SETTINGS, Points, grid
+from vibrojax.batch.responses import Responses
+from vibrojax.batch.run import Span, engine_for, integrate
+from vibrojax.batch.sampled import Sampled
+from vibrojax.batch.stepping import Stepping
+
+ENGINES: dict[str, type[AbstractEngine]] = {engine.name: engine for engine in (ExactFlight, Stepping, Sampled)}
+
+__all__ = [
+    "ENGINES",
+    "SETTINGS",
+    "AbstractEngine",
+    "Cycles",
+    "ExactFlight",
+    "LaneState",
+    "Lanes",
+    "Points",
+    "Responses",
+    "Sampled",
+    "Span",
+    "Stepping",
+    "engine_for",
+    "grid",
+    "integrate",
+]

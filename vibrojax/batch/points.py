@@ -1,0 +1,128 @@
+"""Which operating points to integrate: labelled axes, and what each point sets in the rig."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from vibrojax.batch.base import Lanes, LaneState
+from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.errors import InputError
+from vibrojax.excitation import Harmonic, Unforced
+from vibrojax.model import MASS, Model
+
+SETTINGS = {
+    "frequency_hz": ("Hz", "excitation frequency"),
+    "base_amplitude": ("m", "amplitude of the cart, A0"),
+    "base_phase": ("rad", "phase of the cart at the strobe"),
+    "gap": ("m", "gap"),
+    "u0": ("m", "initial displacement of the hammer relative to the cart"),
+    "v0": ("m/s", "initial velocity of the hammer relative to the cart"),
+}
+"""What an operating point sets beside the model's parameters: unit and meaning."""
+_NEEDED = ("frequency_hz", "base_amplitude", "gap")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Points:
+    """Operating points on labelled axes.
+
+    Attributes:
+        coords: values along each axis, in the order of the axes.
+        values: what each point sets, by name (`SETTINGS`, a parameter of the model, or `m`): arrays that broadcast to the axes' shape.
+
+    Example:
+        >>> points = grid({"gap": [0.0, 1e-3], "frequency_hz": [4.0, 5.0, 6.0]}, base_amplitude=2e-3)
+        >>> points.shape, points.lanes
+        ((2, 3), 6)
+    """
+
+    coords: Mapping[str, np.ndarray]
+    values: Mapping[str, Any]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Count of points along each axis."""
+        return tuple(len(values) for values in self.coords.values())
+
+    @property
+    def lanes(self) -> int:
+        """Count of points."""
+        return int(np.prod(self.shape))
+
+    def flat(self) -> dict[str, np.ndarray]:
+        """What each point sets, one array of all points a name."""
+        return {name: np.broadcast_to(np.asarray(value, dtype=float), self.shape).reshape(-1) for name, value in self.values.items()}
+
+
+def grid(axes: Mapping[str, Any], **fixed: float) -> Points:
+    """Every combination of the values on some axes.
+
+    Arguments:
+        axes: values by name, SI; names as in `SETTINGS`, or of the model's parameters, or `m`.
+        fixed: what is the same at every point.
+
+    Raises:
+        InputError: an axis is empty, not one-dimensional, or holds what is not a finite number.
+    """
+    coords = {name: np.atleast_1d(np.asarray(values, dtype=float)) for name, values in axes.items()}
+    for name, values in coords.items():
+        if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
+            raise InputError(f"axis {name} has shape {values.shape}, or holds numbers that are not finite: give a list of finite numbers")
+    mesh = np.meshgrid(*coords.values(), indexing="ij", sparse=True)
+    return Points(coords=coords, values=dict(zip(coords, mesh, strict=True)) | fixed)
+
+
+def lanes_of(model: Model, points: Points) -> tuple[Lanes, LaneState]:
+    """The rigs of all points, and their states at t = 0: at rest in the cart where u0 and v0 are left out.
+
+    Raises:
+        InputError: a point sets what the model does not have, leaves out what it needs, or is out of range.
+    """
+    values = points.flat()
+    _check(model, values)
+    full = {name: jnp.asarray(values.get(name, np.zeros(points.lanes))) for name in SETTINGS}
+    chosen = {name: jnp.asarray(value) for name, value in values.items() if name not in SETTINGS}
+    base = Harmonic(full["base_amplitude"], full["base_phase"], full["frequency_hz"])
+    system = model.replace(chosen).system(gap=full["gap"], base=base, applied=Unforced())
+    systems = _spread(system, points.lanes)
+    at_rest = jnp.zeros(points.lanes)
+    touching = full["u0"] > jnp.asarray(systems.gap)
+    if isinstance(model.law, AbstractInstantaneousLaw) and bool(jnp.any(touching)):
+        raise InputError("u0 lies behind a rigid stop: expected u0 <= gap; move the start or the stop")
+    state = LaneState(
+        u=full["u0"],
+        v=full["v0"],
+        in_contact=touching,
+        approach_speed=jnp.abs(full["v0"]),
+        since_touch=at_rest,
+        cycle=jnp.zeros(points.lanes, int),
+        own=jnp.zeros((points.lanes, system.own_size)),
+    )
+    return Lanes(systems, full["frequency_hz"]), state
+
+
+def _check(model: Model, values: Mapping[str, np.ndarray]) -> None:
+    known = [*SETTINGS, MASS.name, *model.values()]
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(f"unknown setting {name!r}: expected one of {', '.join(known)}")
+        if not np.all(np.isfinite(value)):
+            raise InputError(f"{name} holds numbers that are not finite: expected finite numbers; correct the axis")
+    for name in _NEEDED:
+        if name not in values:
+            raise InputError(f"{name} is given neither as an axis nor as a fixed value: expected one of the two; add it")
+    for name in ("frequency_hz", MASS.name):
+        if name in values and not np.all(values[name] > 0):
+            raise InputError(f"{name} is {values[name].min():g} somewhere: expected numbers above 0; correct the axis")
+    if not np.all(values["base_amplitude"] >= 0):
+        raise InputError(f"base_amplitude is {values['base_amplitude'].min():g} somewhere: expected numbers of at least 0")
+
+
+def _spread(system: Any, lanes: int) -> Any:
+    """The system with every leaf one number a lane."""
+    import jax
+
+    return jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf, dtype=float), (lanes,)), system)

@@ -1,0 +1,247 @@
+"""The entry point of batches: chunks of lanes on every core, cycle by cycle, until orbits close or the cycles are over."""
+
+import dataclasses
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.closure import continued, repeats
+from vibrojax.batch.exact_flight import ExactFlight
+from vibrojax.batch.points import Points, lanes_of
+from vibrojax.batch.responses import Responses
+from vibrojax.batch.stepping import Stepping
+from vibrojax.errors import InputError
+from vibrojax.integrate.base import SUCCESS
+from vibrojax.model import Model
+
+_SEGMENT = 16
+"""Cycles between two looks at whether orbits have closed, at most."""
+_LONGEST = 8
+"""Cycles; longer orbits are integrated to the end."""
+_SLACK = 1e3
+"""Of the tolerance, when the period of an orbit that has closed is named: a transient that rings at half the excitation frequency falls
+below the tolerance after two cycles before it does after one."""
+_STILL = 1e-3
+"""m; what a closed orbit is measured by where the cart is at rest."""
+_RECORDED = ("u", "v", "impacts", "peak_force", "impact_speed")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Span:
+    """How long to integrate, and when to stop before.
+
+    Attributes:
+        transient: cycles that are left to die down, at least; rounded up where `closed` is looked for.
+        recorded: cycles that are kept.
+        closed: an orbit that comes back to within this part of the base amplitude is taken as periodic and not integrated further;
+            None integrates all cycles.
+    """
+
+    transient: int = 300
+    recorded: int = 16
+    closed: float | None = 1e-9
+
+    @property
+    def call(self) -> tuple[int, int]:
+        """Cycles that are integrated at a time, and how many of them are kept."""
+        if self.closed is None:
+            return self.transient + self.recorded, self.recorded
+        parts = -(-self.recorded // _SEGMENT)
+        while self.recorded % parts:
+            parts += 1
+        return self.recorded // parts, self.recorded // parts
+
+    @property
+    def calls(self) -> int:
+        """How often that many."""
+        return -(-(self.transient + self.recorded) // self.call[0])
+
+
+def engine_for(lanes: Lanes) -> AbstractEngine:
+    """The fast path where it fits, else Runge-Kutta steps."""
+    fast = ExactFlight()
+    return fast if fast.unfit(lanes) is None else Stepping()
+
+
+def integrate(
+    model: Model,
+    points: Points,
+    *,
+    span: Span | None = None,
+    engine: AbstractEngine | None = None,
+    start: LaneState | None = None,
+    chunk: int = 64,
+    threads: int | None = None,
+    progress: Callable[[float], None] = lambda part: None,
+) -> Responses:
+    """Integrate a model at many operating points at once.
+
+    Memory does not grow with the number of cycles. Results do not depend on `chunk` or `threads`, but for rounding.
+
+    Arguments:
+        model: the rig; effects and any suspension are allowed.
+        points: where, see `grid`.
+        span: how long; by default 300 cycles, of which 16 are recorded, or until the orbit has closed.
+        engine: the method; by default `ExactFlight` where it fits the model, else `Stepping`. The answer says which.
+        start: state of every lane at t = 0, in place of u0 and v0, such as that of an earlier batch.
+        chunk: lanes that are stepped side by side.
+        threads: chunks at a time; by default one a core.
+        progress: told the part of the lanes' cycles that is done, between 0 and 1.
+
+    Raises:
+        InputError: points that do not suit the model, or an engine that does not; before anything is computed.
+
+    Example:
+        >>> from vibrojax.batch import grid
+        >>> from vibrojax.contact import Newton
+        >>> from vibrojax.suspension import Linear
+        >>> model = Model(mass=1.0, suspension=Linear(0.02, 4.0), law=Newton(0.8))
+        >>> integrate(model, grid({"frequency_hz": [4.1]}, base_amplitude=1e-3, gap=1e-3)).impacts.max().item()
+        1
+    """
+    span = Span() if span is None else span
+    _check(span, chunk)
+    lanes, initial = lanes_of(model, points)
+    engine = engine_for(lanes) if engine is None else engine
+    if (reason := engine.unfit(lanes)) is not None:
+        raise InputError(f"the engine {engine.name} does not integrate {reason}: leave the engine out, or choose stepping")
+    begin = time.perf_counter()
+    batch = _Batch(engine, lanes, initial if start is None else start, points.flat()["base_amplitude"], span, chunk)
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+        for number in range(span.calls):
+            batch.advance(pool)
+            progress((number + 1) / span.calls)
+    return batch.responses(points, time.perf_counter() - begin)
+
+
+class _Batch:
+    """All lanes while they are integrated, in NumPy; the compiled program sees chunks of them."""
+
+    def __init__(self, engine: AbstractEngine, lanes: Lanes, state: LaneState, amplitude: np.ndarray, span: Span, chunk: int):
+        leaves, self.form = jax.tree.flatten(lanes)
+        self.rigs = np.stack([np.asarray(leaf) for leaf in leaves])
+        self.state = _packed(state)
+        self.engine, self.span, self.chunk = engine, span, chunk
+        count, kept = self.rigs.shape[1], span.recorded
+        self.open = np.ones(count, dtype=bool)
+        self.result = np.full(count, SUCCESS)
+        self.closed = np.zeros(count, dtype=int)
+        self.done = np.zeros(count, dtype=int)
+        self.u_max = np.full(count, np.nan)
+        self.kept: dict[str, np.ndarray] = {name: np.zeros((kept, count)) for name in _RECORDED}
+        self.scale_u = np.where(amplitude > 0, amplitude, _STILL)
+        self.scale_v = self.scale_u * 2.0 * np.pi * np.asarray(lanes.frequency_hz)
+
+    def advance(self, pool: ThreadPoolExecutor) -> None:
+        """Take the lanes that are still open on by one segment."""
+        index = np.flatnonzero(self.open)
+        if index.size == 0:
+            return
+        pieces = [index[i : i + self.chunk] for i in range(0, index.size, self.chunk)]
+        found = list(pool.map(self._piece, pieces))
+        states = np.concatenate([state[:, : piece.size] for piece, (state, _) in zip(pieces, found, strict=True)], axis=1)
+        cycles = {
+            name: np.concatenate(
+                [np.asarray(getattr(what, name))[..., : piece.size] for piece, (_, what) in zip(pieces, found, strict=True)], axis=-1
+            )
+            for name in (*_RECORDED, "u_max", "result")
+        }
+        self.state[:, index] = states
+        self._note(index, cycles)
+
+    def _piece(self, piece: np.ndarray) -> tuple[np.ndarray, Cycles]:
+        """One chunk through one segment; a chunk that is not full is filled up with its last lane."""
+        full = np.concatenate([piece, np.full(self.chunk - piece.size, piece[-1])])
+        state, cycles = _compiled(self.engine, self.form, *self.span.call)(self.rigs[:, full], self.state[:, full])
+        return np.asarray(state), cycles
+
+    def _note(self, index: np.ndarray, cycles: dict[str, np.ndarray]) -> None:
+        (cycles_at_once, segment), kept = self.span.call, self.span.recorded
+        self.done[index] += cycles_at_once
+        self.u_max[index] = cycles["u_max"]
+        self.result[index] = cycles["result"]
+        for name, values in self.kept.items():
+            recent = np.concatenate([values[segment:, index], cycles[name]], axis=0) if segment < kept else cycles[name]
+            values[:, index] = recent
+        self.open[index[cycles["result"] != SUCCESS]] = False
+        if self.span.closed is not None:
+            self._close(index[cycles["result"] == SUCCESS])
+
+    def _close(self, index: np.ndarray) -> None:
+        """Orbits that repeat are continued by repetition, and integrated no further."""
+        u, v = self.kept["u"][:, index], self.kept["v"][:, index]
+        known = min(int(self.done[index].min(initial=self.span.recorded)), self.span.recorded)
+        if known < 2:
+            return
+        scales = self.scale_u[index], self.scale_v[index]
+        tolerance = self.span.closed or 0.0
+        over = repeats(u[-known:], v[-known:], *scales, tolerance, _LONGEST) > 0
+        period = repeats(u[-known:], v[-known:], *scales, _SLACK * tolerance, _LONGEST)[over]
+        over, total = index[over], self.span.calls * self.span.call[0]
+        more = total - self.done[over]
+        for values in self.kept.values():
+            wanted = np.arange(-values.shape[0], 0)[:, None] + more[None, :]
+            values[:, over] = continued(values[:, over], period, wanted)
+        self.closed[over], self.open[over] = period, False
+
+    def responses(self, points: Points, seconds: float) -> Responses:
+        """Everything in the shape of the axes."""
+
+        def shaped(values: np.ndarray) -> np.ndarray:
+            return np.moveaxis(values, 0, -1).reshape(*points.shape, -1) if values.ndim == 2 else values.reshape(points.shape)
+
+        kept = {name: shaped(values) for name, values in self.kept.items()}
+        kept["impacts"] = kept["impacts"].astype(int)
+        return Responses(
+            coords=dict(points.coords),
+            **kept,
+            u_max=shaped(self.u_max),
+            closed=shaped(self.closed),
+            cycles=shaped(self.done),
+            result=shaped(self.result),
+            state=_unpacked(jnp.asarray(self.state)),
+            engine=self.engine.name,
+            seconds=seconds,
+        )
+
+
+@lru_cache(maxsize=64)
+def _compiled(engine: AbstractEngine, form: Any, cycles: int, recorded: int) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
+    """The program of one chunk: few arguments, since each costs as much to hand over as several steps."""
+
+    @eqx.filter_jit
+    def advance(rigs: jax.Array, state: jax.Array):
+        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), _unpacked(state), cycles, recorded)
+        return _packed_array(after), what
+
+    return advance
+
+
+def _packed_array(state: LaneState) -> jax.Array:
+    rows = [state.u, state.v, state.in_contact, state.approach_speed, state.since_touch, state.cycle]
+    return jnp.concatenate([jnp.stack([row.astype(state.u.dtype) for row in rows]), state.own.T])
+
+
+def _packed(state: LaneState) -> np.ndarray:
+    return np.array(_packed_array(state))
+
+
+def _unpacked(rows: jax.Array) -> LaneState:
+    u, v, in_contact, approach_speed, since_touch, cycle = rows[:6]
+    return LaneState(u, v, in_contact > 0.5, approach_speed, since_touch, jnp.round(cycle).astype(int), rows[6:].T)
+
+
+def _check(span: Span, chunk: int) -> None:
+    if span.recorded < 1 or span.transient < 0:
+        raise InputError(f"span of {span.transient} + {span.recorded} cycles: expected at least 0 and at least 1; correct it")
+    if chunk < 1:
+        raise InputError(f"chunk is {chunk}: expected at least 1 lane; correct it")

@@ -1,0 +1,125 @@
+"""The general path: Runge-Kutta steps that land on every touch, for any suspension and any effect."""
+
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Bool, Float, Int
+
+from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.cubic import top
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS
+from vibrojax.integrate.landing import Landing, LandingState
+from vibrojax.system import System
+
+_Lanes = Float[Array, " lanes"]
+_STEPS_OF_A_VIBRATION = 40.0
+"""Flight steps in a period of the fastest vibration of an effect, at least."""
+
+
+class _Cycle(NamedTuple):
+    """What one cycle has brought so far."""
+
+    impacts: Int[Array, " lanes"]
+    peak: _Lanes
+    speed: _Lanes
+    u_max: _Lanes
+
+
+class Stepping(AbstractEngine):
+    """`vibrojax.integrate.Landing` from strobe to strobe, its samples replaced by what a cycle is reduced to.
+
+    Any suspension, law, effect and base whose period is that of the excitation. All lanes wait at each strobe for the last. The error of a
+    section point falls with the fourth power of the steps in flight and with order n + 1 in contact; the peak of a force is the largest
+    at the ends of steps, off by some 5e-4 of itself with the default steps.
+
+    Arguments:
+        contact_steps: steps in an impact of average duration.
+        flight_steps: steps in a cycle of excitation, at least.
+        most_steps: steps in one cycle; a lane that needs more ends with `STEP_LIMIT`.
+    """
+
+    name: ClassVar[str] = "stepping"
+
+    contact_steps: float = eqx.field(static=True, default=60.0)
+    flight_steps: float = eqx.field(static=True, default=200.0)
+    most_steps: int = eqx.field(static=True, default=100_000)
+
+    def unfit(self, lanes: Lanes) -> str | None:
+        """It integrates every rig."""
+        return None
+
+    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
+        """See `AbstractEngine`."""
+        system = lanes.systems
+        period = 1.0 / lanes.frequency_hz
+        begin = state.cycle.astype(state.u.dtype) * period
+        motion = self._landing(period[0]).start(system, begin[:, None], jnp.concatenate([state.u[:, None], state.v[:, None], state.own], 1))
+        motion = motion._replace(in_contact=state.in_contact, approach_speed=jnp.maximum(state.approach_speed, motion.approach_speed * 0))
+
+        def one_cycle(motion: LandingState, number: Array):
+            target = (state.cycle + number + 1).astype(period.dtype) * period
+            motion, cycle, steps, late = self._to_strobe(system, period, target, motion)
+            return motion, (motion.u, motion.v, cycle, steps, late)
+
+        motion, (u, v, cycle, steps, late) = lax.scan(one_cycle, motion, jnp.arange(cycles))
+        finite = jnp.isfinite(motion.u) & jnp.isfinite(motion.v)
+        result = jnp.where(finite, jnp.where(jnp.any(late, axis=0), STEP_LIMIT, SUCCESS), NOT_FINITE)
+        nothing = jnp.zeros_like(motion.u)
+        after = LaneState(motion.u, motion.v, motion.in_contact, motion.approach_speed, nothing, state.cycle + cycles, motion.own)
+        kept = [part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed)]
+        return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max, axis=0), result, jnp.sum(steps))
+
+    def _landing(self, period: Float[Array, ""], fastest_hz: Float[Array, ""] | float = 0.0) -> Landing:
+        """The stepper of one lane."""
+        per_second = jnp.maximum(self.flight_steps / period, _STEPS_OF_A_VIBRATION * jnp.asarray(fastest_hz))
+        return Landing(contact_steps=self.contact_steps, flight_step=1.0 / per_second)
+
+    def _to_strobe(self, systems: System, periods: _Lanes, targets: _Lanes, motion: LandingState):
+        """All lanes to their next strobe: the motion there, what the cycle brought, steps, and which lanes did not get there."""
+
+        def step(system: System, period: Array, target: Array, before: LandingState, cycle: _Cycle):
+            fastest = jnp.asarray(0.0)
+            for effect in system.effects:
+                fastest = jnp.maximum(fastest, jnp.asarray(effect.fastest_hz))
+            after = self._landing(period, fastest).step(system, target, before)
+            after = jax.tree.map(lambda new, old: jnp.where(before.t < target, new, old), after, before)
+            return after, _noted(system, before, after, cycle)
+
+        def unfinished(loop):
+            motion, _, steps = loop
+            return (steps < self.most_steps) & jnp.any(_open(motion, targets))
+
+        def onward(loop):
+            motion, cycle, steps = loop
+            motion, cycle = jax.vmap(step)(systems, periods, targets, motion, cycle)
+            return motion, cycle, steps + 1
+
+        at_strobe = jax.vmap(System.forces)(systems, motion.t, motion.u, motion.v, motion.own, motion.in_contact, motion.approach_speed)
+        cycle = _Cycle(jnp.zeros(motion.u.shape, int), at_strobe.push, jnp.zeros_like(motion.u), motion.u)
+        motion, cycle, steps = lax.while_loop(unfinished, onward, (motion, cycle, jnp.asarray(0)))
+        return motion, cycle, steps, _open(motion, targets)
+
+
+def _open(motion: LandingState, targets: _Lanes) -> Bool[Array, " lanes"]:
+    return (motion.t < targets) & jnp.isfinite(motion.u)
+
+
+def _noted(system: System, before: LandingState, after: LandingState, cycle: _Cycle) -> _Cycle:
+    """The cycle after one trial step of one lane."""
+    touches = before.landing & ~after.landing & ~before.in_contact
+    forces = system.forces(after.t, after.u, after.v, after.own, after.in_contact, after.approach_speed)
+    return _Cycle(
+        impacts=cycle.impacts + touches.astype(int),
+        peak=jnp.maximum(cycle.peak, forces.push),
+        speed=jnp.where(touches, jnp.maximum(cycle.speed, after.approach_speed), cycle.speed),
+        u_max=jnp.maximum(cycle.u_max, _highest(before, after)),
+    )
+
+
+def _highest(before: LandingState, after: LandingState) -> Array:
+    """Largest displacement in a step, m, from the cubic through its ends."""
+    h, v1 = after.t - before.t, after.v if after.v_arriving is None else after.v_arriving
+    return top(before.u, h * before.v, after.u, h * v1)

@@ -1,0 +1,27 @@
+"""One operating point: section, phase plane, histories."""
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from vibrojax.studies.figures.base import COLOURS, new_figure, setting
+
+
+def draw(data: xr.Dataset) -> Figure:
+    """Section points and phase plane above; displacement, force and acceleration over a few cycles below."""
+    figure = new_figure(7.6)
+    plan = figure.subplot_mosaic([["section", "plane"], ["u", "u"], ["force", "force"], ["acceleration", "acceleration"]])
+    gap = 1e3 * setting(data, "gap")
+    section, plane = plan["section"], plan["plane"]
+    section.plot(1e3 * data["displacement"], data["velocity"], ".", color=COLOURS[0], ms=2, mew=0)
+    section.set(xlabel="displacement at the strobes (mm)", ylabel="velocity (m/s)")
+    plane.plot(1e3 * data["u"], data["v"], color=COLOURS[0], lw=0.8)
+    plane.axvline(gap, color=COLOURS[1], lw=0.8, ls="--")
+    plane.set(xlabel="relative displacement (mm)", ylabel="relative velocity (m/s)")
+    rows = (("u", "u", 1e3, "rel. displacement (mm)"), ("force", "impact_force", 1.0, "impact force (N)"))
+    for place, name, scale, text in (*rows, ("acceleration", "hammer_acceleration", 1.0, "acceleration (m/s²)")):
+        plan[place].plot(data["time"], scale * data[name], color=COLOURS[0], lw=0.8)
+        plan[place].set_ylabel(text)
+    plan["u"].axhline(gap, color=COLOURS[1], lw=0.8, ls="--", label="stop")
+    plan["u"].legend(loc="upper right")
+    plan["acceleration"].set_xlabel("time since a strobe (s)")
+    return figure

@@ -1,0 +1,66 @@
+"""Hammer design: impact force against the hammer's mass at several excitation frequencies."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrojax.batch import Points, Span, integrate
+from vibrojax.errors import InputError
+from vibrojax.model import Model
+from vibrojax.studies.base import Labelled, axis, labelled, natural_frequency
+from vibrojax.studies.classify import classify
+
+
+def hammer_design(
+    model: Model,
+    *,
+    mass_ratio: np.ndarray,
+    frequency_hz: np.ndarray,
+    gap: float,
+    base_amplitude: float,
+    span: Span | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Largest impact force when the hammer's mass changes and its spring, damper and stop stay.
+
+    With mass r m the suspension has omega_n / sqrt(r) and zeta / sqrt(r).
+
+    Arguments:
+        model: the rig with the hammer of ratio 1.
+        mass_ratio: r > 0, mass over that of the model.
+        frequency_hz: Hz.
+        gap: m.
+        base_amplitude: A0, m.
+        span: how long.
+        options: of `vibrojax.batch.integrate`.
+
+    Returns:
+        `impact_force` (N), `impacts`, `period`, `kind` on the axes (`frequency_hz`, `mass_ratio`).
+    """
+    mass_ratio, frequency_hz = np.atleast_1d(np.asarray(mass_ratio, float)), np.atleast_1d(np.asarray(frequency_hz, float))
+    if not np.all(mass_ratio > 0):
+        raise InputError(f"mass_ratio is {mass_ratio.min():g} somewhere: expected numbers above 0; correct the range")
+    f_n, zeta = natural_frequency(model, "hammer design"), float(np.asarray(model.values()["zeta"]))
+    ratio = mass_ratio[None, :]
+    changed = {"m": float(np.asarray(model.mass)) * ratio, "f_n": f_n / np.sqrt(ratio), "zeta": zeta / np.sqrt(ratio)}
+    settings = changed | {"frequency_hz": frequency_hz[:, None], "gap": gap, "base_amplitude": base_amplitude}
+    points = Points(coords={"frequency_hz": frequency_hz, "mass_ratio": mass_ratio}, values=settings)
+    found = integrate(model, points, span=span, **options)
+    kind, dims = classify(found, base_amplitude, settings["frequency_hz"]), ("frequency_hz", "mass_ratio")
+    return labelled(
+        "hammer design",
+        model,
+        found,
+        coords={
+            "frequency_hz": axis(model, "frequency_hz", frequency_hz),
+            "mass_ratio": Labelled(("mass_ratio",), mass_ratio, "1", "mass of the hammer over that of the model"),
+        },
+        variables={
+            "impact_force": Labelled(dims, found.peak_force.max(axis=-1), "N", "largest impact force"),
+            "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
+            "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
+            "kind": Labelled(dims, kind.kind, "1", "kind of motion"),
+        },
+        settings={"gap": gap, "base_amplitude": base_amplitude},
+    )
