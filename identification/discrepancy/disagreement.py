@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 from scipy.special import chdtrc
 
+from identification.adequacy import OVERALL, chi2_limit
 from identification.block_arrow import Equations, covariance, reduce
 from identification.discrepancy.diagnosis import Disagreement
+from identification.discrepancy.errors import degrees
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.fit import free_unknowns
@@ -22,15 +24,17 @@ def disagreements(fitted: Fitted, allowed: Tolerance) -> tuple[Disagreement, ...
 
     One Gauss-Newton step of a record's own windows, from the joint fit, gives what it alone would estimate, with its error; all other
     parameters, nuisances and initial states are free in it. The scatter of these estimates over their errors is chi-square distributed
-    where the model is complete and the noise as stated.
+    where the model is complete; errors grow with the root of the joint fit's reduced chi-square where that is not noise.
     """
     prepared, estimate = fitted.prepared, fitted.outcome.estimate
     equations, active = allowed.evaluator(lambda _: fitted.outcome.equations)(estimate), free_unknowns(prepared).shared
+    reduced_chi2 = 2.0 * float(equations.cost.sum()) / degrees(fitted)
+    proud = np.sqrt(reduced_chi2) if reduced_chi2 > chi2_limit(degrees(fitted), OVERALL) else 1.0
     steps, sigmas = [], []
     for record in range(len(prepared.experiment.records)):
         step, sigma = _alone(equations, fitted, record)
         steps.append(step)
-        sigmas.append(sigma)
+        sigmas.append(proud * sigma)
     shift, sigma, found = np.array(steps), np.array(sigmas), []
     for index, p in enumerate(prepared.layout.parameters):
         told = np.flatnonzero(sigma[:, index] < _TOLD)

@@ -118,7 +118,7 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         progress(f"scoring all candidates beside {_words(fitted)}")
         scored = look(fitted, allowed)
         cost = whole_cost(fitted, allowed)
-        ended = _ended(scored, allowed, rounds, deadline)
+        ended = why_ended(scored, allowed, rounds, deadline)
         rivals = [] if ended else _refitted(scored, allowed, progress)
         if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
@@ -128,12 +128,12 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         fitted = rivals[0].fitted
 
 
-def _ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:
+def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:
     """Why no further effect is tried; empty where one is."""
     if _explained(scored, allowed, rounds):
         return EXPLAINED
     if not scored.significant and not _beyond_scores(scored, []):
-        return HELPLESS
+        return EXPLAINED if adequate(scored.fitted, allowed) else HELPLESS
     if len(scored.fitted.names) >= _MOST_EFFECTS:
         return MOST_EFFECTS
     return BUDGET if time.monotonic() > deadline else ""
@@ -167,7 +167,7 @@ def blank(kind: type[AbstractEffect]) -> AbstractEffect:
 def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
     misfit = allowed.total(scored.fitted.outcome.equations.cost) - allowed.noise
-    first = rounds[0].cost - allowed.noise if rounds else 0.0
+    first = max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
     left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     return (adequate(scored.fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
 

@@ -6,6 +6,9 @@ from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Lo
 from identification.report.channel_labels import spoken
 from identification.report.numbers import rounded, with_unit
 
+_BY_CHANCE = 1e-6
+"""Chance of noise below which a parameter is said to differ between records."""
+
 
 def sentences(
     verdict: str,
@@ -32,10 +35,22 @@ def sentences(
         named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
         first = f"{named[0].upper()}{named[1:]} explains what the nominal model leaves out."
         doubt = (f"These records cannot tell it from {', '.join(ambiguous)}.",) if ambiguous else ()
-        return (first, *where, falls, *doubt)
+        return (first, *where, falls, *doubt, *_unsteady(after))
     first = "Something real is missing, and no listed effect explains it."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
-    return (first, *where, *learned)
+    return (first, *where, *learned, *_unsteady(after))
+
+
+def _unsteady(side: Side) -> tuple[str, ...]:
+    """The parameter that still will not hold still, from the record with its least to that with its largest value."""
+    differ = [one for one in side.disagreements if one.chance < _BY_CHANCE / len(side.disagreements)]
+    if not differ:
+        return ()
+    worst = min(differ, key=lambda one: (one.chance, -one.chi2 / one.degrees))
+    p = next(p for p in side.parameters if p.name == worst.name)
+    ends = sorted(worst.records.items(), key=lambda item: item[1][0])
+    low, high = (f"{with_unit(rounded(*estimate).text, p.unit)} in {file}" for file, estimate in (ends[0], ends[-1]))
+    return (f"{p.symbol} will not hold still from record to record: {low}, {high}.",)
 
 
 def _main(one: Asserted) -> str:

@@ -10,7 +10,7 @@ from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import Rival, Round, Scored, adequate, blank
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Rival, Round, Scored, adequate, blank, why_ended
 from identification.levenberg_marquardt import Outcome
 from vibrojax.effects import EFFECTS
 
@@ -86,3 +86,15 @@ def test_what_fits_about_as_well_is_a_twin(motion, allowed, noise):
     one = round_of(motion, allowed, noise, costs)
     assert twins((one,), ("coulomb_friction",)) == ("hysteresis",)
     assert twins((dataclasses.replace(one, rivals=one.rivals[:1]),), ("coulomb_friction",)) == ()
+
+
+def test_the_search_says_why_it_ended(motion, allowed, noise):
+    later, over = np.inf, -np.inf
+    weak = round_of(motion, allowed, noise, {"contact_adhesion": 0.9 * noise.sum()})
+    weak = dataclasses.replace(weak, cost=float(noise.sum()))  # the free initial states of windows take up more than the effect had left
+    bare = dataclasses.replace(weak.scored, significant={}, found=[])
+    assert why_ended(bare, allowed, [weak], later) == EXPLAINED
+    assert why_ended(dataclasses.replace(bare, fitted=fitted(motion, 3.0 * noise)), allowed, [weak], later) == HELPLESS
+    promising = dataclasses.replace(weak.scored, fitted=fitted(motion, 3.0 * noise))
+    assert why_ended(promising, allowed, [], later) == ""
+    assert why_ended(promising, allowed, [], over) == BUDGET
