@@ -8,8 +8,7 @@ import pytest
 from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
-from identification.fit import bounds, evaluator, free_unknowns, integrator_for
-from identification.levenberg_marquardt import LevenbergMarquardt
+from identification.fit import fit
 from identification.prepare import prepare
 from tests.identification.conftest import cropped
 
@@ -20,9 +19,7 @@ def fits(example):
 
     def fitted(experiment) -> Fitted:
         prepared = prepare(experiment)
-        evaluate = evaluator(prepared, integrator_for(prepared))
-        outcome = LevenbergMarquardt()(evaluate, prepared.start, free_unknowns(prepared), bounds(prepared))
-        return Fitted(prepared=prepared, outcome=outcome)
+        return Fitted(prepared=prepared, outcome=fit(prepared))
 
     short = cropped(example, 3000, (0, 1, 2, 3))
     first, *others = short.records
