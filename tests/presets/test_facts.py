@@ -6,7 +6,7 @@ import pytest
 
 from vibrojax.data_files import data_path
 from vibrojax.presets import NAMES, read_preset
-from vibrojax.presets.band import band, coexists
+from vibrojax.presets.band import band, coexisting
 from vibrojax.presets.facts import FACTS, BandEnd, LargestForce
 from vibrojax.presets.single_impact import SingleImpact
 
@@ -38,7 +38,15 @@ def test_an_answer_may_be_yes_or_no():
 
 def test_coexistence_is_told_from_either_motion_alone():
     preset = read_preset("wires")
-    stays_off, strikes, starts = coexists(preset, 1.75, 2.5)
-    assert stays_off and 0 < strikes < starts
-    assert coexists(preset, 1.75, 40.0)[:2] == (True, 0)
-    assert not coexists(preset, 1.75, 1.0)[0]
+    both = coexisting(preset, 1.75, 2.5)
+    assert both.stays_off and 0 < both.late == both.early < both.starts
+    out_of_reach = coexisting(preset, 1.75, 40.0)
+    assert out_of_reach.stays_off and out_of_reach.early == 0
+    assert not coexisting(preset, 1.75, 1.0).stays_off
+
+
+def test_a_long_transient_is_no_coexistence():
+    fact = next(fact for fact in FACTS if fact.preset == "wires" and fact.values == (2.15, 1.6))
+    found = coexisting(read_preset("wires"), 2.15, 1.6)
+    assert found.late < found.early
+    assert not fact.ask().reproduced

@@ -60,12 +60,12 @@ def draw(branches: list[Branch], path: Path, *, title: str = "") -> None:
 
 
 def _line(axes: Axes, branch: Branch, values: np.ndarray, colour: str) -> None:
-    """Stretches of one stability, each joined to the next."""
+    """Stretches of one stability, the step from one to the next drawn as unstable."""
     stable = branch.stable
     changes = np.flatnonzero(stable[1:] != stable[:-1]) + 1
     for begin, end in zip([0, *changes], [*changes, len(stable)], strict=True):
-        part = slice(max(begin - 1, 0), end)
         solid = bool(stable[begin])
+        part = slice(begin, end) if solid else slice(max(begin - 1, 0), end + 1)
         axes.plot(branch.parameter[part], values[part], color=colour, linestyle="-" if solid else "--", linewidth=1.6 if solid else 1.0)
 
 

@@ -22,7 +22,7 @@ from vibrojax.presets.single_impact import SingleImpact
 _BELOW, _ABOVE = 0.95, 1.4
 _FLIGHT, _CONTACT_STEPS = 0.03, 30.0
 """Longest step in flight over 1 / omega_n, and steps in an impact: places of bands to 1e-3."""
-_SETTLING, _WATCHED, _SIDE = 400, 8, 6
+_SETTLING, _WATCHED, _SIDE = 1500, 8, 6
 _AT_TOP, _UNDER_END = 0.98, 0.97
 
 
@@ -63,11 +63,28 @@ def band(name: str, gap: float, cycles: int) -> Band:
     return _stable_stretch(branch, frequency)
 
 
-def coexists(preset: Preset, ratio: float, gap_ratio: float) -> tuple[bool, int, int]:
-    """Whether the rig can stay off the stop at (Omega/omega, gap/A0), how many of a grid of starts keep striking it, and of how many.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Coexisting:
+    """Which motions were found at one place.
 
-    Starts fill u from -4 to 1 gaps and u' within 4 gap Omega; one more is the rigid stop's z = 1/1, or rest where there is none. Each runs
-    for 400 cycles and is then watched for 8.
+    Attributes:
+        stays_off: whether the orbit without impacts clears the stop.
+        starts: how many initial states were run.
+        early: how many of them strike the stop after 1500 cycles.
+        late: and after 3000; fewer than `early` means that motion with impacts dies out, however slowly, and is no attractor for them.
+    """
+
+    stays_off: bool
+    starts: int
+    early: int
+    late: int
+
+
+def coexisting(preset: Preset, ratio: float, gap_ratio: float) -> Coexisting:
+    """Motions at (Omega/omega, gap/A0) by brute force.
+
+    Starts fill u from -4 to 1 gaps and u' within 4 gap Omega; one more is the rigid stop's z = 1/1, or rest where there is none. Each is
+    watched for 8 cycles after 1500 and after 3000.
     """
     amplitude = preset["base_amplitude"]
     gap, frequency = gap_ratio * amplitude, ratio * preset["natural_frequency_hz"]
@@ -80,18 +97,21 @@ def coexists(preset: Preset, ratio: float, gap_ratio: float) -> tuple[bool, int,
     ideal = _ideal(preset, gap_ratio, 1)
     one_more = _scaled(preset, ideal, ratio) if np.isfinite(ideal.speed(ratio)) else np.zeros(2)
     states = np.concatenate([states, one_more[None]])
-    strikes = int(np.sum(np.asarray(_strikes(_landing(preset), as_arrays(rig), jnp.asarray(states)))))
-    return stays_off, strikes, len(states)
+    early, late = (int(np.sum(strikes)) for strikes in _strikes(_landing(preset), as_arrays(rig), jnp.asarray(states)))
+    return Coexisting(stays_off=stays_off, starts=len(states), early=early, late=late)
 
 
 @eqx.filter_jit
 def _strikes(landing: Landing, rig: ForcedRig, states: Float[Array, "starts 2"]) -> Any:
-    """Whether the motion from each start still touches the stop at the end."""
+    """Whether the motion from each start touches the stop after one and after two times of settling."""
 
     def one(state):
-        settled, _ = strobe(landing, rig, jnp.asarray(_SETTLING), state)
-        _, passage = strobe(landing, rig, jnp.asarray(_WATCHED), settled)
-        return passage.touches > 0
+        struck = []
+        for _ in range(2):
+            state, _ = strobe(landing, rig, jnp.asarray(_SETTLING), state)
+            state, passage = strobe(landing, rig, jnp.asarray(_WATCHED), state)
+            struck.append(passage.touches > 0)
+        return struck
 
     return jax.vmap(one)(states)
 

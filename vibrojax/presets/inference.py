@@ -49,7 +49,7 @@ def gap_ratio(band_end: float, damping_ratio: float, restitution: float) -> floa
 
     Example:
         >>> round(gap_ratio(1.65, 0.01, 0.75), 1)
-        5.5
+        5.6
     """
 
     def miss(gap: float) -> float:

