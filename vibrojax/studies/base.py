@@ -5,7 +5,7 @@ To add one: write a file with a function that takes a `Model` and keyword settin
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -20,6 +20,8 @@ from vibrojax.model_file import model_document
 
 GRAVITY = 9.81
 """m/s^2, as in the thesis."""
+Values = Sequence[float] | np.ndarray
+"""Along one axis."""
 
 
 class Labelled(NamedTuple):

@@ -7,15 +7,15 @@ import xarray as xr
 
 from vibrojax.batch import Span, grid, integrate
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, axis, labelled
+from vibrojax.studies.base import Labelled, Values, axis, labelled
 from vibrojax.studies.classify import FAILED, NO_IMPACT, classify
 
 
 def basins(
     model: Model,
     *,
-    u0: np.ndarray,
-    v0: np.ndarray,
+    u0: Values,
+    v0: Values,
     frequency_hz: float,
     gap: float,
     base_amplitude: float,

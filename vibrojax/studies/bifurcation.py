@@ -9,18 +9,18 @@ import xarray as xr
 from vibrojax.batch import Points, Responses, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, axis, labelled
-from vibrojax.studies.classify import PERIODIC, classify
+from vibrojax.studies.base import Labelled, Values, axis, labelled
+from vibrojax.studies.classify import APERIODIC, PERIODIC, classify
 
-_MANY, _SHARE = 8.0, 0.02
-"""A jump is larger than so many median changes, and than this share of the whole range."""
+_TIMES, _SHARE = 2.0, 0.02
+"""A jump is off the line through its neighbours by so many of their changes and this share of the whole range."""
 
 
 def bifurcation(
     model: Model,
     *,
     parameter: str,
-    values: np.ndarray,
+    values: Values,
     base_amplitude: float,
     span: Span | None = None,
     progress: Callable[[float], None] = lambda part: None,
@@ -28,8 +28,9 @@ def bifurcation(
 ) -> xr.Dataset:
     """Follow the motion along a parameter, up and down, each value starting from where the last one ended.
 
-    A jump is a change of the mean of the section points between neighbouring values that is larger than 8 median changes and than 2 % of
-    their range, with a periodic motion on at least one side (inside chaos every change is large).
+    A jump is where the mean of the section points is off the straight line through the two values before, and the value before off the line
+    through the two after, by more than twice the change between those two and 2 % of the whole range. A side on which the motion is
+    aperiodic is not asked; between two such values no jump is looked for, since inside chaos every change is large.
 
     Arguments:
         model: the rig.
@@ -77,17 +78,32 @@ def bifurcation(
 def jumps(mean: np.ndarray, kind: np.ndarray) -> np.ndarray:
     """Where a branch jumps, 0 or 1, `(direction, values)`: up on the way from the value below, down from the value above.
 
+    Arguments:
+        mean: of the section points, `(direction, values)`.
+        kind: of the motion, a key of `classify.KINDS`.
+
     Example:
         >>> jumps(np.array([[0.0, 0.01, 0.02, 1.0, 1.01], [0.0, 0.01, 0.02, 1.0, 1.01]]), np.ones((2, 5), int)).tolist()
         [[0, 0, 0, 1, 0], [0, 0, 1, 0, 0]]
     """
-    change = np.abs(np.diff(mean, axis=1))
-    limit = np.maximum(_MANY * np.median(change, axis=1, keepdims=True), _SHARE * np.ptp(mean))
-    calm = (kind[:, 1:] != 2) | (kind[:, :-1] != 2)
-    found = (change > limit) & calm
-    out = np.zeros(mean.shape, dtype=int)
-    out[0, 1:], out[1, :-1] = found[0], found[1]
-    return out
+    least = float(_SHARE * np.ptp(mean))
+    down = _jumps_on_the_way(mean[1, ::-1], kind[1, ::-1] != APERIODIC, least)[::-1]
+    return np.stack([_jumps_on_the_way(mean[0], kind[0] != APERIODIC, least), down])
+
+
+def _jumps_on_the_way(mean: np.ndarray, calm: np.ndarray, least: float) -> np.ndarray:
+    """The jumps of one sweep, values in the order in which they were met."""
+    found = np.zeros(mean.size, dtype=int)
+    for i in range(1, mean.size):
+        sides = [(i, i - 1, i - 2)] * bool(calm[i - 1]) + [(i - 1, i, i + 1)] * bool(calm[i])
+        found[i] = bool(sides) and all(_breaks(mean, *side, least) for side in sides)
+    return found
+
+
+def _breaks(mean: np.ndarray, to: int, near: int, far: int, least: float) -> bool:
+    """Whether the value at `to` is off the straight line through its two neighbours on one side."""
+    slope = mean[near] - mean[far] if 0 <= far < mean.size else 0.0
+    return bool(abs(mean[to] - mean[near] - slope) > _TIMES * abs(slope) + least)
 
 
 def _followed(model: Model, parameter: str, values: np.ndarray, fixed: dict, span: Span, progress) -> list[Responses]:

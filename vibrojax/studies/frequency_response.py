@@ -8,17 +8,17 @@ import xarray as xr
 
 from vibrojax.batch import Span, grid, integrate
 from vibrojax.model import Model
-from vibrojax.studies.base import GRAVITY, Labelled, axis, labelled
+from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled
 from vibrojax.studies.classify import classify
 
 
 def frequency_response(
     model: Model,
     *,
-    frequency_hz: np.ndarray,
-    gap: np.ndarray,
+    frequency_hz: Values,
+    gap: Values,
     base_amplitude: float,
-    also: Mapping[str, np.ndarray] | None = None,
+    also: Mapping[str, Values] | None = None,
     span: Span | None = None,
     **options: Any,
 ) -> xr.Dataset:

@@ -8,15 +8,15 @@ import xarray as xr
 from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, axis, labelled, natural_frequency
+from vibrojax.studies.base import Labelled, Values, axis, labelled, natural_frequency
 from vibrojax.studies.classify import classify
 
 
 def hammer_design(
     model: Model,
     *,
-    mass_ratio: np.ndarray,
-    frequency_hz: np.ndarray,
+    mass_ratio: Values,
+    frequency_hz: Values,
     gap: float,
     base_amplitude: float,
     span: Span | None = None,

@@ -14,7 +14,7 @@ from jax import lax
 from vibrojax.batch import AbstractEngine, Lanes, LaneState, Points, Span, engine_for, grid, integrate
 from vibrojax.batch.points import lanes_of
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, axis, labelled
+from vibrojax.studies.base import Labelled, Values, axis, labelled
 
 _APART = 1e-7
 """Distance of twins at the start of a cycle, over the base amplitude: far above rounding, far below the orbit."""
@@ -74,7 +74,7 @@ def _growth(engine: AbstractEngine, lanes: Lanes, state: LaneState, small: jax.A
 
 
 def lyapunov(
-    model: Model, *, parameter: str, values: np.ndarray, base_amplitude: float, span: Span | None = None, cycles: int = 300, **fixed: float
+    model: Model, *, parameter: str, values: Values, base_amplitude: float, span: Span | None = None, cycles: int = 300, **fixed: float
 ) -> xr.Dataset:
     """Largest Lyapunov exponent along a parameter, of the motion that is reached from rest: above zero in chaos.
 

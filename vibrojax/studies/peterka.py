@@ -8,7 +8,7 @@ import xarray as xr
 from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import GRAVITY, Labelled, labelled, natural_frequency
+from vibrojax.studies.base import GRAVITY, Labelled, Values, labelled, natural_frequency
 from vibrojax.studies.classify import APERIODIC, classify
 from vibrojax.studies.lyapunov import exponents
 
@@ -16,8 +16,8 @@ from vibrojax.studies.lyapunov import exponents
 def peterka(
     model: Model,
     *,
-    ratio: np.ndarray,
-    clearance: np.ndarray,
+    ratio: Values,
+    clearance: Values,
     base_amplitude: float,
     span: Span | None = None,
     lyapunov_cycles: int = 200,

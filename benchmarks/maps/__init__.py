@@ -1,0 +1,1 @@
+"""What a Peterka map costs, and whether it is right."""
