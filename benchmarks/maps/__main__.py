@@ -3,8 +3,7 @@
 Cost: maps of 100, 200 and 400 points a side, 300 cycles and 16 recorded, compiled before; orbits that have closed are integrated no
 further. Agreement: z of a small map by the fast path beside that of the switch model of order eight (`Sampled(Switch())`, which shares no
 step with it), on the points where both see a period; the others are counted by kind. Memory: peak resident size of fresh processes with
-100 and 1000
-cycles, all of them integrated.
+100 and 1000 cycles, all of them integrated.
 """
 
 import argparse
