@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 from tests.continuation.rigs import FINE, SOFT, STEPS, rig, settled
 from tests.continuation.single_impact_orbit import Oscillator
-from vibrojax.contact import KelvinVoigtClipped, Newton
+from vibrojax.contact import KelvinVoigtClipped, LankaraniNikravesh, Newton
 from vibrojax.continuation import ForcedRig, find_orbit, settle
 from vibrojax.continuation.orbit import state_scale
 from vibrojax.continuation.rig import as_arrays
@@ -119,3 +119,10 @@ def test_impossible_settings_are_refused():
 def test_chaos_does_not_settle():
     with pytest.raises(NoConvergenceError, match="does not repeat within 2 cycles"):
         settle(rig(Newton(0.8), frequency=4.4), np.zeros(2), transient=300, most_cycles=2, landing=STEPS)
+
+
+def test_a_section_in_contact_needs_a_law_that_forgets_its_touch():
+    state = np.array([1e-3 + 1e-5, 0.01])  # into the stop
+    forced = rig(LankaraniNikravesh(1e6, 1.5, 0.8), frequency=7.0, gap=1e-3)
+    with pytest.raises(NoConvergenceError, match="in contact when the cart passes its middle, and lankarani-nikravesh depends"):
+        find_orbit(forced, state, landing=STEPS)

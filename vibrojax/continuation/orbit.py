@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float
 
+from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 from vibrojax.continuation.multipliers import is_stable, multipliers
 from vibrojax.continuation.rig import ForcedRig, as_arrays, check_settings
 from vibrojax.continuation.stroboscope import Passage, linearised, strobe_from
@@ -71,7 +72,8 @@ def find_orbit(rig: ForcedRig, state: State, *, cycles: int = 1, landing: Landin
 
     Raises:
         InputError: impossible settings, or an effect that does not repeat with the cart.
-        NoConvergenceError: the closing error does not reach `TOLERANCE`, or the map itself fails.
+        NoConvergenceError: the closing error does not reach `TOLERANCE`, the map itself fails, or the section lies in a contact whose force
+            depends on the speed of its touch.
 
     Example:
         >>> from vibrojax.contact import Hertz
@@ -160,4 +162,17 @@ def _checked(rig: ForcedRig, passage: Passage) -> Passage:
     passage = Passage(*(np.asarray(leaf) for leaf in jax.device_get(passage)))
     if passage.result != SUCCESS:
         raise NoConvergenceError(f"the motion at {float(rig.frequency_hz):g} Hz breaks off: {RESULT_MESSAGES[int(passage.result)]}")
+    if passage.starts_in_contact and _remembers_touch(rig.model.law):
+        raise NoConvergenceError(
+            f"the motion at {float(rig.frequency_hz):g} Hz is in contact when the cart passes its middle, and {rig.model.law.name} depends "
+            "on the speed of the touch before that, which the state there does not hold; take a law without that memory"
+        )
     return passage
+
+
+def _remembers_touch(law: AbstractContactLaw) -> bool:
+    """Whether the force depends on the approach speed of the touch that began a contact."""
+    if not isinstance(law, AbstractCompliantLaw):
+        return False
+    slow, fast = (law.force(jnp.asarray(1e-4), jnp.asarray(0.01), jnp.asarray(speed)) for speed in (0.1, 0.2))
+    return bool(slow != fast)
