@@ -16,7 +16,7 @@ _ON_THE_CEILING = 5
 def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
     """Sizes from which the candidates take their strengths and grids."""
     experiment = prepared.experiment
-    used = at.weight.any(axis=(0, 1))
+    used = np.asarray(at.weight.any(axis=(0, 1)))
     channels = tuple(name for name, counts in zip(at.channels, used, strict=True) if counts)
     inside = np.arange(at.u.shape[1]) < at.lengths[:, None]
     noise = {name: min(r.noise[name] for r in experiment.records if name in r.noise) for name in channels}
@@ -25,6 +25,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         mass=float(values.get("m", experiment.mass)),
         f_n=float(values.get("f_n", 0.0)),
         omega_exc=2 * np.pi * max((r.excitation_frequency or 0.0) for r in experiment.records),
+        drives=tuple(sorted({2 * np.pi * r.excitation_frequency for r in experiment.records if r.excitation_frequency})),
         gaps={r.file: r.gap for r in experiment.records},
         clock={r.file: (float(r.time[0]), float(r.time[-1])) for r in experiment.records},
         impacts={r.file: _flights(at, index, r.time) for index, r in enumerate(experiment.records)},

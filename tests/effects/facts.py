@@ -9,6 +9,7 @@ FACTS = Facts(
     mass=0.5,
     f_n=5.0,
     omega_exc=50.0,
+    drives=(50.0,),
     gaps={"drop.csv": 0.0, "cart1.csv": 1e-3},
     clock={"drop.csv": (0.0, 1.0), "cart1.csv": (0.0, 3.0)},
     impacts={"drop.csv": (), "cart1.csv": (0.05, 0.1)},
@@ -24,5 +25,17 @@ FACTS = Facts(
     law=LAW,
 )
 NOTHING = dataclasses.replace(
-    FACTS, f_n=0.0, omega_exc=0.0, impacts={}, channels=(), noise={}, amplitude=0.0, lowest=0.0, speed=0.0, force=0.0, lines={}, clock={}
+    FACTS,
+    f_n=0.0,
+    omega_exc=0.0,
+    drives=(),
+    impacts={},
+    channels=(),
+    noise={},
+    amplitude=0.0,
+    lowest=0.0,
+    speed=0.0,
+    force=0.0,
+    lines={},
+    clock={},
 )

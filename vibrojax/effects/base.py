@@ -65,6 +65,7 @@ class Facts:
         mass: of the hammer, kg.
         f_n: natural frequency, Hz; 0 without a spring.
         omega_exc: highest excitation frequency, rad/s; 0 where the cart is at rest.
+        drives: all excitation frequencies, rad/s.
         gaps: as set, by record file, m.
         clock: first and last time stamp by record file, s.
         impacts: middle of each flight between two impacts, s, by record file.
@@ -83,6 +84,7 @@ class Facts:
     mass: float
     f_n: float
     omega_exc: float
+    drives: tuple[float, ...]
     gaps: Mapping[str, float]
     clock: Mapping[str, tuple[float, float]]
     impacts: Mapping[str, tuple[float, ...]]

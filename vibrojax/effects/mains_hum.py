@@ -74,7 +74,7 @@ class MainsHum(AbstractEffect):
 
     def probes(self, facts: Facts) -> tuple[tuple["MainsHum", ...], ...]:
         """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
-        lines = [(channel, line) for channel in facts.channels for line in facts.lines.get(channel, ()) if _foreign(line, facts.omega_exc)]
+        lines = [(channel, line) for channel in facts.channels for line in facts.lines.get(channel, ()) if _foreign(line, facts.drives)]
         found = []
         for channel, line in lines:
             size = facts.noise[channel]
@@ -120,11 +120,11 @@ class MainsHum(AbstractEffect):
         return readings | {self.of_channel: readings[self.of_channel] + self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle)}
 
 
-def _foreign(line: float, omega_exc: float) -> bool:
-    """Whether a line is no multiple of the excitation, or else the mains' own."""
+def _foreign(line: float, drives: tuple[float, ...]) -> bool:
+    """Whether a line is no multiple of any record's excitation, or else the mains' own."""
     if not _LOWEST_HZ <= line <= _HIGHEST_HZ:
         return False
-    if omega_exc == 0 or any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ):
+    if any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ):
         return True
-    order = line * 2.0 * np.pi / omega_exc
-    return bool(order < 0.5 or abs(order - round(order)) > _NEAR)
+    orders = [line * 2.0 * np.pi / omega for omega in drives]
+    return all(order < 0.5 or abs(order - round(order)) > _NEAR for order in orders)
