@@ -13,6 +13,7 @@ from identification.levenberg_marquardt import Outcome
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -61,8 +62,9 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
 def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray) -> Prepared:
     """The same windows under another model, starting from its own numbers."""
     extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
-    layout = layout_of(model, *extra, files=prepared.layout.files)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
+    layout = layout_of(model, *extra, files=prepared.layout.files)
+    layout = dataclasses.replace(layout, parameters=tuple(_in_size(p, values[p.name]) for p in layout.parameters))
     searched = {p.name: values[p.name] for p in model.parameters if p.searched}
     shared = layout.internal({p.name: values[p.name] for p in layout.parameters})
     return dataclasses.replace(
@@ -72,6 +74,13 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
         fixed=prepared.fixed | searched,
         start=Estimate(shared=_inside(layout, shared), nuisances=nuisances, states=states),
     )
+
+
+def _in_size(p: Parameter, value: float) -> Parameter:
+    """The parameter with a scale that suits its value: a step of a fit is limited in units of it."""
+    if p.logarithmic or not abs(value) > p.scale:
+        return p
+    return dataclasses.replace(p, scale=10.0 ** np.ceil(np.log10(abs(value))))
 
 
 def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect, np.ndarray]:
