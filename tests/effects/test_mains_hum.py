@@ -28,7 +28,9 @@ def test_members_of_its_candidate_are_sine_and_cosine():
         sine.merged(HUM)
 
 
-@pytest.mark.parametrize(("line", "heard"), [(12.0, False), (31.4, True), (36.5, False), (37.5, False), (50.0, True), (49.9, True), (1200.0, False)])
+@pytest.mark.parametrize(
+    ("line", "heard"), [(12.0, False), (31.4, True), (36.5, False), (37.5, False), (50.0, True), (49.9, True), (1200.0, False)]
+)
 def test_multiples_of_the_drive_are_no_hum_unless_they_are_the_mains(line, heard):
     facts = dataclasses.replace(FACTS, drives=(2 * np.pi * 7.3, 2 * np.pi * 12.5), lines={"hammer_displacement": (line,)})
     assert bool(HUM.probes(facts)) == heard
