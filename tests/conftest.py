@@ -1,5 +1,6 @@
 """What every test runs under: shapes and types checked at each call, double precision, no silent promotion."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import jaxtyping
@@ -8,9 +9,12 @@ import jaxtyping
 jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
 
 import jax  # noqa: E402
+import psutil  # noqa: E402
 import pytest  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
+_MEMORY = 3 * 2**30
+"""Bytes."""
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
@@ -22,6 +26,14 @@ def pytest_configure(config: pytest.Config) -> None:
     jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def room() -> Iterator[None]:
+    """Compiled programs are let go when they fill the memory: the system maps only so many of them, and they come back from disk."""
+    yield
+    if psutil.Process().memory_info().rss > _MEMORY:
+        jax.clear_caches()
 
 
 @pytest.fixture(scope="session")

@@ -162,6 +162,7 @@ class FakeResult:
             "effects": effects,
             "ambiguous_with": ["gain_error"],
             "location": {"time": None},
+            "warnings": [],
             "nominal": scores,
             "augmented": scores,
         }
