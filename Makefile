@@ -19,7 +19,7 @@ run: $(VENV)/.stamp-run
 	$(BIN)/fit-parameters
 
 test: $(VENV)/.stamp-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile
 
 lint: $(VENV)/.stamp-test
 	$(BIN)/python -m ruff check .
