@@ -94,7 +94,6 @@ def test_nothing_held_back_is_nothing_predicted(parted, fitted):
     assert held_back_fits(parted.fitting, fitted.model) == ()
 
 
-@pytest.mark.xfail(strict=True, reason="windows of a record held back may settle on a wrong state of an effect with memory")
 def test_a_model_with_effects_predicts_its_own_motion(parted, fitted):
     """An effect with a state of its own, which a window may begin with."""
     model = dataclasses.replace(fitted.model, effects=(Hysteresis(hysteresis_force=0.1, yield_displacement=1e-3),))
