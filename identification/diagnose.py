@@ -41,9 +41,15 @@ _ENDED = {
     BUDGET: "the budget ended the search before all was explained: what is said here may not be all, allow more minutes",
     MOST_EFFECTS: "the search stopped after as many effects as it adds to one model, before all was explained: more may be missing",
 }
+_IN_PART = (
+    "more than noise is left, and neither a further listed effect nor a learned term explains it: a rig that does not repeat itself looks"
+    " so; the parameters may be off by more than their errors"
+)
 _MOST_ITERATIONS = 15
 _FINDING = 0.5
 """Share of the misfit that a learned term must explain to be shown."""
+_MOSTLY = 0.75
+"""Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
@@ -56,6 +62,18 @@ class _Ground:
     allowed: Tolerance
     sound: bool
     """Whether that is the ordinary fit."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Explanation:
+    """What the verdict rests on."""
+
+    verdict: str
+    fitted: Fitted
+    formula: str = ""
+    """Of a learned term."""
+    share: float = 1.0
+    """Of the misfit, that the listed effects explain."""
 
 
 class _Course:
@@ -125,45 +143,60 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
     """The verdict and its evidence."""
     start, allowed, progress = ground.fitted, ground.allowed, course.progress
     first = found.rounds[0].scored if found.rounds else found.last
-    verdict = UNLISTED if not found.explained else MISSING if found.fitted.names else ADEQUATE
-    after, formula = start, ""
     with course.stage("model"):
-        if verdict == MISSING:
-            progress("taking out what later effects have made needless")
-            after = pruned(found.fitted, allowed)
-        elif verdict == UNLISTED:
-            after, formula = _free_form(first, start, allowed, course)
+        cause = _explanation(first, start, found, allowed, course)
+    verdict, after = cause.verdict, cause.fitted
     with course.stage("evidence"):
         progress("predicting windows left out of the fit")
         predicted = _Predicted(allowed)
         shown_before = _side(start, allowed, experiment, predicted)
         shown_after = shown_before if after is start else _side(after, allowed, experiment, predicted)
         named = asserted(found, after, shown_after.parameters, allowed) if verdict == MISSING else ()
-        ambiguous = twins(found.rounds, tuple(one.effect.name for one in named))
+        ambiguous = twins(found.rounds, tuple(one.effect.name for one in named), dispersion=found.dispersion(allowed))
         location = _location(first, start, named, verdict)
         rows = considered(found, allowed, predicted)
         advice = next_experiment(found, ambiguous, allowed)
     return Diagnosis(
         experiment=start.prepared.experiment,
         verdict=verdict,
-        sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, formula),
+        sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share),
         effects=named,
-        free_form=formula,
+        free_form=cause.formula,
         ambiguous_with=ambiguous,
         location=location,
         considered=rows,
         nominal=shown_before,
         augmented=shown_after,
         next_experiment=advice,
-        warnings=_warnings(ground, found, after, shown_after),
+        warnings=_warnings(ground, found, cause, shown_after),
         seconds=course.seconds,
     )
 
 
-def _warnings(ground: _Ground, found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
+def _explanation(first: Scored, start: Fitted, found: Search, allowed: Tolerance, course: _Course) -> _Explanation:
+    """Listed effects that leave nothing but noise; else those that leave little, if no learned term leaves less; else a learned term."""
+    if found.explained and not found.fitted.names:
+        return _Explanation(verdict=ADEQUATE, fitted=start)
+    if found.explained:
+        course.progress("taking out what later effects have made needless")
+        return _Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed))
+    course.progress("learning a free-form term")
+    learned = learn(first, allowed, deadline=course.deadline, progress=course.progress)
+    share, by_term = found.share(allowed), 0.0 if learned is None else learned.explained
+    if share >= max(_MOSTLY, by_term) and found.ended != BUDGET:
+        return _Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed), share=share)
+    if learned is None or by_term < _FINDING:
+        return _Explanation(verdict=UNLISTED, fitted=start)
+    return _Explanation(verdict=UNLISTED, fitted=learned.fitted, formula=learned.formula)
+
+
+def _warnings(ground: _Ground, found: Search, cause: _Explanation, side: Side) -> tuple[str, ...]:
     """What the reader must know beside the verdict."""
+    after = cause.fitted
     said = [] if ground.sound else [_TOLERANT]
-    if found.ended in _ENDED:
+    if cause.share < 1.0:
+        said.append(_IN_PART)
+    elif found.ended in _ENDED:
         said.append(_ENDED[found.ended])
     if not after.outcome.converged:
         said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
@@ -175,15 +208,6 @@ def _warnings(ground: _Ground, found: Search, after: Fitted, side: Side) -> tupl
         words = f"{most.name} (chi-square {most.gain:.3g} of {2.0 * ground.allowed.total(ground.fitted.outcome.equations.cost):.3g})"
         said.append(f"beside that, too little to be told from what the named effect's own equation leaves: {words}")
     return tuple(said)
-
-
-def _free_form(first: Scored, start: Fitted, allowed: Tolerance, course: _Course) -> tuple[Fitted, str]:
-    """The nominal model with a learned term, and the term's formula; the nominal model where none explains half of the misfit."""
-    course.progress("learning a free-form term")
-    learned = learn(first, allowed, deadline=course.deadline, progress=course.progress)
-    if learned is None or learned.explained < _FINDING:
-        return start, ""
-    return learned.fitted, learned.formula
 
 
 class _Predicted:

@@ -57,26 +57,29 @@ def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted
     return tuple(found)
 
 
-def probability(rounds: tuple[Round, ...], name: str, allowed: Tolerance) -> float:
-    """Of an effect among those that were fitted in its place, by the Bayesian information criterion, less the chance of noise."""
+def probability(rounds: tuple[Round, ...], name: str, allowed: Tolerance, *, dispersion: float = 1.0) -> float:
+    """Of an effect among those that were fitted in its place, by the Bayesian information criterion, less the chance of noise.
+
+    Where more than noise is left, the criterion is divided by the dispersion (quasi-likelihood, Wedderburn 1974).
+    """
     for one in rounds:
         if one.rivals and one.rivals[0].name == name:
             best = one.rivals[0]
             shares = dict.fromkeys((rival.name for rival in one.rivals), 0.0)
             for rival in one.rivals:
-                shares[rival.name] += float(np.exp(-0.5 * min(rival.bic(allowed) - best.bic(allowed), 1400.0)))
+                shares[rival.name] += float(np.exp(-0.5 * min((rival.bic(allowed) - best.bic(allowed)) / dispersion, 1400.0)))
             doubt = chance(2.0 * (one.cost - best.cost), best.candidate.degrees, trials(one.scored.found, name))
             return min(0.999, (1.0 - doubt) * shares[name] / sum(shares.values()))
     return 0.5
 
 
-def twins(rounds: tuple[Round, ...], names: tuple[str, ...]) -> tuple[str, ...]:
-    """Effects that fit about as well in the place of an asserted one."""
+def twins(rounds: tuple[Round, ...], names: tuple[str, ...], *, dispersion: float = 1.0) -> tuple[str, ...]:
+    """Effects that fit about as well in the place of an asserted one; differences count as in `probability`."""
     found: list[str] = []
     for one in rounds:
         if one.rivals and one.rivals[0].name in names:
             lowest = one.rivals[0].cost
-            found += [rival.name for rival in one.rivals[1:] if rival.cost - lowest < TWIN and rival.name not in names]
+            found += [rival.name for rival in one.rivals[1:] if rival.cost - lowest < TWIN * dispersion and rival.name not in names]
     return tuple(dict.fromkeys(found))
 
 
@@ -129,10 +132,11 @@ def detail(candidate: Candidate) -> str:
 
 def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...], allowed: Tolerance) -> tuple[Asserted, ...]:
     """The effects of the final model, by probability."""
+    dispersion = search.dispersion(allowed)
     found = [
         Asserted(
             effect=effect,
-            probability=probability(search.rounds, effect.name, allowed),
+            probability=probability(search.rounds, effect.name, allowed, dispersion=dispersion),
             parameters=of_effect(effect, shared, fitted),
         )
         for effect in fitted.model.effects

@@ -23,6 +23,8 @@ from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
+EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
+"""Why a search ended."""
 _SHORT_LIST = 6
 _WORTH_A_TRY = 0.03
 """Share of the best gain that a candidate must promise to be refitted."""
@@ -107,8 +109,16 @@ class Search:
         """Whether nothing but noise is left, or a trifle beside what has been explained."""
         return self.ended == EXPLAINED
 
+    def share(self, allowed: Tolerance) -> float:
+        """Of the first misfit beyond noise, what the effects found explain."""
+        if not self.rounds:
+            return 0.0
+        first, left = self.rounds[0].cost - allowed.noise, whole_cost(self.fitted, allowed) - allowed.noise
+        return float(np.clip(1.0 - left / max(first, 1e-300), 0.0, 1.0))
 
-EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
+    def dispersion(self, allowed: Tolerance) -> float:
+        """What is left over what noise alone would leave, 1 where all is explained: differences of cost count so much less."""
+        return 1.0 if self.explained else max(1.0, whole_cost(self.fitted, allowed) / allowed.noise)
 
 
 def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progress = lambda stage: None) -> Search:

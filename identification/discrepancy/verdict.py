@@ -18,8 +18,12 @@ def sentences(
     before: Side,
     after: Side,
     formula: str,
+    share: float = 1.0,
 ) -> tuple[str, ...]:
-    """What is missing, where, and what it does to the error; the first sentence stands alone."""
+    """What is missing, where, and what it does to the error; the first sentence stands alone.
+
+    `share`: of the misfit, that the effects explain where more than noise is left; 1 where nothing is.
+    """
     unseen = f"the {len(before.held_back)} records held back" if before.held_back else "windows left out of the fit"
     if verdict == ADEQUATE:
         return (
@@ -33,7 +37,8 @@ def sentences(
     )
     if verdict == MISSING:
         named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
-        first = f"{named[0].upper()}{named[1:]} explains what the nominal model leaves out."
+        part = "" if share == 1.0 else f"{_percent(share)} of "
+        first = f"{named[0].upper()}{named[1:]} explains {part}what the nominal model leaves out."
         doubt = (f"These records cannot tell it from {', '.join(ambiguous)}.",) if ambiguous else ()
         return (first, *where, falls, *doubt, *_unsteady(after))
     first = "Something real is missing, and no listed effect explains it."
