@@ -8,15 +8,14 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.discrepancy.assertion import asserted, considered, numbers, twins
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Diagnosis, Location, Side
 from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.errors import degrees
 from identification.discrepancy.evidence import significant
-from identification.discrepancy.free_form import learn
+from identification.discrepancy.explanation import Explanation, explanation
 from identification.discrepancy.held_out import HeldOut, held_out
 from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
-from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
 from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search, search
@@ -46,10 +45,6 @@ _IN_PART = (
     " so; the parameters may be off by more than their errors"
 )
 _MOST_ITERATIONS = 15
-_FINDING = 0.5
-"""Share of the misfit that a learned term must explain to be shown."""
-_MOSTLY = 0.75
-"""Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
@@ -62,18 +57,6 @@ class _Ground:
     allowed: Tolerance
     sound: bool
     """Whether that is the ordinary fit."""
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class _Explanation:
-    """What the verdict rests on."""
-
-    verdict: str
-    fitted: Fitted
-    formula: str = ""
-    """Of a learned term."""
-    share: float = 1.0
-    """Of the misfit, that the listed effects explain."""
 
 
 class _Course:
@@ -142,9 +125,8 @@ def ordinary(prepared: Prepared) -> Fitted | None:
 def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _Course) -> Diagnosis:
     """The verdict and its evidence."""
     start, allowed, progress = ground.fitted, ground.allowed, course.progress
-    first = found.rounds[0].scored if found.rounds else found.last
     with course.stage("model"):
-        cause = _explanation(first, start, found, allowed, course)
+        cause = explanation(start, found, allowed, deadline=course.deadline, progress=progress)
     verdict, after = cause.verdict, cause.fitted
     with course.stage("evidence"):
         progress("predicting windows left out of the fit")
@@ -153,7 +135,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         shown_after = shown_before if after is start else _side(after, allowed, experiment, predicted)
         named = asserted(found, after, shown_after.parameters, allowed) if verdict == MISSING else ()
         ambiguous = twins(found.rounds, tuple(one.effect.name for one in named), dispersion=found.dispersion(allowed))
-        location = _location(first, start, named, verdict)
+        location = _location(found.first, start, named, verdict)
         rows = considered(found, allowed, predicted)
         advice = next_experiment(found, ambiguous, allowed)
     return Diagnosis(
@@ -173,24 +155,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
     )
 
 
-def _explanation(first: Scored, start: Fitted, found: Search, allowed: Tolerance, course: _Course) -> _Explanation:
-    """Listed effects that leave nothing but noise; else those that leave little, if no learned term leaves less; else a learned term."""
-    if found.explained and not found.fitted.names:
-        return _Explanation(verdict=ADEQUATE, fitted=start)
-    if found.explained:
-        course.progress("taking out what later effects have made needless")
-        return _Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed))
-    course.progress("learning a free-form term")
-    learned = learn(first, allowed, deadline=course.deadline, progress=course.progress)
-    share, by_term = found.share(allowed), 0.0 if learned is None else learned.explained
-    if share >= max(_MOSTLY, by_term) and found.ended != BUDGET:
-        return _Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed), share=share)
-    if learned is None or by_term < _FINDING:
-        return _Explanation(verdict=UNLISTED, fitted=start)
-    return _Explanation(verdict=UNLISTED, fitted=learned.fitted, formula=learned.formula)
-
-
-def _warnings(ground: _Ground, found: Search, cause: _Explanation, side: Side) -> tuple[str, ...]:
+def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side) -> tuple[str, ...]:
     """What the reader must know beside the verdict."""
     after = cause.fitted
     said = [] if ground.sound else [_TOLERANT]

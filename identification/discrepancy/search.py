@@ -105,6 +105,11 @@ class Search:
     """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS` or `BUDGET`."""
 
     @property
+    def first(self) -> Scored:
+        """The look at the nominal model."""
+        return self.rounds[0].scored if self.rounds else self.last
+
+    @property
     def explained(self) -> bool:
         """Whether nothing but noise is left, or a trifle beside what has been explained."""
         return self.ended == EXPLAINED
