@@ -40,7 +40,7 @@ def sparse_terms(law: Regression) -> list[str]:
 
 def _support(nominal: np.ndarray, terms: np.ndarray, target: np.ndarray, threshold: float) -> np.ndarray:
     """Which terms stay, by sequential thresholding."""
-    from pysindy.optimizers import STLSQ
+    from pysindy.optimizers import STLSQ  # pyright: ignore[reportMissingImports] - of the extra `compare`
 
     columns = np.concatenate([nominal, terms], axis=1)
     scaled = columns / np.linalg.norm(columns, axis=0)

@@ -45,6 +45,12 @@ def continuity_cost(fitted: Fitted) -> float:
     return 0.5 * squared * len(blocks) / len(before)
 
 
+def jump_variance(fitted: Fitted) -> float:
+    """Mean squared jump from window to window in its standard errors: about 1 for a real effect; 0 where nothing carries on."""
+    numbers = len(_carried(fitted)) * len(fitted.prepared.record)
+    return 2.0 * continuity_cost(fitted) / numbers if numbers else 0.0
+
+
 def _carried(fitted: Fitted) -> np.ndarray:
     """Columns, among a window's states, of the effects' own that carry on."""
     layout = fitted.prepared.layout

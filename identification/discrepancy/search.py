@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
-from identification.discrepancy.continuity import continuity_cost
+from identification.discrepancy.continuity import continuity_cost, jump_variance
 from identification.discrepancy.evidence import FALSE_ALARM, chance, significant, trials
 from identification.discrepancy.facts import facts
 from identification.discrepancy.linearised import Linearised, linearised
@@ -41,8 +41,12 @@ _CLOSE = 0.3
 """Share of the best gain from which a candidate is tried although another explains everything: it may be its twin."""
 _HELPS = 0.05
 """Share of the misfit below which a refit has not helped."""
+_ROUGHLY = 0.5
+"""Part of that which a candidate must have done after its rough fit to be fitted further."""
 _ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
 """Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
+_JUMP = 10.0
+"""Mean squared jump of an effect's own states, in standard errors, above which it has not been followed but chosen anew by each window."""
 _REST = 0.01
 """Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
 _HOPELESS = 1.2
@@ -181,14 +185,17 @@ def blank(kind: type[AbstractEffect]) -> AbstractEffect:
 
 def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
-    misfit = allowed.total(scored.fitted.outcome.equations.cost) - allowed.noise
+    misfit = whole_cost(scored.fitted, allowed) - allowed.noise
     first = max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
     left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     return (adequate(scored.fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
 
 
 def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
-    """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts or were lost."""
+    """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts or were lost.
+
+    An effect with memory must also carry it from window to window.
+    """
     cost, samples = fitted.outcome.equations.cost, allowed.samples
     told = samples > 0
     x = np.where(np.isfinite(cost) & told, 2.0 * cost, np.inf)[told] / samples[told]
@@ -196,7 +203,8 @@ def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
     degrees = int(samples[told][most].sum()) - fitted.unknowns - fitted.prepared.layout.states * int(most.sum())
     if np.mean(~most) > _ASTRAY or degrees <= 0:
         return False
-    return float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
+    is_noise = float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
+    return is_noise and jump_variance(fitted) <= _JUMP
 
 
 def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
@@ -228,6 +236,8 @@ class _Thinned:
     every: int
     chosen: np.ndarray
     allowed: Tolerance
+    hopeless: float
+    """Cost above which a candidate is given up after its rough fit."""
 
 
 def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
@@ -236,7 +246,10 @@ def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
     every = _EVERY if best > _LARGE_GAIN and len(allowed.samples) > 16 * _EVERY else 1
     windows = np.arange(len(allowed.samples))
     chosen = windows[windows % (2 * every) < 2] if every > 1 else windows
-    return _Thinned(every=every, chosen=chosen, allowed=dataclasses.replace(allowed, samples=allowed.samples[chosen]))
+    thin = dataclasses.replace(allowed, samples=allowed.samples[chosen])
+    before = thin.total(scored.fitted.outcome.equations.cost[chosen])
+    hopeless = before - _ROUGHLY * _HELPS * max(before - thin.noise, 0.0)
+    return _Thinned(every=every, chosen=chosen, allowed=thin, hopeless=hopeless)
 
 
 def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
@@ -251,7 +264,8 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
         progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {_words(scored.fitted)}")
         prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
         try:
-            fitted = fit_tolerantly(prepared, thin.allowed, give_up_above=max(_HOPELESS * lowest, lowest + 100.0), rounds=1)
+            limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
+            fitted = fit_tolerantly(prepared, thin.allowed, give_up_above=limit, rounds=1)
         except NoConvergenceError:
             continue
         if fitted is not None:
