@@ -70,7 +70,8 @@ def _channels(file: Any) -> list[RecorderChannel]:
     full = [f"{file.groups[group].channel_group.acq_name or group + 1}/{channel.name}" for group, _, channel in stored]
     if len(set(full)) < len(full):
         full = [f"{group + 1}/{index}/{channel.name}" for group, index, channel in stored]
-    return [_channel(file, *place, name) for place, name in zip(stored, unique_names(own, full), strict=True)]
+    names = unique_names(own, full)
+    return [_channel(file, group, index, channel, name) for (group, index, channel), name in zip(stored, names, strict=True)]
 
 
 def _channel(file: Any, group: int, index: int, channel: Any, name: str) -> RecorderChannel:
