@@ -17,7 +17,7 @@ from vibrojax.data_files import data_path
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(pretty_exceptions_enable=False)
 
 
 @app.command(epilog=EXAMPLE)

@@ -19,7 +19,7 @@ def _print_version(wanted: bool) -> bool:
     return wanted
 
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
 app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
