@@ -55,7 +55,8 @@ def predict(
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
     states = initial_states(layout, local)
     if windows.prescribed is None:
-        trajectory = integrator.batch(systems, windows.ts, states, windows.lengths)
+        reach = jnp.minimum(windows.lengths + 1, windows.ts.shape[1])
+        trajectory = integrator.batch(systems, windows.ts, states, reach)
         lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
     else:
         lanes = jax.vmap(lambda motion, *where: Guided(motion)(*where))(windows.prescribed, systems, windows.ts, states)
@@ -74,11 +75,10 @@ def weighted_residual(
 
 
 def _onward(layout: Layout, windows: Windows, trajectory: Trajectory) -> Float[Array, "lanes states"]:
-    """State one sample after the last of each window, extrapolated from the last three."""
+    """State one sample after the last of each window; NaN where a window is not padded as far."""
     own = trajectory.own[..., jnp.asarray(layout.free_own, int)]
     states = jnp.concatenate([trajectory.u[..., None], trajectory.v[..., None], own], axis=-1)
-    last = [jnp.take_along_axis(states, (windows.lengths - back)[:, None, None], axis=1)[:, 0] for back in (1, 2, 3)]
-    return 3.0 * (last[0] - last[1]) + last[2]
+    return jnp.take_along_axis(states, windows.lengths[:, None, None], axis=1, mode="fill", fill_value=jnp.nan)[:, 0]
 
 
 @eqx.filter_jit

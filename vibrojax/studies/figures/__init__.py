@@ -5,8 +5,8 @@ from collections.abc import Callable
 import xarray as xr
 from matplotlib.figure import Figure
 
+from vibrojax.drawing import save, style
 from vibrojax.studies.figures import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
-from vibrojax.studies.figures.base import save, style
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "response": frequency_response.draw,

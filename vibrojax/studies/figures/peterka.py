@@ -6,8 +6,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
-from vibrojax.studies.figures.base import COLOURS, label, new_figure
+from vibrojax.studies.figures.base import label
 
 _MOST = 8
 _EXTRA = ("#f0e442", "#8c6d31", "#7b4173", "#3b6e22")
@@ -43,7 +44,7 @@ def draw(data: xr.Dataset) -> Figure:
 
 
 def _drawn(data: xr.Dataset, picture: np.ndarray, names: list[str], colours: list[str], first: np.ndarray) -> Figure:
-    figure = new_figure(4.2, 9.6)
+    figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
     options = dict(shading="nearest", rasterized=True)
