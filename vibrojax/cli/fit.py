@@ -43,7 +43,7 @@ def fit(
 ) -> None:
     """Fit the parameters of the impact model to recorded experiments.
 
-    Writes fit.json, model.json, report.html and plots into the results folder, all of them or none.
+    Writes fit.json, model.json, result.nc, report.html and plots into the results folder, all of them or none.
     Exit status: 0 fitted, 2 bad input, 3 no convergence.
     """
     check_source(experiment, recipe, data)
