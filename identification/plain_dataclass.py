@@ -71,7 +71,7 @@ def from_plain(kind: Any, plain: Any, **given: Any) -> Any:
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return None if plain is None else from_plain(next(each for each in arguments if each is not type(None)), plain)
-    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = typing.get_type_hints(kind)
         return kind(**{name: from_plain(hints[name], item) for name, item in plain.items()}, **given)
     if origin is dict:
@@ -85,7 +85,8 @@ def from_plain(kind: Any, plain: Any, **given: Any) -> Any:
         return float(plain) if not isinstance(plain, str) or plain in NOT_FINITE else _refused(kind, plain)
     if kind is Path:
         return Path(plain)
-    return plain if isinstance(plain, kind) else _refused(kind, plain)
+    declared: Any = kind
+    return plain if isinstance(declared, type) and isinstance(plain, declared) else _refused(kind, plain)
 
 
 def _refused(kind: Any, plain: Any) -> Any:
