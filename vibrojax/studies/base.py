@@ -21,6 +21,8 @@ from vibrojax.model_file import model_document
 
 GRAVITY = 9.81
 """m/s^2, as in the thesis."""
+CHAOS = 0.01
+"""Lyapunov exponent per cycle above which an aperiodic motion is called chaotic."""
 Values = Sequence[float] | np.ndarray
 """Along one axis."""
 

@@ -1,6 +1,7 @@
 """Bifurcation diagram: section points and forces along a parameter that is swept up and down."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -48,8 +49,8 @@ def bifurcation(
     Raises:
         InputError: too few values, or not increasing.
     """
-    values = increasing(parameter, values)
-    both = sweep(model, parameter=parameter, values=values, base_amplitude=base_amplitude, span=span, progress=progress, **fixed)
+    values, others = increasing(parameter, values), dict[str, Any](fixed)
+    both = sweep(model, parameter=parameter, values=values, base_amplitude=base_amplitude, span=span, progress=progress, **others)
     return with_jumps(both)
 
 
