@@ -75,8 +75,9 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
             raise ExperimentError(f"unknown channel {shown(channel)} in {tables.where}{suggestion(channel, CHANNELS)}")
         table = tables.table(channel, f"[sensors.{channel}]")
         table.allow("unit", "noise", "range")
-        unit = table.needed_string("unit")
-        factor_to_si(unit, CHANNELS[channel], table.where)
+        unit = table.string("unit")
+        if unit is not None:
+            factor_to_si(unit, CHANNELS[channel], table.where)
         noise = table.number("noise", unit=si_unit(channel), positive=True)
         sensors[channel] = Sensor(unit=unit, noise=noise, range=_range(table, si_unit(channel)))
     return sensors

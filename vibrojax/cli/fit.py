@@ -15,7 +15,7 @@ from vibrojax.cli.source import check_source, experiment_source
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(pretty_exceptions_enable=False)
 
 
 @app.command(epilog=EXAMPLE)
