@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-import click
 import typer
+from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
 from vibrojax.cli import main
 
@@ -13,37 +13,38 @@ def commands() -> str:
     return "\n".join(_section(name, command) for name, command in leaves("vibrojax", typer.main.get_command(main.app)))
 
 
-def leaves(name: str, command: click.Command) -> Iterator[tuple[str, click.Command]]:
+def leaves(name: str, command: TyperCommand | TyperGroup) -> Iterator[tuple[str, TyperCommand]]:
     """Every command that does work, under its full name."""
-    if isinstance(command, click.Group):
+    if isinstance(command, TyperGroup):
         for part, below in command.commands.items():
             yield from leaves(f"{name} {part}", below)
     else:
         yield name, command
 
 
-def _section(name: str, command: click.Command) -> str:
-    arguments = [p for p in command.params if isinstance(p, click.Argument)]
-    options = [p for p in command.params if isinstance(p, click.Option) and not p.hidden]
+def _section(name: str, command: TyperCommand | TyperGroup) -> str:
+    arguments = [p for p in command.params if isinstance(p, TyperArgument)]
+    options = [p for p in command.params if isinstance(p, TyperOption) and not p.hidden]
     required = [f"{option.opts[0]} {option.metavar}" for option in options if option.required]
-    usage = " ".join([name, *(_argument(argument) for argument in arguments), *required, "[OPTIONS]"])
+    more_options = [] if len(required) == len(options) else ["[OPTIONS]"]
+    usage = " ".join([name, *(_argument(argument) for argument in arguments), *required, *more_options])
     about, *more = (command.help or "").strip().split("\n\n")
     lines = [f"## {name}", "", about, "", f"```text\n{usage}\n```", "", *(f"{part}\n" for part in more)]
-    lines += ["| | | |", "|---|---|---|", *(_row(f"`{_argument(a)}`", "", getattr(a, "help", "")) for a in arguments)]
+    lines += ["| option | value | what it does |", "|---|---|---|", *(_row(f"`{_argument(a)}`", "", getattr(a, "help", "")) for a in arguments)]
     lines += [_row(f"`{option.opts[0]}`", _value(option), option.help) for option in options]
     return "\n".join([*lines, "", *_example(command.epilog), ""])
 
 
-def _argument(argument: click.Argument) -> str:
+def _argument(argument: TyperArgument) -> str:
     shown = (argument.metavar or (argument.name or "").upper()).strip("[]")
     return shown if argument.required else f"[{shown}]"
 
 
-def _value(option: click.Option) -> str:
+def _value(option: TyperOption) -> str:
     """What follows the option, and its default."""
     if option.is_flag:
         return ""
-    value = f"`{option.metavar or option.type.name.upper()}`"
+    value = f"`{option.metavar or 'VALUE'}`"
     if option.required:
         return f"{value}, required"
     default = " ".join(map(str, option.default)) if isinstance(option.default, tuple) else option.default
