@@ -49,7 +49,7 @@ def _envelope(data: xr.Dataset) -> xr.Dataset:
     named = {"lowest": data["displacement"].min("cycle"), "highest": data["displacement"].max("cycle")}
     parts = {f"displacement_{name}": part.assign_attrs(units="m", long_name=f"{name} section point") for name, part in named.items()}
     force = data["impact_force"].max("cycle").assign_attrs(units="N", long_name="largest impact force")
-    return data[["jump", "result", "kind"]].assign(parts, impact_force=force)
+    return data[["jump", "result", "kind"]].assign(parts | {"impact_force": force})
 
 
 def _shares_of_initial_states(data: xr.Dataset) -> xr.Dataset:
