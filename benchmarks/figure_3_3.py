@@ -13,12 +13,12 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks import oracle
 from vibrojax.data_files import data_path
+from vibrojax.drawing import new_figure, save, style
 
 SPEEDS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 """Approach speeds, m/s."""
@@ -78,23 +78,24 @@ def model_impact(values: dict[str, float], speed: float):
 
 def draw(values: dict[str, float], file: Path) -> list[tuple[float, ...]]:
     """Force profiles and phase planes; returns (speed, e, peak force, indentation, contact time, worst departure from the oracle)."""
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2)
     rows = []
-    for speed in SPEEDS:
-        ts, u, v, force = model_impact(values, speed)
-        _, exact, exact_force = impact(values, speed)
-        touching = np.flatnonzero(force > 0)
-        left.plot(1e3 * (ts - _BEFORE), force / 1e3, label=f"{speed:g} m/s")
-        right.plot(1e6 * u, v)
-        departure = max(np.abs(u - exact.u).max() / u.max(), np.abs(force - exact_force).max() / force.max())
-        rows.append((speed, -v[-1] / speed, force.max(), 1e6 * u.max(), 1e3 * len(touching) / _RATE, departure))
-    left.set(xlabel="time after touch, ms", ylabel="impact force $F_i$, kN", xlim=(-0.5, 6), title="Force profiles")
-    left.legend(title="approach speed")
-    right.set(xlabel="indentation δ, µm", ylabel="velocity δ', m/s", xlim=(-300, 1400), title="Phase plane")
-    right.axvline(0, color="0.6", lw=0.8)
-    figure.suptitle("Rigid mass against a wall, Hunt–Crossley law, parameters of thesis figure 3.3")
-    figure.savefig(file, dpi=150)
+    with style():
+        figure = new_figure(4.2, 11, layout="constrained")
+        left, right = figure.subplots(1, 2)
+        for speed in SPEEDS:
+            ts, u, v, force = model_impact(values, speed)
+            _, exact, exact_force = impact(values, speed)
+            touching = np.flatnonzero(force > 0)
+            left.plot(1e3 * (ts - _BEFORE), force / 1e3, label=f"{speed:g} m/s")
+            right.plot(1e6 * u, v)
+            departure = max(np.abs(u - exact.u).max() / u.max(), np.abs(force - exact_force).max() / force.max())
+            rows.append((speed, -v[-1] / speed, force.max(), 1e6 * u.max(), 1e3 * len(touching) / _RATE, departure))
+        left.set(xlabel="time after touch, ms", ylabel="impact force $F_i$, kN", xlim=(-0.5, 6), title="Force profiles")
+        left.legend(title="approach speed")
+        right.set(xlabel="indentation δ, µm", ylabel="velocity δ', m/s", xlim=(-300, 1400), title="Phase plane")
+        right.axvline(0, color="0.6", lw=0.8)
+        figure.suptitle("Rigid mass against a wall, Hunt–Crossley law, parameters of thesis figure 3.3")
+        save(figure, file)
     return rows
 
 

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from identification.layout import STATES, Layout
+from identification.layout import NUISANCES, STATES, Layout
 from identification.windows import Windows
 from vibrojax.channels import channels
 from vibrojax.excitation import Harmonic, Unforced
@@ -30,6 +30,7 @@ class Normal(eqx.Module):
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
     """The rig in one window, from that window's vector."""
     shared, (amplitude, phase, gap_error, *others) = local[: layout.shared], local[layout.shared : -layout.states]
+    others = others[len(layout.zeros) :]
     estimated = zip((*layout.parameters, *layout.record_parameters), (*shared, *others), strict=True)
     values = {p.name: jnp.exp(value) if p.logarithmic else value * p.scale for p, value in estimated}
     base = lane.motion
@@ -55,12 +56,15 @@ def predict(
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
     states = initial_states(layout, local)
     if windows.prescribed is None:
-        trajectory = integrator.batch(systems, windows.ts, states, windows.lengths)
+        reach = jnp.minimum(windows.lengths + 1, windows.ts.shape[1])
+        trajectory = integrator.batch(systems, windows.ts, states, reach)
         lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
     else:
         lanes = jax.vmap(lambda motion, *where: Guided(motion)(*where))(windows.prescribed, systems, windows.ts, states)
         trajectory = eqx.tree_at(lambda t: t.steps, lanes, lanes.steps[0])
     readings = jax.vmap(channels)(systems, lanes)
+    for place, (name, scale) in enumerate(layout.zeros, start=layout.shared + len(NUISANCES)):
+        readings[name] = readings[name] + scale * local[:, place, None]
     return jnp.stack([readings[name] for name in windows.channels], axis=-1), trajectory
 
 
@@ -74,11 +78,10 @@ def weighted_residual(
 
 
 def _onward(layout: Layout, windows: Windows, trajectory: Trajectory) -> Float[Array, "lanes states"]:
-    """State one sample after the last of each window, extrapolated from the last three."""
+    """State one sample after the last of each window; NaN where a window is not padded as far."""
     own = trajectory.own[..., jnp.asarray(layout.free_own, int)]
     states = jnp.concatenate([trajectory.u[..., None], trajectory.v[..., None], own], axis=-1)
-    last = [jnp.take_along_axis(states, (windows.lengths - back)[:, None, None], axis=1)[:, 0] for back in (1, 2, 3)]
-    return 3.0 * (last[0] - last[1]) + last[2]
+    return jnp.take_along_axis(states, windows.lengths[:, None, None], axis=1, mode="fill", fill_value=jnp.nan)[:, 0]
 
 
 @eqx.filter_jit

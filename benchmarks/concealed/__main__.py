@@ -42,6 +42,7 @@ def main() -> None:
     trials = finished(lines)
     result = summary([trials[job.key] for job in wanted if job.key in trials])
     settings = {"series": draw.series, "seed": draw.seed, "noise": draw.noise, "channels": draw.channels, "driven": draw.driven}
+    settings |= {"coloured": draw.coloured, "restless": draw.restless}
     document = result | {"settings": settings, "machine": machine()}
     options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     console = Console()
@@ -63,6 +64,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--noise", type=float, nargs="+", default=[1.0], metavar="F", help="factors on the noise, in turn")
     made.add_argument("--channels", nargs="+", choices=list(WITHOUT), help="what is recorded, in turn")
     made.add_argument("--driven", type=int, nargs="+", choices=(1, 2, 3), default=[3], help="driven records, in turn")
+    made.add_argument("--coloured", type=float, nargs="+", default=[0.0], metavar="A", help="correlations of the noise, in turn")
+    made.add_argument("--restless", type=float, nargs="+", default=[0.0], metavar="S", help="random forces over k A0, in turn")
     made.add_argument(
         "--series", choices=list(SERIES), default="calibration", help="thresholds are set on the first, figures come from the second"
     )
@@ -87,6 +90,8 @@ def drawn(options: argparse.Namespace) -> Draw:
         effects=tuple(options.effects),
         noise=tuple(options.noise),
         driven=tuple(options.driven),
+        coloured=tuple(options.coloured),
+        restless=tuple(options.restless),
         series=options.series,
         seed=options.seed,
         **chosen,

@@ -3,22 +3,22 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.figure import Figure
+
+from vibrojax.drawing import BLUE, GREEN, GREY, ORANGE, PINK, new_figure, save, style
 
 _LOOK = {
-    "ours": ("#d55e00", "o", "vibrojax, exact flight"),
-    "numba": ("#0072b2", "s", "numba DOPRI5, all cores"),
-    "diffrax_vmap": ("#009e73", "^", "vmap of diffeqsolve"),
-    "scipy_lsoda": ("#cc79a7", "D", "SciPy LSODA"),
-    "scipy_dop853": ("#606060", "v", "SciPy DOP853"),
+    "ours": (ORANGE, "o", "vibrojax, exact flight"),
+    "numba": (BLUE, "s", "numba DOPRI5, all cores"),
+    "diffrax_vmap": (GREEN, "^", "vmap of diffeqsolve"),
+    "scipy_lsoda": (PINK, "D", "SciPy LSODA"),
+    "scipy_dop853": (GREY, "v", "SciPy DOP853"),
 }
 
 
 def work_precision(problems: dict[str, dict], stated: float, path: Path) -> None:
     """One panel a problem: seconds against median error of the section points of periodic lanes."""
-    with rc_context({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "legend.frameon": False}):
-        figure = Figure(figsize=(4.6 * len(problems), 3.8), layout="constrained")
+    with style():
+        figure = new_figure(3.8, 4.6 * len(problems), layout="constrained")
         panels = np.atleast_1d(figure.subplots(1, len(problems), sharey=True))
         for axes, (name, found) in zip(panels, problems.items(), strict=True):
             for engine, (colour, marker, label) in _LOOK.items():
@@ -29,9 +29,7 @@ def work_precision(problems: dict[str, dict], stated: float, path: Path) -> None
             axes.axvline(stated, color="#b0b0b0", lw=1, zorder=0)
             problem = found["problem"]
             axes.set(xlabel="error of section points / A0, median of periodic lanes")
-            axes.set_title(
-                f"{name}: k_i = {problem['k_i']:g}, n = {problem['n']}, {problem['lanes']} × {problem['cycles']} cycles", fontsize=9
-            )
+            axes.set_title(f"{name}: k_i = {problem['k_i']:g}, n = {problem['n']}, {problem['lanes']} × {problem['cycles']} cycles")
         panels[0].set_ylabel("seconds")
-        panels[0].legend(fontsize=8)
-        figure.savefig(path, dpi=150)
+        panels[0].legend()
+        save(figure, path)

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.assignment import assign, wanted_columns
-from identification.experiment.channels import CART_CHANNELS, CHANNELS, MOTION_CHANNELS
+from identification.experiment.channel_unit import channel_factor, time_factor
+from identification.experiment.channels import CART_CHANNELS, MOTION_CHANNELS, TIME
 from identification.experiment.errors import ExperimentError, listed
 from identification.experiment.location import file_exists, record_path, sha256_of
 from identification.experiment.missing import mark_missing, mask_range
@@ -17,7 +18,6 @@ from identification.experiment.record_settings import RecordSettings
 from identification.experiment.saturation import saturation_notices
 from identification.experiment.sensor import Sensor
 from identification.experiment.timebase import check_time, declared_time
-from identification.experiment.units import factor_to_si
 
 ANSWERS = ("reaction_force", "impact_force", "hammer_acceleration")
 """What a hammer on a prescribed path is compared by: `hammer_acceleration` is then all force on it over its mass."""
@@ -44,11 +44,12 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         return _without_file(settings, need_file)
     columns = read_columns(path, frozenset(wanted.values()), settings.file)
     raw = assign(columns, wanted, settings, need_channels=need_file)
-    time = raw.time * settings.time_factor
+    time = raw.time * time_factor(settings, columns.units.get(wanted[TIME]))
     notices = [*raw.notices, *check_time(time, settings.where)]
     channels = {}
     for channel, values in raw.channels.items():
-        cleaned, told = _cleaned(values, time, channel, sensors[channel])
+        factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))
+        cleaned, told = _cleaned(values * factor, time, channel, sensors[channel])
         notices.extend(told)
         if cleaned is not None:
             channels[channel] = cleaned
@@ -90,10 +91,9 @@ def _without_file(settings: RecordSettings, need_file: bool) -> Record:
 
 
 def _cleaned(
-    values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str, sensor: Sensor
+    scaled: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str, sensor: Sensor
 ) -> tuple[Float64[np.ndarray, " samples"] | None, tuple[str, ...]]:
-    """Convert one channel to SI and mark what is not usable; None where nothing is."""
-    scaled = values * factor_to_si(sensor.unit, CHANNELS[channel], f"[sensors.{channel}]")
+    """Mark what is not usable in a channel, SI; None where nothing is."""
     marked, lost = mark_missing(scaled, time, channel)
     masked, beyond = mask_range(marked, time, channel, sensor)
     if not np.isfinite(masked).any():

@@ -11,7 +11,7 @@ from identification.experiment.units import factor_to_si
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
 POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
-KEYS = ("file", "kind", "gap", "base", "held_back", *NUMBERS, *POSITIVE_NUMBERS, "columns", "time_unit")
+KEYS = ("file", "kind", "gap", "base", "held_back", *NUMBERS, *POSITIVE_NUMBERS, "columns", "units", "time_unit")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,8 @@ class RecordSettings:
         base: "sine" or "measured".
         numbers: the optional numbers of `NUMBERS` and `POSITIVE_NUMBERS`, SI, None where absent.
         columns: the column that holds a channel (or "time"), where it does not bear the channel's name.
-        time_factor: s per unit of the time column.
+        units: the unit of a channel's numbers in this file, where neither the file nor the sensor's table is to be believed.
+        time_unit: of the time column, or None.
         held_back: whether the record is to be predicted, not fitted.
     """
 
@@ -35,7 +36,8 @@ class RecordSettings:
     base: str
     numbers: dict[str, float | None]
     columns: dict[str, str]
-    time_factor: float
+    units: dict[str, str]
+    time_unit: str | None
     held_back: bool
 
     @property
@@ -71,6 +73,8 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
     numbers |= {key: table.number(key, unit=unit, positive=True) for key, unit in POSITIVE_NUMBERS.items()}
     if kind == "cart-excitation" and base == "sine":
         table.needed_number("excitation_frequency", unit="Hz", positive=True)
+    time_unit = table.string("time_unit")
+    factor_to_si(time_unit or "s", TIME, table.where)
     return RecordSettings(
         file=file,
         kind=kind,
@@ -78,9 +82,22 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         base=base,
         numbers=numbers,
         columns=_columns(table),
-        time_factor=factor_to_si(table.string("time_unit") or "s", TIME, table.where),
+        units=_units(table),
+        time_unit=time_unit,
         held_back=table.flag("held_back"),
     )
+
+
+def _units(table: Table) -> dict[str, str]:
+    """Read `units = { channel = "unit" }`."""
+    units = table.table("units", f"units of {table.where}")
+    found: dict[str, str] = {}
+    for channel in units.values:
+        if channel not in CHANNELS:
+            raise ExperimentError(f"unknown channel {shown(channel)} in {units.where}{suggestion(channel, CHANNELS)}")
+        found[channel] = units.needed_string(channel)
+        factor_to_si(found[channel], CHANNELS[channel], units.where)
+    return found
 
 
 def _columns(table: Table) -> dict[str, str]:

@@ -10,6 +10,7 @@ POUND_FORCE = 4.4482216152605
 
 # "V" serves electronic analogues, whose displacement and force are voltages: the volt then takes the place of the SI unit.
 # "rad" and "deg" serve a pivot of length 1 m, whose arc in metres is its angle in radians.
+STAND_INS = frozenset(("V", "rad", "deg"))
 FACTORS: dict[str, dict[str, float]] = {
     "displacement": {
         "m": 1.0,
@@ -29,11 +30,29 @@ FACTORS: dict[str, dict[str, float]] = {
 }
 SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "force": "N"}
 
+# As programs of National Instruments and makers of front ends write them out.
+ALIASES = {
+    "Meters": "m",
+    "Inches": "in",
+    "Feet": "ft",
+    "Volts": "V",
+    "Degrees": "deg",
+    "Radians": "rad",
+    "Newtons": "N",
+    "Newton": "N",
+    "Pounds": "lbf",
+    "sec": "s",
+    "Seconds": "s",
+    "m/sec^2": "m/s^2",
+    "m/s**2": "m/s^2",
+    "m/(s^2)": "m/s^2",
+}
+
 
 def factor_to_si(unit: str, dimension: str, where: str) -> float:
     """Find the factor that turns numbers in `unit` into SI.
 
-    Compatibility forms are one unit: the two micro signs, and "²" for "2".
+    Compatibility forms are one unit: the two micro signs, "²" for "2", and the spellings of `ALIASES`.
 
     Args:
         unit: as written in the experiment file.
@@ -60,6 +79,31 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
     raise ExperimentError(f"unit {shown(unit)} in {where} is {what}: expected one of {dimension}, that is {listed(accepted)}")
 
 
+def same_unit(unit: str, other: str, dimension: str) -> bool:
+    """Say whether two texts mean one unit of a dimension.
+
+    A stand-in for an SI unit, such as the volt, has its factor and is another unit all the same.
+
+    Args:
+        unit: any text.
+        other: any text.
+        dimension: as for `factor_to_si`.
+
+    Returns:
+        False also where one of them is no unit of that dimension.
+
+    Example:
+        >>> same_unit("m/s2", "m/s^2", "acceleration"), same_unit("V", "m", "displacement")
+        (True, False)
+    """
+    factors = {_canonical(name): factor for name, factor in FACTORS[dimension].items()}
+    one, two = _canonical(unit), _canonical(other)
+    if not {one, two} <= factors.keys():
+        return False
+    return one == two or (factors[one] == factors[two] and not STAND_INS & {one, two})
+
+
 def _canonical(unit: str) -> str:
-    """Fold compatibility characters, so that either micro sign and either exponent compare equal."""
-    return unicodedata.normalize("NFKC", unit.strip())
+    """Fold compatibility characters and spellings, so that either micro sign, either exponent and "Newtons" for "N" compare equal."""
+    folded = unicodedata.normalize("NFKC", unit.strip())
+    return ALIASES.get(folded, folded)

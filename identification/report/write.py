@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from identification.reference import Reference, compare
-from identification.report.figures import FIGURES, png, style
+from identification.report.figures import FIGURES
 from identification.report.figures.base import SCREEN_DPI
 from identification.report.page import Image, page
 from identification.result import FitResult
 from identification.result_json import provenance as provenance_of
+from vibrojax.drawing import png, style
 
 
 def write_report(

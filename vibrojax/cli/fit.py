@@ -1,23 +1,21 @@
 """`fit-parameters`, also `vibrojax fit`: experiment in; parameters, a model that runs, and a report out."""
 
-import re
-import tomllib
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
 
+from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
-from vibrojax.data_files import data_path
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(pretty_exceptions_enable=False)
 
 
 @app.command(epilog=EXAMPLE)
@@ -49,7 +47,7 @@ def fit(
     Exit status: 0 fitted, 2 bad input, 3 no convergence.
     """
     check_source(experiment, recipe, data)
-    out = _default_folder(experiment, recipe) if out is None else out
+    out = default_folder("fit", experiment, recipe) if out is None else out
     with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
@@ -64,21 +62,3 @@ def fit(
 def main() -> NoReturn:
     """Entry point of `fit-parameters`."""
     run(app)
-
-
-def _default_folder(experiment: Path | None, recipe: str | None) -> Path:
-    """`fit-NAME` here; a file that cannot be read gets a name all the same, since reading it properly comes later."""
-    if recipe is not None:
-        return Path("fit-" + (_plain(recipe) or "recipe"))
-    experiment = data_path("example") if experiment is None else experiment
-    file = experiment / "experiment.toml" if experiment.is_dir() else experiment
-    try:
-        name = str(tomllib.loads(file.read_text(encoding="utf-8"))["experiment"]["name"])
-    except (OSError, ValueError, KeyError, TypeError):
-        name = file.absolute().parent.name
-    return Path("fit-" + (_plain(name) or "experiment"))
-
-
-def _plain(name: str) -> str:
-    """A name as part of a folder's name."""
-    return re.sub(r"[^\w.-]+", "-", name).strip("-.")

@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import continuation, datasets, diagnose, fit, presets, simulate, study
+from vibrojax.cli import continuation, datasets, diagnose, fit, inspect, presets, simulate, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -19,10 +19,12 @@ def _print_version(wanted: bool) -> bool:
     return wanted
 
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
 app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
+app.command("inspect", epilog=inspect.INSPECT_EXAMPLE)(inspect.inspect)
+app.command("new", epilog=inspect.NEW_EXAMPLE)(inspect.new)
 app.command("datasets", epilog=datasets.EXAMPLE)(datasets.datasets)
 app.command("continue", epilog=continuation.EXAMPLE)(continuation.continue_)
 app.add_typer(presets.app, name="presets")

@@ -1,52 +1,36 @@
 """The picture of a branch: stable solid, unstable dashed, special points marked."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from vibrojax.continuation.branch import Branch
 from vibrojax.continuation.special import Kind, SpecialPoint
+from vibrojax.drawing import COLOURS, GREEN, ORANGE, PINK, new_figure, save, style
 
-_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MARKERS = {
     Kind.FOLD: ("o", "#000000"),
     Kind.BRANCH_POINT: ("x", "#000000"),
-    Kind.PERIOD_DOUBLING: ("D", "#d55e00"),
-    Kind.TORUS: ("*", "#cc79a7"),
-    Kind.GRAZING: ("^", "#009e73"),
-    Kind.GRAZING_FOLD: ("v", "#009e73"),
-}
-_STYLE: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.5,
-    "legend.frameon": False,
-    "legend.fontsize": 8.0,
+    Kind.PERIOD_DOUBLING: ("D", ORANGE),
+    Kind.TORUS: ("*", PINK),
+    Kind.GRAZING: ("^", GREEN),
+    Kind.GRAZING_FOLD: ("v", GREEN),
 }
 
 
 def draw(branches: list[Branch], path: Path, *, title: str = "") -> None:
-    """Two panels over the parameter, as a PNG: largest relative displacement, and peak force (impact speed where the stop is rigid).
+    """Two panels over the parameter, as a file: largest relative displacement, and peak force (impact speed where the stop is rigid).
 
     Arguments:
         branches: along the same parameter, one colour each.
-        path: of the file.
+        path: of the file; its suffix says which kind.
         title: above the picture.
     """
-    with rc_context(_STYLE):
-        figure = Figure(figsize=(7.2, 5.4), dpi=130, facecolor="white", layout="constrained")
+    with style():
+        figure = new_figure(5.4, 7.2, layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
-        for colour, branch in zip(_COLOURS * len(branches), branches, strict=False):
+        for colour, branch in zip(COLOURS * len(branches), branches, strict=False):
             _line(above, branch, 1e3 * branch.highest, colour)
             _line(below, branch, branch.impact_speed if branch.rigid else branch.peak_force, colour)
             for place in branch.special:
@@ -56,7 +40,7 @@ def draw(branches: list[Branch], path: Path, *, title: str = "") -> None:
         above.set(ylabel="largest u (mm)", title=title)
         below.set(xlabel=branches[0].label, ylabel="impact speed (m/s)" if branches[0].rigid else "largest F_i (N)")
         _legend(above, branches)
-        FigureCanvasAgg(figure).print_png(str(path))
+        save(figure, path)
 
 
 def _line(axes: Axes, branch: Branch, values: np.ndarray, colour: str) -> None:
@@ -83,6 +67,6 @@ def _legend(axes: Axes, branches: list[Branch]) -> None:
             marker, colour = _MARKERS[kind]
             axes.plot([], [], marker=marker, color=colour, linestyle="none", markersize=5, label=kind.value)
     if len(branches) > 1:
-        for colour, branch in zip(_COLOURS * len(branches), branches, strict=False):
+        for colour, branch in zip(COLOURS * len(branches), branches, strict=False):
             axes.plot([], [], color=colour, label=f"{branch.cycles} cycles, {int(branch.touches.max())} impacts")
     axes.legend(loc="best")

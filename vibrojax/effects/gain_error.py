@@ -5,12 +5,13 @@ from typing import ClassVar
 
 import equinox as eqx
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.channel_fault import AbstractChannelFault
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
 
-class GainError(AbstractEffect):
+class GainError(AbstractChannelFault):
     """One channel shows too much or too little, by a constant factor.
 
     r = g value. Differentiable everywhere.
@@ -47,24 +48,9 @@ class GainError(AbstractEffect):
         """One hundredth too much, in every channel."""
         return tuple((dataclasses.replace(self, factor=1.01, of_channel=channel),) for channel in facts.channels)
 
-    @property
-    def is_fault(self) -> bool:
-        """Yes."""
-        return True
-
     def scaled(self, factor: Value) -> "GainError":
         """Distance from one in proportion."""
         return dataclasses.replace(self, factor=1.0 + factor * (self.factor - 1.0))
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
-
-    @property
-    def channel(self) -> str | None:
-        """The one that is wrong."""
-        return self.of_channel or None
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The channel times its factor."""

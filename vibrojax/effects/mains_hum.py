@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.channel_fault import AbstractChannelFault
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
@@ -20,7 +21,7 @@ _ON_MAINS = 0.01
 """Relative distance from a frequency of the mains within which a line is theirs, excitation or not."""
 
 
-class MainsHum(AbstractEffect):
+class MainsHum(AbstractChannelFault):
     """A steady line in one channel, unrelated to the excitation; its phase is another in every record.
 
     r = value + a sin(2 pi f t) + b cos(2 pi f t), t on the record's clock. Differentiable everywhere.
@@ -82,11 +83,6 @@ class MainsHum(AbstractEffect):
             found.append((sine, dataclasses.replace(sine, sine=0.0, cosine=size)))
         return tuple(found)
 
-    @property
-    def is_fault(self) -> bool:
-        """Yes."""
-        return True
-
     def scaled(self, factor: Value) -> "MainsHum":
         """Line in proportion, at the same frequency."""
         return dataclasses.replace(self, sine=factor * self.sine, cosine=factor * self.cosine)
@@ -98,19 +94,9 @@ class MainsHum(AbstractEffect):
         return dataclasses.replace(self, sine=self.sine + other.sine, cosine=self.cosine + other.cosine)
 
     @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
-
-    @property
     def looked_at(self) -> int:
         """Lines of a spectrum from which the strongest was taken."""
         return _LINES_IN_A_SPECTRUM
-
-    @property
-    def channel(self) -> str | None:
-        """The one that hums."""
-        return self.of_channel or None
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The channel with the line on it."""

@@ -9,7 +9,8 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.channel_fault import AbstractChannelFault
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
@@ -19,7 +20,7 @@ _POINTS = 4
 """Of the interpolation."""
 
 
-class TimeOffset(AbstractEffect):
+class TimeOffset(AbstractChannelFault):
     """One channel comes late, or early, against the others.
 
     r(t) = value(t - d), by the cubic through the four samples around; beyond the ends of the record, the outermost cubic goes on.
@@ -59,24 +60,9 @@ class TimeOffset(AbstractEffect):
         """A fifth of a millisecond late, in every channel."""
         return tuple((dataclasses.replace(self, delay=_PROBE_DELAY, of_channel=channel),) for channel in facts.channels)
 
-    @property
-    def is_fault(self) -> bool:
-        """Yes."""
-        return True
-
     def scaled(self, factor: Value) -> "TimeOffset":
         """Delay in proportion."""
         return dataclasses.replace(self, delay=factor * self.delay)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
-
-    @property
-    def channel(self) -> str | None:
-        """The one that is late."""
-        return self.of_channel or None
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The channel as it was a delay before."""

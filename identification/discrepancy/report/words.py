@@ -8,7 +8,6 @@ from identification.report.channel_labels import spoken
 from identification.report.numbers import significant
 from vibrojax.effects import EFFECTS
 
-NOMINAL = "the nominal model"
 _LEAST_CHANCE = 1e-99
 _ALMOST = 0.999
 

@@ -8,9 +8,10 @@ from identification.discrepancy.diagnosis import Diagnosis
 from identification.discrepancy.report.figures import FIGURES
 from identification.discrepancy.report.json_file import diagnosis_provenance
 from identification.discrepancy.report.page import page
-from identification.report.figures import Picture, png, style
+from identification.report.figures import Picture
 from identification.report.figures.base import SCREEN_DPI
 from identification.report.page import Image
+from vibrojax.drawing import png, style
 
 
 def write_diagnosis_report(

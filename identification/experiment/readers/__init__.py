@@ -8,10 +8,12 @@ from identification.experiment.readers.base import AbstractReader, Columns
 from identification.experiment.readers.delimited import DelimitedReader
 from identification.experiment.readers.hdf5 import Hdf5Reader
 from identification.experiment.readers.mat import MatReader
+from identification.experiment.readers.mdf4 import Mdf4Reader
 from identification.experiment.readers.npz import NpzReader
-from identification.experiment.readers.unavailable import UnavailableReader
+from identification.experiment.readers.tdms import TdmsReader
+from identification.experiment.readers.uff import UffReader
 
-READERS: tuple[AbstractReader, ...] = (DelimitedReader(), Hdf5Reader(), MatReader(), NpzReader(), UnavailableReader())
+READERS: tuple[AbstractReader, ...] = (DelimitedReader(), Hdf5Reader(), MatReader(), NpzReader(), TdmsReader(), UffReader(), Mdf4Reader())
 
 __all__ = ["READERS", "AbstractReader", "Columns", "check_suffix", "read_columns", "stem_of"]
 

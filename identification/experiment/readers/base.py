@@ -1,6 +1,7 @@
 """What a reader of one file format provides.
 
 A reader turns a file into named columns of float64 numbers. It converts no unit and knows no channel: names are those of the file.
+A format that keeps the time beside its channels, not among them, offers it as a column "time".
 It refuses, before it allocates, a file that claims more than `limits` allows.
 
 To add one: implement this one method, `read`, and name its `suffixes` and `format`, then list it in `readers/__init__.py`.
@@ -8,7 +9,7 @@ To add one: implement this one method, `read`, and name its `suffixes` and `form
 
 from abc import ABC, abstractmethod
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
@@ -26,10 +27,12 @@ class Columns:
     Attributes:
         names: every column of the file, in its order, wanted or not.
         values: the wanted columns that the file holds, float64, shape (samples,) each; their lengths may differ.
+        units: of the wanted columns, as the file itself states them; a column of which it says nothing is left out.
     """
 
     names: tuple[str, ...]
     values: dict[str, Float64[np.ndarray, " _"]]
+    units: dict[str, str] = field(default_factory=dict)
 
 
 class AbstractReader(ABC):

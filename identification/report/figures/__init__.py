@@ -1,6 +1,6 @@
 """Figures of the report, one kind a file. A figure is known to the report by being listed here."""
 
-from identification.report.figures.base import Drawer, Picture, png, style
+from identification.report.figures.base import Drawer, Picture
 from identification.report.figures.correlation import correlation
 from identification.report.figures.first_impact import first_impact
 from identification.report.figures.impacts import impact_closeups
@@ -12,4 +12,4 @@ from identification.report.figures.waterfall import waterfall
 
 FIGURES: tuple[Drawer, ...] = (first_impact, loops, phase_plane, overlay, impact_closeups, residuals, correlation, waterfall)
 
-__all__ = ["FIGURES", "Drawer", "Picture", "png", "style"]
+__all__ = ["FIGURES", "Drawer", "Picture"]

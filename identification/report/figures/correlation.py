@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from identification.report.figures.base import Picture, new_figure
+from identification.report.figures.base import Picture
 from identification.report.symbols import symbol_text
 from identification.result import FitResult
+from vibrojax.drawing import new_figure
 
 
 def correlation(result: FitResult) -> Iterator[Picture]:

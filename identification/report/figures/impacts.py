@@ -6,10 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from identification.report.channel_labels import label
-from identification.report.figures.base import CONTACT, DOTS, MODEL, Picture, few_ticks, residual_panel, signal_rows
+from identification.report.figures.base import CONTACT, DOTS, MODEL, Picture, residual_panel, signal_rows
 from identification.report.figures.chosen import drawn_records
 from identification.report.record_view import Impact, largest, notable, residual
 from identification.result import FitResult, RecordFit
+from vibrojax.drawing import few_ticks
 
 
 def impact_closeups(result: FitResult) -> Iterator[Picture]:

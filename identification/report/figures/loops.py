@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from identification.report.figures.base import SERIES, Picture, few_ticks, new_figure
+from identification.report.figures.base import SERIES, Picture
 from identification.report.record_view import impacts, measured_displacement, strength
 from identification.result import FitResult, RecordFit
+from vibrojax.drawing import few_ticks, new_figure
 
 _COUNT = 4
 _MARKS = "os^D"

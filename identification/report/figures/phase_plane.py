@@ -6,10 +6,11 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import savgol_filter
 
-from identification.report.figures.base import MEASURED, MODEL, Picture, few_ticks, new_figure
+from identification.report.figures.base import MEASURED, MODEL, Picture
 from identification.report.figures.chosen import drawn_records
 from identification.report.record_view import impacts, measured_displacement
 from identification.result import FitResult, RecordFit
+from vibrojax.drawing import few_ticks, new_figure
 
 _POINTS = 2500
 _SMOOTHED = (5, 15)

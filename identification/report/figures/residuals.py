@@ -8,9 +8,10 @@ from matplotlib.ticker import NullLocator
 from scipy.special import ndtr
 
 from identification.report.channel_labels import spoken
-from identification.report.figures.base import SERIES, Picture, few_ticks, new_figure
+from identification.report.figures.base import SERIES, Picture
 from identification.report.record_view import residual
 from identification.result import FitResult
+from vibrojax.drawing import few_ticks, new_figure
 
 _LAGS = 40
 _FURTHEST = 6.0

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from identification.report.figures.base import ACCENT, MEASURED, Picture, new_figure
+from identification.report.figures.base import ACCENT, MEASURED, Picture
 from identification.result import FitResult
+from vibrojax.drawing import new_figure
 
 
 def waterfall(result: FitResult) -> Iterator[Picture]:

@@ -333,7 +333,7 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("NPZ of a matrix", swapped("cart1.npz", matrix_npz), r"'impact_force' has shape \(64, 2\): expected one dimension"),
     ("NPZ that claims more", swapped("cart1.npz", claiming_npz), r"'time' claims 320000000 bytes and holds 512"),
     ("channel too short", swapped("cart1.npz", shortened("impact_force")), r"64 time stamps and 63 samples of impact_force"),
-    ("recorder's own format", swapped("cart1.tdms", garbage), r"'\.tdms' files need the 'labdata' reader, which is not there yet"),
+    ("recorder's own format", swapped("cart1.tdms", garbage), r"record 'cart1\.tdms'.*(cannot be read as TDMS|pip install)"),
     ("noise that cannot be told", silent_force, r"impact_force stands still in record 'drop\.csv', so its noise cannot be estimated"),
 )
 """Name of the case, the function that damages the valid experiment in a folder, and a pattern of the message."""

@@ -185,7 +185,9 @@ def test_mat_text_is_no_column(tmp_path):
         read(tmp_path / "a.mat", "F")
 
 
-@pytest.mark.parametrize("file", ["a.csv", "a.CSV", "m/a.csv.gz", "a.tsv", "a.h5", "a.hdf5", "a.mat", "a.npz", "a.tdms", "a.unv", "a.uff"])
+@pytest.mark.parametrize(
+    "file", ["a.csv", "a.CSV", "m/a.csv.gz", "a.tsv", "a.h5", "a.hdf5", "a.mat", "a.npz", "a.tdms", "a.unv", "a.uff", "a.mf4"]
+)
 def test_known_suffixes(file):
     assert stem_of(file) == "a"
     assert file.lower().endswith(check_suffix(file)[1])

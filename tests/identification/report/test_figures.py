@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from identification.report.figures import FIGURES, png, style
+from identification.report.figures import FIGURES
 from identification.report.figures.envelope import envelope
 from identification.report.figures.residuals import autocorrelation
 from identification.report.record_view import impacts, measured_displacement, notable
 from identification.report.write import draw
 from tests.identification.made_result import made_result
+from vibrojax.drawing import png, style
 
 EXPECTED = {
     "first-impact",

@@ -5,12 +5,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibrojax.studies.figures.base import COLOURS, new_figure
+from vibrojax.drawing import COLOURS, new_figure
 
 
 def draw(data: xr.Dataset) -> Figure:
     """Initial states that keep impacting, and those that do not."""
-    figure = new_figure(4.4)
+    figure = new_figure(4.4, layout="constrained")
     axes = figure.subplots()
     colours = ["#ff00ff", "#ffffff", COLOURS[0]]
     shown = ListedColormap(colours)

@@ -4,13 +4,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.studies.figures.base import COLOURS, label, new_figure, setting
+from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.studies.figures.base import label, setting
 
 
 def draw(data: xr.Dataset) -> Figure:
     """Displacement at the strobes above, largest force of each cycle below; up and down in two colours, jumps as broken lines."""
     parameter = setting(data, "parameter")
-    figure = new_figure(5.4)
+    figure = new_figure(5.4, layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     x = data[parameter].values
     for direction, colour, size in (("up", COLOURS[0], 2.6), ("down", COLOURS[1], 1.2)):

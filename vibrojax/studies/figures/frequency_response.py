@@ -4,7 +4,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.studies.figures.base import COLOURS, label, new_figure
+from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.studies.figures.base import label
 
 
 def draw(data: xr.Dataset) -> Figure:
@@ -12,7 +13,7 @@ def draw(data: xr.Dataset) -> Figure:
     further = [dim for dim in data["impact_force"].dims if dim not in ("gap", "frequency_hz")]
     panels = data.stack(panel=further) if further else data.expand_dims("panel")
     count = panels.sizes["panel"]
-    figure = new_figure(2.6 * count + 0.4)
+    figure = new_figure(2.6 * count + 0.4, layout="constrained")
     rows = np.atleast_1d(figure.subplots(count, 1, sharex=True))
     for number, axes in enumerate(rows):
         part = panels.isel(panel=number)

@@ -6,13 +6,13 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.studies.base import CHAOS
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
-from vibrojax.studies.figures.base import COLOURS, label, new_figure
+from vibrojax.studies.figures.base import label
 
 _MOST = 8
 _EXTRA = ("#f0e442", "#8c6d31", "#7b4173", "#3b6e22")
-_CHAOS = 0.01
-"""Exponent per cycle above which an aperiodic motion is called chaotic."""
 
 
 def draw(data: xr.Dataset) -> Figure:
@@ -26,7 +26,7 @@ def draw(data: xr.Dataset) -> Figure:
         names.append(f"z = {code // 1000}/{code % 1000}")
         colours.append(colour)
         picture[codes == code] = len(names) - 1
-    chaotic = (kind == APERIODIC) & (np.nan_to_num(data["lyapunov"].values, nan=0.0) > _CHAOS)
+    chaotic = (kind == APERIODIC) & (np.nan_to_num(data["lyapunov"].values, nan=0.0) > CHAOS)
     others = {
         "other z": ((kind == PERIODIC) & ~np.isin(codes, named), "#c6dbef"),
         "chaos": (chaotic, "#000000"),
@@ -43,7 +43,7 @@ def draw(data: xr.Dataset) -> Figure:
 
 
 def _drawn(data: xr.Dataset, picture: np.ndarray, names: list[str], colours: list[str], first: np.ndarray) -> Figure:
-    figure = new_figure(4.2, 9.6)
+    figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
     options = dict(shading="nearest", rasterized=True)

@@ -3,12 +3,13 @@
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.studies.figures.base import COLOURS, new_figure, setting
+from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.studies.figures.base import setting
 
 
 def draw(data: xr.Dataset) -> Figure:
     """Section points and phase plane above; displacement, force and acceleration over a few cycles below."""
-    figure = new_figure(7.6)
+    figure = new_figure(7.6, layout="constrained")
     plan = figure.subplot_mosaic([["section", "plane"], ["u", "u"], ["force", "force"], ["acceleration", "acceleration"]])
     gap = 1e3 * setting(data, "gap")
     section, plane = plan["section"], plan["plane"]

@@ -10,11 +10,12 @@ from identification.discrepancy.diagnosis import ADEQUATE, Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, DASHED, Picture
 from identification.discrepancy.report.figures.stretch import Stretch, stretches
 from identification.report.channel_labels import label
-from identification.report.figures.base import MEASURED, WIDTH, few_ticks, new_figure, residual_panel
+from identification.report.figures.base import MEASURED, residual_panel
 from identification.report.figures.envelope import envelope
 from identification.report.numbers import significant
 from identification.report.record_view import largest, residual
 from identification.result import RecordFit
+from vibrojax.drawing import WIDTH, few_ticks, new_figure
 
 _MOST = 6
 _WORTH = 1.1

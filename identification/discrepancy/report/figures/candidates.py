@@ -11,8 +11,8 @@ from identification.discrepancy.evidence import FALSE_ALARM
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, Picture
 from identification.discrepancy.report.rows import spoken_detail, strongest
 from identification.discrepancy.report.words import beside, chance_text, plain_name
-from identification.report.figures.base import new_figure
 from identification.report.numbers import significant
+from vibrojax.drawing import new_figure
 
 _MOST = 10
 _LONGEST = 38

@@ -9,7 +9,7 @@ from identification.discrepancy.report.figures.base import AFTER, Picture
 from identification.discrepancy.report.learned_term import learned_term
 from identification.discrepancy.report.words import axis
 from identification.report.channel_labels import label
-from identification.report.figures.base import few_ticks, new_figure
+from vibrojax.drawing import few_ticks, new_figure
 
 _POINTS = 2500
 _SECOND = 0.05

@@ -9,10 +9,10 @@ from matplotlib.image import AxesImage
 
 from identification.discrepancy.diagnosis import Diagnosis
 from identification.discrepancy.report.figures.base import Picture
-from identification.report.figures.base import WIDTH, new_figure
 from identification.report.numbers import significant
 from identification.report.rows import recorded
 from identification.result import RecordFit
+from vibrojax.drawing import WIDTH, new_figure
 
 _MOST = 6
 _COLUMNS = 3

@@ -8,8 +8,8 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from identification.discrepancy.diagnosis import ADEQUATE, Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, Picture
 from identification.report.channel_labels import spoken
-from identification.report.figures.base import new_figure
 from identification.report.numbers import significant
+from vibrojax.drawing import new_figure
 
 _MOST = 16
 _NICE = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)

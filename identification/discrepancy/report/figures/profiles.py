@@ -9,7 +9,7 @@ from identification.discrepancy.diagnosis import Diagnosis, Location, Profile
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, HELD, Picture
 from identification.discrepancy.report.model_force import model_force
 from identification.discrepancy.report.words import axis, listed, quantity, quantity_unit
-from identification.report.figures.base import few_ticks, new_figure
+from vibrojax.drawing import few_ticks, new_figure
 
 _OTHERS = 6
 _IN_PHASE: dict[str, dict[str, str]] = {

@@ -1,0 +1,140 @@
+"""All columns of a file, read leniently: what cannot be used is named with its reason."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+
+from identification.experiment.channels import TIME
+from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.readers import read_columns
+from identification.experiment.units import FACTORS, same_unit
+
+UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+TIME_NAME = re.compile(r"^\W*(time|t|zeit|timestamp|seconds)\W*(\W.*)?$", re.IGNORECASE)
+SAME_TIME = 0.01
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Column:
+    """One column of a file.
+
+    Attributes:
+        name: in the file.
+        unit: as the file or the name's end states it ("LVDT 2 [mm]"); empty where neither does.
+        in_file: whether the file itself states the unit, not only the name.
+        values: as recorded, shape (samples,).
+    """
+
+    name: str
+    unit: str
+    in_file: bool
+    values: Float64[np.ndarray, " samples"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FileColumns:
+    """What one file holds.
+
+    Attributes:
+        file: its name.
+        time: the column of time stamps.
+        time_factor: s per unit of these stamps.
+        columns: the others on the same time axis.
+        unusable: why a column cannot be used, by name.
+    """
+
+    file: str
+    time: Column
+    time_factor: float
+    columns: tuple[Column, ...]
+    unusable: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def seconds(self) -> Float64[np.ndarray, " samples"]:
+        """Time stamps in s."""
+        return self.time.values * self.time_factor
+
+
+def read_file(path: Path) -> FileColumns:
+    """Read a file of any known format.
+
+    Args:
+        path: an existing file.
+
+    Returns:
+        Its columns.
+
+    Raises:
+        ExperimentError: it cannot be read, holds no time stamps, or nothing beside them.
+    """
+    names = read_columns(path, frozenset(), path.name).names
+    found, own_time, unusable = _read_all(path, names)
+    time = _time_column(found, path.name, names)
+    unit = time.unit if any(same_unit(time.unit, known, TIME) for known in FACTORS[TIME]) else "s"
+    factor = next(factor for known, factor in FACTORS[TIME].items() if same_unit(known, unit, TIME))
+    columns = []
+    for column in found:
+        stamps = own_time.get(column.name, time.values)
+        if column.name == time.name:
+            continue
+        if column.values.size != time.values.size or not _same(stamps, time.values):
+            unusable[column.name] = f"{column.values.size} samples on another time axis: resample it to that of the others and export again"
+        else:
+            columns.append(column)
+    if not columns:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in unusable.items())[:200] or "there is none"
+        raise ExperimentError(
+            f"{shown(path.name)} has no usable column beside the time ({reasons}): expected at least one; export it again"
+        )
+    return FileColumns(file=path.name, time=time, time_factor=factor, columns=tuple(columns), unusable=unusable)
+
+
+def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str]]:
+    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other."""
+    try:
+        everything = read_columns(path, frozenset(names), path.name)
+        return [_column(name, everything.values[name], everything.units) for name in names if name in everything.values], {}, {}
+    except ExperimentError as error:
+        first = error
+    found, own_time, unusable = [], {}, {}
+    for name in names:
+        try:
+            one = read_columns(path, frozenset({name, TIME}), path.name)
+            own_time |= {name: one.values[TIME]} if TIME in one.values else {}
+            found += [_column(name, one.values[name], one.units)] if name in one.values else []
+        except ExperimentError as error:
+            unusable[name] = str(error).partition(": ")[2] or str(error)
+    if not found:
+        raise first
+    if TIME in names and TIME not in (column.name for column in found):  # a recorder's time axis comes with its channels
+        found.insert(0, _column(TIME, max(own_time.values(), key=len), {TIME: "s"}))
+    return found, own_time, unusable
+
+
+def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
+    """A column with its unit."""
+    in_name = UNIT_IN_NAME.search(name)
+    return Column(name=name, unit=units.get(name) or (in_name.group(1) if in_name else ""), in_file=name in units, values=values)
+
+
+def _time_column(columns: list[Column], file: str, names: tuple[str, ...]) -> Column:
+    """The column called time, or the first whose name says so, or the first that only grows."""
+    called = [column for column in columns if column.name == TIME]
+    called += [column for column in columns if TIME_NAME.match(column.name)]
+    called += [column for column in columns if column.values.size > 1 and bool(np.all(np.diff(column.values) > 0.0))]
+    if not called:
+        raise ExperimentError(
+            f"{shown(file)} has no column of time stamps: expected one named {TIME!r}, or one that only grows, among {listed(names)}; "
+            "add it to the file"
+        )
+    return called[0]
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two time axes of one length are the same."""
+    if one is other or one.size < 2:
+        return True
+    return bool(np.nanmax(np.abs(one - other)) <= SAME_TIME * abs(float(np.nanmedian(np.diff(other)))))

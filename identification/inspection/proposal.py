@@ -1,0 +1,125 @@
+"""A proposed experiment file: what is known is written, what is guessed says so, what nobody can guess is left to fill in."""
+
+import json
+from pathlib import Path
+
+from identification.experiment.channels import CHANNELS, TIME, si_unit
+from identification.experiment.readers import stem_of
+from identification.experiment.units import factor_to_si, same_unit
+from identification.inspection.inspect import Inspected, Inspection
+from identification.inspection.mapping import Mapped
+
+HEAD = """\
+# Proposed from the recorded files. Fill in the lines that say TO FILL IN (take the "#" away), and check every guess.
+# Numbers in this file are SI; `vibrojax new` writes a template with all that can be said.
+
+schema = 1
+
+[experiment]
+name = {name}
+
+[hammer]
+# mass = 0.4 # TO FILL IN: kg, weighed with everything that moves with it
+
+[suspension]
+kind = "linear" # guess: or "pendulum" with length = ... (m), "pivot" with length, "free"
+"""
+
+
+def propose(inspection: Inspection, folder: Path) -> str:
+    """Write an experiment file for inspected files.
+
+    Args:
+        inspection: from `inspect_path`.
+        folder: where the experiment file shall lie; the files are named relative to it.
+
+    Returns:
+        TOML text. With mass and gaps filled in it loads, if at least one file has a channel and sound time stamps.
+    """
+    usable = [one for one in inspection.files if _reason(one, inspection) == ""]
+    sensors: dict[str, tuple[Mapped, Inspected]] = {}
+    for one in usable:
+        for each in one.mapped:
+            if each.channel not in sensors or _certainty(each) > _certainty(sensors[each.channel][0]):
+                sensors[each.channel] = each, one
+    parts = [HEAD.format(name=_text(inspection.folder.resolve().name or "experiment"))]
+    parts += [_sensor(*sensors[channel]) for channel in CHANNELS if channel in sensors]
+    parts += [_record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}) for one in inspection.files]
+    parts += [f"# {name} is left out: {reason}\n" for name, reason in inspection.failed.items()]
+    return "\n".join(parts)
+
+
+def _reason(one: Inspected, inspection: Inspection) -> str:
+    """Why a file cannot be a record; empty where it can."""
+    if one.time.problem:
+        return one.time.problem
+    if not one.mapped:
+        return "no column could be taken for a channel; name them in 'columns' of the record"
+    stem = stem_of(one.found.file)
+    twin = next(other for other in inspection.files if stem_of(other.found.file) == stem)
+    return "" if twin is one else f"{twin.found.file} has the same name but for its suffix; rename one"
+
+
+def _certainty(each: Mapped) -> int:
+    """A stated unit beats a guess, and a guess with a reason beats one without."""
+    return 2 if not each.guessed else int(each.unit != si_unit(each.channel))
+
+
+def _sensor(each: Mapped, one: Inspected) -> str:
+    """The table of a channel, as its first record has it."""
+    unit = f"# guess: {each.guessed}" if each.guessed else f"# as {one.found.file} states"
+    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}']
+    facts = next(facts for facts in one.columns if facts.column == each.column.name)
+    si = si_unit(each.channel)
+    if facts.noise is not None:
+        lines.append(
+            f"# noise = {facts.noise * each.factor:.2g} # {si}; left out, it is estimated from each record: this is {one.found.file}"
+        )
+    if facts.saturation:
+        ends = sorted(found.level * each.factor for found in facts.saturation)
+        low, high = (-ends[0], ends[0]) if len(ends) == 1 and ends[0] > 0 else (ends[0], ends[-1] if len(ends) > 1 else -ends[0])
+        lines.append(f"# range = [{low:.6g}, {high:.6g}] # {si}; {one.found.file} seems to saturate: samples beyond are then left out")
+    return "\n".join(lines) + "\n"
+
+
+def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[str, Mapped]) -> str:
+    """The table of a record; a comment where the file cannot be one."""
+    found, guess = one.found, one.guess
+    reason = _reason(one, inspection)
+    if reason:
+        return f"# {found.file} is left out: {reason}\n"
+    file = (inspection.folder / found.file).resolve().relative_to(folder.resolve()).as_posix()
+    lines = [
+        "[[record]]",
+        f"file = {_text(file)}",
+        f'kind = "{guess.kind}" # guess: {guess.why}',
+        "# gap = 0.0 # TO FILL IN: m, clearance between hammer and stop at rest as it was set",
+    ]
+    if guess.sine is not None:
+        lines.append(f"excitation_frequency = {guess.sine.rounded!r} # guess, Hz: from the cart's periodogram; put the set value here")
+    if guess.measured:
+        lines.append('base = "measured" # guess: the recorded cart motion drives the model')
+    names = {each.channel: each.column.name for each in one.mapped if not each.exact}
+    names |= {TIME: found.time.name} if found.time.name != TIME else {}
+    if names:
+        lines.append(f"columns = {{ {', '.join(f'{channel} = {_text(name)}' for channel, name in names.items())} }} # guess")
+    units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
+    if units:
+        lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")
+    if found.time_factor != 1.0 and not found.time.in_file:
+        lines.append(f"time_unit = {_text(found.time.unit)}")
+    return "\n".join(lines) + "\n"
+
+
+def _differs(each: Mapped, declared: Mapped) -> bool:
+    """Whether a file's unit is not the declared one, or the file states one that is not to be believed."""
+    dimension = CHANNELS[each.channel]
+    if each.guessed and not each.column.in_file:
+        return False
+    stated = each.column.in_file and not same_unit(each.column.unit, each.unit, dimension)
+    return stated or factor_to_si(each.unit, dimension, each.channel) != declared.factor
+
+
+def _text(value: str) -> str:
+    """A TOML string."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

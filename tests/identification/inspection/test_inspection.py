@@ -1,0 +1,281 @@
+"""What recorded files hold is told as it is, and the proposed experiment file loads once mass and gaps are filled in."""
+
+import re
+import shutil
+import tomllib
+
+import numpy as np
+import pytest
+
+from identification.experiment import ExperimentError, load_experiment
+from identification.experiment.schema import Table
+from identification.inspection import inspect_path, propose, template
+from identification.inspection.sine import fit_sine
+from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
+from vibrojax.data_files import data_path
+
+RATE = 2048.0
+TIME = np.arange(2048) / RATE
+RNG = np.random.default_rng(5)
+
+
+def noisy(values, noise):
+    return values + RNG.normal(0.0, noise, TIME.size)
+
+
+def impacts():
+    """N: three short pulses."""
+    return sum(40.0 * np.exp(-(((TIME - at) / 2e-3) ** 2)) for at in (0.2, 0.5, 0.7))
+
+
+def write_csv(path, columns, time=TIME):
+    rows = np.column_stack([time, *columns.values()])
+    np.savetxt(path, rows, delimiter=",", header=",".join(["time", *columns]), comments="")
+
+
+def channels(kind):
+    """One second of a record of a kind, SI."""
+    moving = 2e-3 * np.sin(2 * np.pi * 6.25 * TIME + 0.3) if kind == "cart-excitation" else 0.0 * TIME
+    found = {
+        "hammer_displacement": noisy(3e-3 * np.exp(-2.0 * TIME) * np.cos(30.0 * TIME), 1e-5),
+        "cart_displacement": noisy(moving, 1e-5),
+        "impact_force": noisy(0.0 * TIME if kind in ("free-decay", "forced") else impacts(), 0.1),
+    }
+    return found | ({"applied_force": noisy(2.0 * np.sin(40.0 * TIME), 0.05)} if kind == "forced" else {})
+
+
+def filled(text):
+    """The operator's part."""
+    return text.replace("# mass = 0.4", "mass = 0.431").replace("# gap = 0.0", "gap = 0.0005")
+
+
+def loaded(folder):
+    file = folder / "experiment.toml"
+    file.write_text(filled(propose(inspect_path(folder), folder)))
+    return load_experiment(folder)
+
+
+def test_the_embedded_example_is_proposed_as_it_was_declared(tmp_path):
+    for file in data_path("example").glob("*.gz"):
+        shutil.copy(file, tmp_path)
+    found, true = loaded(tmp_path), load_experiment(data_path("example"))
+    by_file = {record.file: record for record in true.records}
+    assert {record.file for record in found.records} == set(by_file)
+    for record in found.records:
+        assert (record.kind, record.excitation_frequency) == (by_file[record.file].kind, by_file[record.file].excitation_frequency)
+        for channel in ("hammer_displacement", "cart_displacement", "impact_force"):  # nothing tells the unit of the acceleration, g
+            np.testing.assert_array_equal(record.channels[channel], by_file[record.file].channels[channel])
+
+
+@pytest.mark.parametrize("kind", ["drop-test", "cart-excitation", "free-decay", "forced"])
+def test_the_kind_is_guessed_and_marked(kind, tmp_path):
+    write_csv(tmp_path / "a.csv", channels(kind))
+    assert re.search(rf'^kind = "{kind}" # guess: ', propose(inspect_path(tmp_path / "a.csv"), tmp_path), re.MULTILINE)
+    (record,) = loaded(tmp_path).records
+    assert record.excitation_frequency == (6.25 if kind == "cart-excitation" else None)
+
+
+def test_a_cart_that_moves_otherwise_drives_the_model_as_measured(tmp_path):
+    shock = 2e-3 * np.exp(-(((TIME - 0.5) / 0.01) ** 2))
+    write_csv(tmp_path / "a.csv", channels("drop-test") | {"cart_displacement": noisy(shock, 1e-6)})
+    (record,) = loaded(tmp_path).records
+    assert (record.kind, record.base) == ("cart-excitation", "measured")
+
+
+def test_names_and_units_in_a_header_are_understood(tmp_path):
+    named = dict(zip(("Hammer LVDT [mm]", "cart pos (um)", "Load cell [kN]"), channels("cart-excitation").values(), strict=True))
+    factors = (1e3, 1e6, 1e-3)
+    rows = np.column_stack([1e3 * TIME, *(factor * column for factor, column in zip(factors, named.values(), strict=True))])
+    np.savetxt(
+        tmp_path / "a.csv",
+        rows,
+        delimiter=";",
+        header=";".join(
+            [
+                "t [ms]",
+                *named,
+            ]
+        ),
+        comments="",
+    )
+    (record,) = loaded(tmp_path).records
+    np.testing.assert_allclose(record.time, TIME, rtol=1e-12)
+    for channel, column in zip(("hammer_displacement", "cart_displacement", "impact_force"), named.values(), strict=True):
+        np.testing.assert_allclose(record.channels[channel], column, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize(("suffix", "write"), [(".tdms", write_tdms), (".unv", write_uff), (".mf4", write_mdf4)])
+def test_recorders_files_bring_their_units(suffix, write, tmp_path):
+    pytest.importorskip({".tdms": "nptdms", ".unv": "pyuff", ".mf4": "asammdf"}[suffix])
+    units = {"hammer_displacement": "mm", "impact_force": "Newtons"}
+    stored = {"hammer_displacement": channels("drop-test")["hammer_displacement"] * 1e3, "impact_force": impacts()}
+    axis = {} if suffix == ".tdms" else {"time": TIME}
+    write(tmp_path / f"a{suffix}", stored, units, **axis)
+    (record,) = loaded(tmp_path).records
+    assert record.kind == "drop-test"
+    np.testing.assert_allclose(record.channels["hammer_displacement"], 1e-3 * stored["hammer_displacement"], rtol=1e-10)
+
+
+def test_a_unit_that_is_not_known_is_overruled_as_a_guess(tmp_path):
+    pytest.importorskip("nptdms")
+    write_tdms(tmp_path / "a.tdms", {"hammer_displacement": TIME, "impact_force": impacts()}, {"hammer_displacement": "furlong"})
+    assert "'furlong' is no known unit" in propose(inspect_path(tmp_path), tmp_path)
+    assert loaded(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
+
+
+def test_files_in_different_units_make_one_experiment(tmp_path):
+    for name, unit, factor in (("a", "mm", 1e3), ("b", "um", 1e6)):
+        columns = channels("free-decay") | {"hammer_displacement": factor * TIME}
+        renamed = {key.replace("hammer_displacement", f"hammer pos [{unit}]"): value for key, value in columns.items()}
+        write_csv(tmp_path / f"{name}.csv", renamed)
+    for record in loaded(tmp_path).records:
+        np.testing.assert_allclose(record.channels["hammer_displacement"], TIME, rtol=1e-12)
+
+
+def test_channels_at_different_rates_are_told_apart(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        fast = nptdms.ChannelObject("run", "impact_force", impacts(), {"wf_increment": 1 / RATE, "unit_string": "N"})
+        slow = nptdms.ChannelObject("run", "hammer_displacement", TIME[::4], {"wf_increment": 4 / RATE, "unit_string": "m"})
+        writer.write_segment([fast, slow])
+    (one,) = inspect_path(tmp_path).files
+    assert one.found.unusable == {
+        "hammer_displacement": "512 samples on another time axis: resample it to that of the others and export again"
+    }
+    assert one.time.rate == pytest.approx(RATE)
+
+
+def test_time_stamps_are_counted_honestly(tmp_path):
+    time = TIME.copy()
+    time[1000:] += 0.25
+    time[50] = time[49]
+    time[1500] = time[1400]
+    write_csv(tmp_path / "a.csv", channels("drop-test"), time)
+    (one,) = inspect_path(tmp_path / "a.csv").files
+    found = one.time
+    assert (found.samples, found.repeated, found.backwards) == (2048, 1, 1)
+    assert found.gaps == 3  # the pause, and the two jumps back onto the time axis
+    assert found.longest_gap == pytest.approx(0.25 + 1 / RATE)
+    assert found.rate == pytest.approx(RATE)
+    assert "does not grow at sample 51" in found.problem
+    assert "# a.csv is left out: time of the record does not grow" in propose(inspect_path(tmp_path), tmp_path)
+
+
+def test_jitter_is_that_of_the_steps(tmp_path):
+    shift = RNG.normal(0.0, 1e-2 / RATE, TIME.size)
+    write_csv(tmp_path / "a.csv", channels("drop-test"), TIME + shift)
+    (one,) = inspect_path(tmp_path).files
+    assert one.time.jitter == pytest.approx(1e-2 * np.sqrt(2.0), rel=0.1)
+
+
+def test_missing_samples_noise_range_and_saturation(tmp_path):
+    force = np.minimum(channels("drop-test")["impact_force"], 25.0)
+    force[7] = np.nan
+    write_csv(tmp_path / "a.csv", channels("drop-test") | {"impact_force": force})
+    (one,) = inspect_path(tmp_path).files
+    facts = next(facts for facts in one.columns if facts.column == "impact_force")
+    assert (facts.missing, facts.high) == (1, 25.0)
+    assert facts.noise == pytest.approx(0.1, rel=0.1)
+    assert [found.level for found in facts.saturation] == [25.0]
+    assert "# range = [-25, 25] # N" in propose(inspect_path(tmp_path), tmp_path)
+
+
+def test_a_column_of_text_spoils_no_other(tmp_path):
+    lines = [f"{t},{x},start" for t, x in zip(TIME, channels("drop-test")["hammer_displacement"], strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(["time,hammer_displacement,note", *lines]))
+    (one,) = inspect_path(tmp_path / "a.csv").files
+    assert [facts.column for facts in one.columns] == ["hammer_displacement"]
+    assert "'start' is not a number" in one.found.unusable["note"]
+
+
+def test_a_folder_goes_on_where_one_file_is_broken(tmp_path):
+    write_csv(tmp_path / "a.csv", channels("drop-test"))
+    (tmp_path / "b.h5").write_bytes(b"nothing")
+    (tmp_path / "notes.txt").write_text("no table")
+    shutil.copy(tmp_path / "a.csv", tmp_path / "c.csv")
+    (tmp_path / "c.csv").write_bytes((tmp_path / "c.csv").read_bytes())
+    shutil.copy(tmp_path / "a.csv", tmp_path / "a.tsv")
+    found = inspect_path(tmp_path)
+    assert list(found.failed) == ["b.h5"]
+    assert [record.file for record in loaded(tmp_path).records] == ["a.csv", "c.csv"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.xlsx", b"x", r"unknown suffix"),
+        ("a.csv", b"", r"holds no text"),
+        ("a.csv", b"x,y\n1,2\n1,2\n", r"has no column of time stamps"),
+        ("a.csv", b"time,note\n1,b\n2,c\n", r"no usable column beside the time \(note: line 2"),
+        ("a.npz", b"nothing", r"cannot be read as NumPy archive"),
+    ],
+)
+def test_a_file_that_tells_nothing_is_one_clear_line(name, content, message, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ExperimentError, match=message):
+        inspect_path(tmp_path / name)
+
+
+@pytest.mark.parametrize("path", ["nowhere", "empty", "zero\0byte"])
+def test_a_path_without_files(path, tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(ExperimentError, match=r"does not exist|holds no recorded file|cannot be opened"):
+        inspect_path(tmp_path / path)
+
+
+@pytest.mark.parametrize("frequency", [0.7, 6.25, 11.437, 180.0])
+def test_the_frequency_of_a_sine_is_found_within_its_error(frequency):
+    values = noisy(np.sin(2 * np.pi * frequency * TIME + 1.0) + 4.0, 0.02)
+    sine = fit_sine(TIME, values)
+    assert abs(sine.frequency - frequency) < 4.0 * sine.stderr
+    bound = np.sqrt(6.0) * 0.02 / (np.pi * np.sqrt(TIME.size))  # Cramér and Rao's, for 1 s of a unit sine of many periods
+    assert sine.stderr == pytest.approx(bound, rel=0.1 if frequency > 5.0 else 1.0)
+    assert fit_sine(TIME, np.ones(TIME.size)) is None
+
+
+def settings_on(text):
+    """The template with every setting switched on, and of two lines for one key the second."""
+    switched = re.sub(r"^#(?=[^ ])", "", text, flags=re.MULTILINE)
+    return switched.replace('kind = "linear" # spring', '# kind = "linear" # spring')
+
+
+def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeypatch):
+    (tmp_path / "experiment.toml").write_text(template())
+    write_csv(tmp_path / "drop.csv", channels("drop-test"))
+    write_csv(tmp_path / "cart1.csv", channels("cart-excitation"))
+    assert len(load_experiment(tmp_path).records) == 2
+
+    known: dict[str, set[str]] = {}
+    allow = Table.allow
+
+    def watched(table, *keys, noun="key"):
+        known.setdefault(re.sub(r"record '.*'|(?<=sensors\.)\w+", "", table.where), set()).update(keys)
+        allow(table, *keys, noun=noun)
+
+    monkeypatch.setattr(Table, "allow", watched)
+    text = settings_on(template())
+    (tmp_path / "experiment.toml").write_text(text)
+    renamed = (tmp_path / "cart1.csv").read_text().replace("time,hammer_displacement", "t,LVDT 2 [mm]", 1)
+    (tmp_path / "cart1.csv").write_text(renamed)
+    _, record = load_experiment(tmp_path).records
+    assert (record.base, record.held_back, record.time[-1]) == ("measured", True, pytest.approx(1e-3 * TIME[-1]))
+
+    values = tomllib.loads(text)
+    written = {f"[{key}]": set(table) for key, table in values.items() if isinstance(table, dict)}
+    written |= {"": set().union(*values["record"]), "[sensors.]": set().union(*values["sensors"].values())}
+    written |= {"experiment.toml": set(values), "[parameters.n]": set(values["parameters"]["n"])}
+    assert {where: keys - written[where] for where, keys in known.items()} == {where: set() for where in known}
+
+
+def test_every_setting_of_the_template_is_explained():
+    settings = [line for line in template().splitlines() if re.match(r"#?\w+ = ", line)]
+    silent = {line.partition(" = ")[0].lstrip("#") for line in settings if " # " not in line}
+    assert silent <= {"file", "kind", "gap", "unit"}  # explained in the remarks above their tables
+    assert all(f"# {key}:" in template() for key in silent)
+
+
+def test_the_template_names_every_channel():
+    from identification.experiment import CHANNELS, KINDS
+
+    assert set(tomllib.loads(settings_on(template()))["sensors"]) == set(CHANNELS)
+    assert all(f'"{kind}"' in template() for kind in KINDS)

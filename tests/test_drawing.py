@@ -1,0 +1,53 @@
+import gc
+import io
+import itertools
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image
+
+from vibrojax.drawing import COLOURS, new_figure, png, save, style
+
+
+def _lines():
+    figure = new_figure(2.0, 3.0)
+    axes = figure.subplots()
+    for step in range(3):
+        axes.plot([0, 1], [0, step])
+    return figure
+
+
+def test_the_look_ends_with_the_block_even_when_drawing_fails():
+    before, collecting = dict(matplotlib.rcParams), gc.isenabled()
+    with pytest.raises(ZeroDivisionError), style():
+        assert dict(matplotlib.rcParams) != before
+        raise ZeroDivisionError
+    assert dict(matplotlib.rcParams) == before
+    assert gc.isenabled() is collecting
+
+
+def test_curves_without_a_colour_take_the_first_ones():
+    with style():
+        assert [line.get_color() for line in _lines().axes[0].lines] == list(COLOURS[:3])
+
+
+def test_colours_differ_without_red_from_green():
+    """Machado's matrix for a viewer without the cones for green, on linear light."""
+    matrix = np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]])
+    seen = [matrix @ np.array(to_rgb(colour)) ** 2.2 for colour in COLOURS]
+    assert min(np.linalg.norm(one - other) for one, other in itertools.combinations(seen, 2)) > 0.06
+
+
+def test_few_colours_leave_paper_white():
+    with style(), Image.open(io.BytesIO(png(_lines()))) as image:
+        assert len(image.convert("RGB").getcolors()) <= 64
+        assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+@pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml")])
+def test_the_suffix_says_which_kind_of_file(tmp_path, suffix, start):
+    with style():
+        save(_lines(), tmp_path / f"lines{suffix}")
+    assert (tmp_path / f"lines{suffix}").read_bytes().startswith(start)

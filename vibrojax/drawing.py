@@ -1,0 +1,106 @@
+"""How every figure of the program looks and becomes a file: no window, no global state, colours that the colour-blind can tell apart."""
+
+import gc
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
+from matplotlib.ticker import MaxNLocator
+from PIL import Image
+
+BLUE, ORANGE, GREEN, PINK, AMBER, SKY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
+GREY, PALE = "#606060", "#e4e4e4"
+COLOURS = (BLUE, ORANGE, GREEN, PINK, AMBER, SKY, GREY)
+"""For one curve after another: Okabe and Ito's, and a grey."""
+WIDTH = 6.2
+"""Inches: of a column on paper, and wide enough for a phone held upright."""
+_PAGE_DPI, _FILE_DPI = 130, 150
+_FEW_COLOURS, _ALMOST_WHITE = 64, 248
+_STEPS = [1, 2, 2.5, 5, 10]
+_STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.titley": 1.0,  # here and below, a fixed place spares Matplotlib measuring every tick
+    "axes.labelsize": 9.0,
+    "axes.linewidth": 0.6,
+    "axes.prop_cycle": cycler(color=COLOURS),
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "axes.formatter.limits": (-4, 5),
+    "axes.formatter.useoffset": False,
+    "axes.formatter.use_mathtext": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": PALE,
+    "grid.linewidth": 0.5,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.0,
+    "path.simplify": True,
+    "agg.path.chunksize": 0,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Context in which figures are made and rendered; outside it Matplotlib is as the user left it.
+
+    Figures leave much cyclic garbage, and looking for it means walking through everything that JAX has compiled: that waits until the end.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        with rc_context(_STYLE):
+            yield
+    finally:
+        if collecting:
+            gc.enable()
+
+
+def new_figure(height: float, width: float = WIDTH, *, layout: Literal["constrained"] | None = None) -> Figure:
+    """An empty figure.
+
+    Arguments:
+        height: inches.
+        width: inches.
+        layout: "constrained" where Matplotlib is to make room for labels and legends; None where the caller places the panels, which
+            is quicker.
+    """
+    return Figure(figsize=(width, height), dpi=_PAGE_DPI, facecolor="white", layout=layout)
+
+
+def few_ticks(axes: Axes, x: int = 5, y: int = 4) -> None:
+    """At most so many intervals between ticks: short axes stay legible and quick to draw."""
+    axes.xaxis.set_major_locator(MaxNLocator(x, steps=_STEPS))
+    axes.yaxis.set_major_locator(MaxNLocator(y, steps=_STEPS))
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as the bytes of a PNG file in few colours, for a page: smaller and quicker, where it is no photograph and no map."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    stream = io.BytesIO()
+    few = image.quantize(_FEW_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    palette = np.asarray(few.getpalette()).reshape(-1, 3)
+    palette[(palette >= _ALMOST_WHITE).all(axis=1)] = 255  # the quantiser turns paper white into a pale grey
+    few.putpalette(palette.ravel().tolist())
+    few.save(stream, "png", compress_level=6, dpi=(_PAGE_DPI, _PAGE_DPI))
+    return stream.getvalue()
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write the figure to a file of the kind that its suffix says, such as `.png` or `.svg`."""
+    figure.savefig(path, dpi=_FILE_DPI)
