@@ -191,6 +191,13 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         points=over_rate,
         shows="A straight line through the origin, over the channel's rate of change.",
     ),
+    "force_saturation": Fingerprint(
+        effect={"saturation_force": 0.5, "threshold": 3e-3},
+        along=_U,
+        over=_MISSING,
+        points=over_displacement,
+        shows="A ramp through the place of rest that becomes level; the same way out and back.",
+    ),
 }
 """One for each listed effect."""
 

@@ -1,6 +1,7 @@
 """The catalogue of effects as Markdown: each prints itself, and its picture stands beside it."""
 
 import inspect
+import re
 
 from benchmarks.fingerprints import FINGERPRINTS
 from vibrojax.effects import EFFECTS, AbstractEffect
@@ -38,7 +39,8 @@ def _section(name: str, effect: type[AbstractEffect]) -> str:
 
 def _row(p: Parameter) -> str:
     more = "; each record has its own" if p.per_record else "; found by trial, not by slope" if p.searched else ""
-    return f"| `{p.name}` | {p.symbol} | {p.unit} | {p.meaning}{more} |"
+    symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", p.symbol)
+    return f"| `{p.name}` | {symbol} | {p.unit} | {p.meaning}{more} |"
 
 
 def _paragraphs(effect: type[AbstractEffect]) -> list[str]:
@@ -49,7 +51,8 @@ def _about(effect: type[AbstractEffect]) -> str:
     """The remarks between the first sentence of the docstring and its list of arguments; the equation has its own place."""
     before = _paragraphs(effect)
     end = next(i for i, part in enumerate(before) if part.startswith("Arguments:"))
-    return "\n\n".join(part for part in before[1:end] if not part.startswith("r(t) =") or "." in part)
+    rest = (f"{part} ".removeprefix(f"{effect.equation}. ").strip() for part in before[1:end])
+    return "\n\n".join(part for part in rest if part)
 
 
 def _source(effect: type[AbstractEffect]) -> str:

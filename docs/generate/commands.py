@@ -30,7 +30,11 @@ def _section(name: str, command: TyperCommand | TyperGroup) -> str:
     usage = " ".join([name, *(_argument(argument) for argument in arguments), *required, *more_options])
     about, *more = (command.help or "").strip().split("\n\n")
     lines = [f"## {name}", "", about, "", f"```text\n{usage}\n```", "", *(f"{part}\n" for part in more)]
-    lines += ["| option | value | what it does |", "|---|---|---|", *(_row(f"`{_argument(a)}`", "", getattr(a, "help", "")) for a in arguments)]
+    lines += [
+        "| option | value | what it does |",
+        "|---|---|---|",
+        *(_row(f"`{_argument(a)}`", "", getattr(a, "help", "")) for a in arguments),
+    ]
     lines += [_row(f"`{option.opts[0]}`", _value(option), option.help) for option in options]
     return "\n".join([*lines, "", *_example(command.epilog), ""])
 
