@@ -6,12 +6,13 @@ BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint lock clean
+.PHONY: help run test lint notebooks lock clean
 
 help:
 	@echo "make run    set up and fit the embedded example"
 	@echo "make test   set up and run the whole test suite"
 	@echo "make lint   style and types"
+	@echo "make notebooks  run every notebook at full size and write its .ipynb"
 	@echo "make lock   write requirements*.lock anew; UPGRADE=1 takes the newest versions"
 	@echo "make clean  remove everything that can be made again"
 
@@ -24,6 +25,11 @@ test: $(VENV)/.stamp-test
 lint: $(VENV)/.stamp-test
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m pyright
+
+# From the lock where it holds the needs of the notebooks; else they are installed beside it.
+notebooks: $(VENV)/.stamp-test
+	@$(BIN)/python -c "import ipykernel, jupytext, nbclient" 2>/dev/null || $(BIN)/python -m pip install --quiet --editable ".[notebooks]"
+	$(BIN)/python notebooks/build
 
 # The exact versions of the lock, checked by hash; then the project itself, built with the lock's hatchling.
 define install
