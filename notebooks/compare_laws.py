@@ -5,8 +5,8 @@
 # BIC, by what it leaves over, and by its force-indentation loops. Twice: with records that can tell the laws apart, and with records
 # that cannot. The second case is the more instructive one.
 #
-# The records come from a simulator that shares no code with the program. Its stop is
-# $F_i = k_i\,\delta^n\,(1 + \lambda_i\,\dot\delta)$ with $k_i$ = 3·10⁶ N/m$^n$, $n$ = 1.5, $\lambda_i$ = 0.6 s/m. No fit is told so.
+# The records come from a simulator that shares no code with the program. Its stop is $F_i = k_i\,\delta^n\,(1 + \lambda_i\,\dot\delta)$
+# with $k_i$ = 3·10⁶ N/m$^n$, $n$ = 1.5, $\lambda_i$ = 0.6 s/m. No fit is told so.
 
 # %%
 import dataclasses
@@ -93,10 +93,9 @@ for record in (*fits["hunt-crossley"].records, *fits["hunt-crossley"].held_back)
 
 # %% [markdown]
 # ## The score
-# With known noise, $-2\ln L = \chi^2$ up to a constant: AIC $= \chi^2 + 2k$ and BIC $= \chi^2 + k\ln N$, with $k$ the parameters
-# of law and suspension (initial states, drive and gaps are estimated for every law alike). Before any ranking comes a plainer
-# question: is $\chi^2/N$ what
-# noise alone would give? A ranking of wrong models still has a winner.
+# With known noise, $-2\ln L = \chi^2$ up to a constant: AIC $= \chi^2 + 2k$ and BIC $= \chi^2 + k\ln N$, with $k$ the parameters of law
+# and suspension (initial states, drive and gaps are estimated for every law alike). Before any ranking comes a plainer question: is
+# $\chi^2/N$ what noise alone would give? A ranking of wrong models still has a winner.
 
 
 # %%
@@ -215,8 +214,8 @@ poor_scores = ranking(poor_fits)
 
 # %% [markdown]
 # Now Lankarani and Nikravesh, Flores, and Hunt and Crossley fit equally well. This is no accident and no lack of samples: at one impact
-# speed $v_0$ the three are the same law, with $\lambda_i v_0 = \tfrac34 (1 - e^2)$ and $\lambda_i v_0 = \tfrac85 (1 - e)/e$. No
-# amount of averaging parts them.
+# speed $v_0$ the three are the same law, with $\lambda_i v_0 = \tfrac34 (1 - e^2)$ and $\lambda_i v_0 = \tfrac85 (1 - e)/e$. No amount
+# of averaging parts them.
 
 # %%
 TWINS = [name for name in ("hunt-crossley", "lankarani-nikravesh", "flores") if name in NAMES]
@@ -231,8 +230,8 @@ for name, loss in losses.items():
     print(f"{LAWS[name].title:30} damping factor at {v0:.3f} m/s: {loss:.4f}")
 
 # %% [markdown]
-# What they say of *other* speeds differs: restitution falls with the speed in one, and is a constant in the others. For all three
-# $e = \bigl(1 + W(-(1+a)\,e^{-1-a})\bigr)/a$, $a$ being the damping factor at touch.
+# What they say of *other* speeds differs: restitution falls with the speed in one, and is a constant in the others. For all three $e =
+# \bigl(1 + W(-(1+a)\,e^{-1-a})\bigr)/a$, $a$ being the damping factor at touch.
 
 
 # %%
@@ -277,8 +276,7 @@ for name in TWINS:
 # %% [markdown]
 # ## Newton's rigid stop
 # A stop that gives way in no time has no force and no finite acceleration: with a load cell in the experiment the question does not
-# arise.
-# With displacements alone it can be asked. Contact lasts milliseconds, and the hammer is late by that at every impact.
+# arise. With displacements alone it can be asked. Contact lasts milliseconds, and the hammer is late by that at every impact.
 
 # %%
 motion_only = dataclasses.replace(
