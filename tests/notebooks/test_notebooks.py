@@ -10,12 +10,12 @@ import pytest
 from tests.conftest import ROOT
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.py"))
+BUILT = sorted((ROOT / "notebooks").glob("*.ipynb"))
 LARGEST = 300_000
 """Bytes of a built notebook."""
-OF_SCRIPT = pytest.mark.parametrize("script", NOTEBOOKS, ids=lambda path: path.stem)
 
 
-@OF_SCRIPT
+@pytest.mark.parametrize("script", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs(script):
     """The percent script from top to bottom, at the size of a test."""
     small = {**os.environ, "VIBROJAX_NOTEBOOKS": "small", "MPLBACKEND": "agg"}
@@ -23,10 +23,10 @@ def test_notebook_runs(script):
     assert done.returncode == 0, done.stderr
 
 
-@OF_SCRIPT
-def test_built_notebook_is_that_of_the_script(script):
+@pytest.mark.parametrize("built_file", BUILT, ids=lambda path: path.stem)
+def test_built_notebook_is_that_of_the_script(built_file):
     """No cell of the source was changed after the last build; everything ran, without an error."""
-    text = script.with_suffix(".ipynb").read_text(encoding="utf-8")
+    script, text = built_file.with_suffix(".py"), built_file.read_text(encoding="utf-8")
     assert len(text) < LARGEST
     cells = json.loads(text)["cells"]
     code = [cell for cell in cells if cell["cell_type"] == "code"]
@@ -38,7 +38,7 @@ def test_built_notebook_is_that_of_the_script(script):
 
 def test_there_are_notebooks():
     """An empty folder would pass unseen."""
-    assert NOTEBOOKS
+    assert NOTEBOOKS and BUILT
 
 
 def _commented(cell: dict) -> str:
