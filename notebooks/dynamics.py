@@ -49,8 +49,8 @@ draw_response.draw(response)
 
 # %% [markdown]
 # ## Up is not down
-# The same along the largest gap, each frequency started from where the last one ended. Between the jumps two motions exist: one strikes, one
-# does not.
+# The same along the largest gap, each frequency started from where the last one ended. Between the jumps two motions exist: one strikes,
+# one does not.
 
 # %%
 STEP = 0.3 if SMALL else 0.1

@@ -8,7 +8,6 @@
 
 # %%
 import dataclasses
-import os
 import tempfile
 from pathlib import Path
 
@@ -24,7 +23,6 @@ from identification.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
 from identification.report.figures.base import ACCENT, MEASURED, MODEL, STYLE
 
-SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
 plt.rcParams.update(STYLE)
 
 # %% [markdown]
@@ -33,7 +31,7 @@ plt.rcParams.update(STYLE)
 
 # %%
 rng = np.random.default_rng(7)
-order = Order(kind="stiff", effects=(("coulomb_friction", 1.0),), driven=2, samples=(2001, 3001) if SMALL else (4001, 6001))
+order = Order(kind="stiff", effects=(("coulomb_friction", 1.0),), driven=2, samples=(2001, 3001))
 case = draw_case(rng, order)
 with tempfile.TemporaryDirectory() as folder:
     write_case(Path(folder) / "rig", case, rng)
@@ -138,7 +136,7 @@ zeta_before, zeta_after = (next(p for p in side.parameters if p.name == "zeta") 
 assert diagnosis.verdict == "missing"
 assert concealed in [one.effect.name for one in diagnosis.effects]
 assert before.chi2_reduced > 1.2 and after.chi2_reduced < 1.05
-assert abs(zeta_before.value - case.rig.zeta) > 5 * zeta_before.stderr
+assert zeta_before.stderr and abs(zeta_before.value - case.rig.zeta) > 5 * zeta_before.stderr
 assert abs(zeta_after.value - case.rig.zeta) < 4 * zeta_after.stderr
 assert after.held_out_nrmse < 0.9 * before.held_out_nrmse
 assert abs(found["friction_force"].value - true_force) < 4 * found["friction_force"].stderr
