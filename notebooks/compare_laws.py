@@ -27,7 +27,8 @@ from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experi
 from identification.adequacy import OVERALL, chi2_limit
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
-from identification.report.figures.base import MEASURED, SERIES, STYLE
+from identification.report.figures.base import MEASURED, SERIES
+from vibrojax.drawing import STYLE
 from vibrojax.contact import LAWS
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"

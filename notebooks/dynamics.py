@@ -25,7 +25,7 @@ from vibrojax.studies import basins, bifurcation, frequency_response, peterka
 from vibrojax.studies.figures import basins as draw_basins
 from vibrojax.studies.figures import frequency_response as draw_response
 from vibrojax.studies.figures import peterka as draw_peterka
-from vibrojax.studies.figures.base import COLOURS
+from vibrojax.drawing import COLOURS
 from vibrojax.suspension import Linear
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"

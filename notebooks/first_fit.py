@@ -22,7 +22,8 @@ prepare_jax()
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary
-from identification.report.figures.base import MEASURED, MODEL, STYLE
+from identification.report.figures.base import MEASURED, MODEL
+from vibrojax.drawing import STYLE
 from identification.simulate import simulate_record
 from vibrojax.data_files import data_path
 

@@ -21,7 +21,8 @@ prepare_jax()
 from benchmarks.simulator import Order, draw_case, write_case
 from identification.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
-from identification.report.figures.base import ACCENT, MEASURED, MODEL, STYLE
+from identification.report.figures.base import ACCENT, MEASURED, MODEL
+from vibrojax.drawing import STYLE
 
 plt.rcParams.update(STYLE)
 

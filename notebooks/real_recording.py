@@ -24,7 +24,8 @@ from identification.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
 from identification.recipes.load import load_recipe
 from identification.recipes.prepare import recipe_experiment
-from identification.report.figures.base import ACCENT, MODEL, STYLE
+from identification.report.figures.base import ACCENT, MODEL
+from vibrojax.drawing import STYLE
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
 plt.rcParams.update(STYLE)
