@@ -28,8 +28,8 @@ from identification.adequacy import OVERALL, chi2_limit
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report.figures.base import MEASURED, SERIES
-from vibrojax.drawing import STYLE
 from vibrojax.contact import LAWS
+from vibrojax.drawing import STYLE
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
 plt.rcParams.update(STYLE)

@@ -20,12 +20,12 @@ prepare_jax()
 from vibrojax.batch import Span
 from vibrojax.contact import HuntCrossley
 from vibrojax.continuation import ForcedRig, Kind, find_orbit, follow, settle
+from vibrojax.drawing import COLOURS
 from vibrojax.model import Model
 from vibrojax.studies import basins, bifurcation, frequency_response, peterka
 from vibrojax.studies.figures import basins as draw_basins
 from vibrojax.studies.figures import frequency_response as draw_response
 from vibrojax.studies.figures import peterka as draw_peterka
-from vibrojax.drawing import COLOURS
 from vibrojax.suspension import Linear
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"

@@ -23,9 +23,9 @@ from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary
 from identification.report.figures.base import MEASURED, MODEL
-from vibrojax.drawing import STYLE
 from identification.simulate import simulate_record
 from vibrojax.data_files import data_path
+from vibrojax.drawing import STYLE
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
 plt.rcParams.update(STYLE)

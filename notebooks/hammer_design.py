@@ -22,8 +22,8 @@ from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experi
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report.figures.base import SERIES
-from vibrojax.drawing import STYLE
 from vibrojax.batch import Span
+from vibrojax.drawing import STYLE
 from vibrojax.presets import read_preset
 from vibrojax.studies import hammer_design
 

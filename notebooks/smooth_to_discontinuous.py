@@ -20,8 +20,8 @@ import jax.numpy as jnp
 
 from benchmarks.convergence_studies import LAWS, Size, bifurcations, rig, trajectories
 from identification.report.figures.base import SERIES
-from vibrojax.drawing import STYLE
 from vibrojax.contact import HuntCrossley, smoothed_force
+from vibrojax.drawing import STYLE
 from vibrojax.integrate import Smoothed, Switch
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
