@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.block_arrow import Equations
 from identification.lanes import chunked
-from identification.layout import Active, Estimate, Layout, free_nuisances
+from identification.layout import NUISANCES, Active, Estimate, Layout, free_nuisances
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from identification.prepare import Prepared
 from identification.residual import normal_equations
@@ -91,12 +91,21 @@ def evaluator(prepared: Prepared, integrator: Landing, *, side_by_side: int = CH
 
 
 def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
-    """With a Gaussian prior of their own scale on the effects' states at the start of every window."""
+    """With Gaussian priors of their own scale: on the effects' states at the start of every window, and on the zeros of every record.
+
+    A record's prior is shared out among its windows.
+    """
     for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
         scale, value = layout.own_states[index].scale, estimate.states[:, column]
         equations.hessian[:, column, column] += scale**-2
         equations.gradient[:, column] += value * scale**-2
         equations.cost[:] += 0.5 * (value / scale) ** 2
+    share = 1.0 / np.bincount(equations.record)[equations.record]
+    for place in range(len(NUISANCES), layout.without_effects):
+        value, column = estimate.nuisances[equations.record, place], layout.shared + place
+        equations.hessian[:, column, column] += share
+        equations.gradient[:, column] += share * value
+        equations.cost[:] += 0.5 * share * value**2
     return equations
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from identification.block_arrow import covariance, reduce
 from identification.experiment import Experiment
 from identification.fit import evaluator, free_unknowns, integrator_for
-from identification.layout import NUISANCES, Active, Estimate, layout_of
+from identification.layout import Active, Estimate, layout_of
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
@@ -89,10 +89,10 @@ def _nuisance_errors(outcome: Outcome, active: Active) -> np.ndarray:
 
 def _under(prepared: Prepared, model: Model, *, weighed: bool) -> Prepared:
     """The same windows under a fitted model, which keeps its numbers; gaps as set, those of the guess belong to its own law."""
-    layout = layout_of(model, *(() if weighed else (MASS,)), files=prepared.layout.files)
+    layout = layout_of(model, *(() if weighed else (MASS,)), files=prepared.layout.files, zeros=prepared.layout.zeros)
     values = {name: float(value) for name, value in model.values().items()} | {MASS.name: float(model.mass)}
     start = prepared.start
-    as_set = start.nuisances * [name != "gap_error" for name in NUISANCES]
+    as_set = start.nuisances * [name != "gap_error" for name in prepared.layout.nuisances]
     more = np.zeros((len(start.nuisances), len(layout.record_parameters)))
     own = np.zeros((len(start.states), len(layout.free_own)))
     return dataclasses.replace(

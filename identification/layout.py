@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Record
+from identification.measured_input import driving_channels
 from vibrojax.effects import OwnState
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
 NUISANCES = ("base_amplitude", "base_phase", "gap_error")
-"""Per record: A0 in m, phase in rad, setting error of the gap in m; behind them the effects' own, if any."""
+"""Per record: A0 in m, phase in rad, setting error of the gap in m; behind them sensors' zeros and the effects' own, if any."""
 STATES = ("initial_displacement", "initial_velocity")
 """Per window: u in m and u' in m/s at its first sample; behind them those states of effects that do not begin at rest."""
 
@@ -22,6 +23,8 @@ class Layout:
     parameters: tuple[Parameter, ...]
     record_parameters: tuple[Parameter, ...] = ()
     """Of effects, each record with its own."""
+    zeros: tuple[tuple[str, float], ...] = ()
+    """Channels whose zero is not known, each record with its own, and the standard deviation of that, SI."""
     own_states: tuple[OwnState, ...] = ()
     """Of effects."""
     files: tuple[str, ...] = ()
@@ -30,7 +33,12 @@ class Layout:
     @property
     def nuisances(self) -> tuple[str, ...]:
         """Names of what each record has of its own."""
-        return (*NUISANCES, *(p.name for p in self.record_parameters))
+        return (*NUISANCES, *(f"zero.{channel}" for channel, _ in self.zeros), *(p.name for p in self.record_parameters))
+
+    @property
+    def without_effects(self) -> int:
+        """Count of what each record has of its own before that of effects."""
+        return len(NUISANCES) + len(self.zeros)
 
     @property
     def free_own(self) -> tuple[int, ...]:
@@ -96,14 +104,24 @@ class Active:
     """(records, nuisances) bool"""
 
 
-def layout_of(model: Model, *extra: Parameter, files: tuple[str, ...]) -> Layout:
-    """Everything that a model leaves to estimate, and `extra` shared parameters."""
-    own_states = tuple(state for effect in model.effects for state in effect.own_states)
-    return Layout(parameters=(*model.parameters, *extra), record_parameters=model.record_parameters, own_states=own_states, files=files)
+def layout_of(model: Model, *extra: Parameter, files: tuple[str, ...], zeros: tuple[tuple[str, float], ...] = ()) -> Layout:
+    """Everything that a model leaves to estimate, `extra` shared parameters, and zeros of sensors."""
+    return Layout(
+        parameters=(*model.parameters, *extra),
+        record_parameters=model.record_parameters,
+        zeros=zeros,
+        own_states=tuple(state for effect in model.effects for state in effect.own_states),
+        files=files,
+    )
 
 
 def free_nuisances(records: list[Record], layout: Layout, *, any_contact: np.ndarray) -> np.ndarray:
-    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, all of effects'."""
+    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, zeros, all of effects'.
+
+    A channel that drives the model is taken as it is, with its zero.
+    """
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
     of_effects = np.ones((len(records), len(layout.record_parameters)), bool)
-    return np.concatenate([np.stack([driven, driven, any_contact], axis=1), of_effects], axis=1)
+    compared = [frozenset(record.channels) - driving_channels(record) for record in records]
+    zeros = np.array([[channel in those for channel, _ in layout.zeros] for those in compared], bool).reshape(len(records), -1)
+    return np.concatenate([np.stack([driven, driven, any_contact], axis=1), zeros, of_effects], axis=1)

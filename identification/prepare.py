@@ -62,7 +62,9 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     fixed = _fixed(experiment, parameters)
-    layout = layout_of(model, *parameters[len(model.parameters) :], files=tuple(record.file for record in experiment.records))
+    zeros = tuple((channel, sensor.zero) for channel, sensor in experiment.sensors.items() if sensor.zero is not None)
+    files = tuple(record.file for record in experiment.records)
+    layout = layout_of(model, *parameters[len(model.parameters) :], files=files, zeros=zeros)
     records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
     inputs = [inputs_of(record) for record in records]
@@ -84,6 +86,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     groups = grouped(lanes)
     states = np.concatenate([initial_states(group, motions) for group in groups])
     nuisances = np.array([(amplitude, phase, error) for (amplitude, phase), error in zip(bases, gap_errors, strict=True)])
+    nuisances = np.pad(nuisances, [(0, 0), (0, len(zeros))])
     start = Estimate(shared=layout.internal(values), nuisances=nuisances, states=states)
     return Prepared(
         experiment=experiment,

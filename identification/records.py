@@ -14,7 +14,7 @@ from identification.prepare import Prepared
 from identification.residual import predict
 from identification.result import Nuisance, RecordFit
 from identification.windows import Windows
-from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS
+from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS, UNITS
 from vibrojax.integrate import Landing
 
 _ALL = (*CHANNELS, *SUPPORT_CHANNELS)
@@ -73,8 +73,9 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
 
 def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[Nuisance, ...]:
     """What was estimated for one record, SI; `values` and `errors` in the coordinates of the fit."""
-    scales = [1.0] * len(NUISANCES) + [p.scale for p in layout.record_parameters]
-    units = [*(_UNITS[name] for name in NUISANCES), *(p.unit for p in layout.record_parameters)]
+    scales = [1.0] * len(NUISANCES) + [scale for _, scale in layout.zeros] + [p.scale for p in layout.record_parameters]
+    of_zeros = [UNITS[channel] for channel, _ in layout.zeros]
+    units = [*(_UNITS[name] for name in NUISANCES), *of_zeros, *(p.unit for p in layout.record_parameters)]
     rows = zip(layout.nuisances, units, scales, values, errors, strict=True)
     return tuple(
         Nuisance(name=name, unit=unit, value=float(value * scale), stderr=float(error * scale))

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from identification.layout import STATES, Layout
+from identification.layout import NUISANCES, STATES, Layout
 from identification.windows import Windows
 from vibrojax.channels import channels
 from vibrojax.excitation import Harmonic, Unforced
@@ -30,6 +30,7 @@ class Normal(eqx.Module):
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
     """The rig in one window, from that window's vector."""
     shared, (amplitude, phase, gap_error, *others) = local[: layout.shared], local[layout.shared : -layout.states]
+    others = others[len(layout.zeros) :]
     estimated = zip((*layout.parameters, *layout.record_parameters), (*shared, *others), strict=True)
     values = {p.name: jnp.exp(value) if p.logarithmic else value * p.scale for p, value in estimated}
     base = lane.motion
@@ -62,6 +63,8 @@ def predict(
         lanes = jax.vmap(lambda motion, *where: Guided(motion)(*where))(windows.prescribed, systems, windows.ts, states)
         trajectory = eqx.tree_at(lambda t: t.steps, lanes, lanes.steps[0])
     readings = jax.vmap(channels)(systems, lanes)
+    for place, (name, scale) in enumerate(layout.zeros, start=layout.shared + len(NUISANCES)):
+        readings[name] = readings[name] + scale * local[:, place, None]
     return jnp.stack([readings[name] for name in windows.channels], axis=-1), trajectory
 
 

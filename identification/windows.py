@@ -53,9 +53,13 @@ class WindowLength:
     fewest: int = 64
     longest: int = 1000
     """Samples."""
+    calm: int = 1000
+    """Samples of a free decay: without impacts errors do not grow, and what brakes a swing shows over several of its periods."""
 
     def samples(self, record: Record, motion: Kinematics | None) -> int:
         """Samples of a window of this record."""
+        if record.kind == "free-decay":
+            return min(max(self.longest, self.calm), len(record.time))
         if motion is None:
             return min(self.longest, len(record.time))
         touches = int(np.sum(np.diff(motion.touching.astype(int)) == 1))

@@ -36,7 +36,11 @@ class Job:
     @property
     def settings(self) -> dict:
         """All that decides what is drawn, as plain data."""
-        return {"seed": self.seed, "order": dataclasses.asdict(self.order)}
+        order = dataclasses.asdict(self.order)
+        for name in ("coloured", "restless"):  # so that cases drawn before rigs could be so stay what they are
+            if not order[name]:
+                del order[name]
+        return {"seed": self.seed, "order": order}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -54,6 +58,8 @@ class Draw:
     noise: tuple[float, ...] = (1.0,)
     channels: tuple[str, ...] = _CHANNELS
     driven: tuple[int, ...] = (3,)
+    coloured: tuple[float, ...] = (0.0,)
+    restless: tuple[float, ...] = (0.0,)
     series: str = "calibration"
     seed: int = 0
     samples: tuple[int, int] = SAMPLES
@@ -91,6 +97,8 @@ def _job(
         channels=_in_turn(_seen(draw.channels, names), turn // len(KINDS)),
         driven=_in_turn(draw.driven, turn // len(KINDS)),
         samples=draw.samples,
+        coloured=_in_turn(draw.coloured, turn // len(KINDS)),
+        restless=_in_turn(draw.restless, turn // len(KINDS)),
     )
     return Job(key=key, group=group, seed=seed, order=order)
 

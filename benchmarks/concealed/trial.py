@@ -13,7 +13,7 @@ from benchmarks.simulator import Case, draw_case, write_case
 from benchmarks.simulator.case import truth
 
 _ATTEMPTS = 20
-_MEMORY = 7 * 2**30
+_MEMORY = 4 * 2**30
 """Bytes."""
 
 
@@ -22,7 +22,7 @@ def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> d
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "rig"
         known = truth(written(job, folder))
-        found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven")}
+        found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven", "coloured", "restless")}
         found = {"key": job.key, "group": job.group, "job": job.settings} | found
         before, of_cores = time.perf_counter(), time.process_time()
         found |= _kept("diagnosis", lambda: diagnosed(folder, budget_minutes=budget_minutes))

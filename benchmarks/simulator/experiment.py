@@ -24,6 +24,8 @@ _RELEASE = (-3.3e-3, -2.75e-3)
 """Where the hammer of a drop test is let go, m."""
 _FREQUENCY_STEP = 0.25
 """Resolution of the drive, Hz."""
+_BAND, _LINES = (0.5, 40.0), 64
+"""Of the random force of a restless rig: Hz, and count of its lines."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -46,6 +48,8 @@ class RecordPlan:
     """Samples of motion before the record begins."""
     at_rest: bool = False
     """Whether the hammer stands still in the room at the start of the motion, at zero, instead of moving with the cart."""
+    shaking: tuple[tuple[float, float, float], ...] = ()
+    """Sines of a small random force on the hammer: amplitude (N), angular frequency (rad/s), phase."""
 
 
 def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = ".csv", samples: tuple[int, int] = (6001, 12001)):
@@ -67,6 +71,14 @@ def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = 
             )
         )
     return tuple(plans)
+
+
+def restless(rng: np.random.Generator, plan: RecordPlan, rms: float) -> RecordPlan:
+    """The record with a random force of this rms (N) on the hammer, Gaussian in the limit of many lines (Shinozuka 1972)."""
+    amplitude = rms * np.sqrt(2.0 / _LINES)
+    frequencies, phases = rng.uniform(*_BAND, _LINES), rng.uniform(-np.pi, np.pi, _LINES)
+    sines = tuple((float(amplitude), 2.0 * np.pi * float(f), float(phase)) for f, phase in zip(frequencies, phases, strict=True))
+    return dataclasses.replace(plan, shaking=sines)
 
 
 def sealed_plans(
@@ -160,6 +172,7 @@ def parameter_vector(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> np
         base_amplitude=rig.base_amplitude if driven else 0.0,
         omega_exc=2.0 * np.pi * plan.excitation_frequency,
         base_phase=plan.base_phase,
+        shaking=plan.shaking,
         **hidden.parameters(plan.file),
     )
 

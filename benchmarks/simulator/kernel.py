@@ -52,12 +52,12 @@ _SILENT = 1e-4
 """A stop that rings with less than this force, N, is left to coarse steps."""
 
 
-def vector(**values: float) -> np.ndarray:
-    """A parameter vector; what is not named is 0."""
+def vector(shaking: tuple[tuple[float, float, float], ...] = (), **values: float) -> np.ndarray:
+    """A parameter vector; what is not named is 0. `shaking` goes behind the named ones: amplitude (N), rad/s and phase of sines."""
     unknown = set(values) - set(PARAMETERS)
     if unknown:
         raise ValueError(f"unknown parameters {sorted(unknown)}: expected names among PARAMETERS")
-    return np.array([values.get(name, 0.0) for name in PARAMETERS])
+    return np.array([values.get(name, 0.0) for name in PARAMETERS] + [number for sine in shaking for number in sine])
 
 
 @njit(cache=True)
@@ -124,6 +124,8 @@ def extra_force(t, u, v, p):
         since = (t - p[KNOCK_START]) % p[KNOCK_PERIOD]
         if since < p[KNOCK_WIDTH]:
             force += p[KNOCK] * math.sin(math.pi * since / p[KNOCK_WIDTH])
+    for i in range(KNOCK_PERIOD + 1, p.size, 3):
+        force += p[i] * math.sin(p[i + 1] * t + p[i + 2])
     return force
 
 

@@ -1,9 +1,10 @@
-"""The simulator's sensor chain: white noise, then a 16-bit converter that saturates."""
+"""The simulator's sensor chain: noise, white or coloured, then a 16-bit converter that saturates."""
 
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.signal import lfilter
 
 _LEVELS = 2**15
 
@@ -22,12 +23,22 @@ class Sensor:
     """How many of `unit` make one SI unit."""
     digits: int = 7
     """Significant digits in the file."""
+    colour: float = 0.0
+    """Correlation of the noise between neighbouring samples; 0 is white."""
 
     def read(self, signal: np.ndarray, rng: np.random.Generator, *, ceiling: float = np.inf) -> np.ndarray:
         """What the recorder writes for a true signal in SI, in SI; an amplifier that saturates passes nothing above `ceiling`."""
         step = self.full_scale / _LEVELS
-        noisy = np.minimum(signal + rng.normal(0.0, self.noise, signal.shape), ceiling)
+        noisy = np.minimum(signal + coloured(rng.normal(0.0, self.noise, signal.shape), self.colour), ceiling)
         return step * np.clip(np.round(noisy / step), -_LEVELS, _LEVELS - 1)
+
+
+def coloured(white: np.ndarray, colour: float) -> np.ndarray:
+    """Noise of the same standard deviation that remembers: e_i = a e_(i-1) + (1 - a^2)^(1/2) w_i, begun in its steady state."""
+    if colour == 0.0:
+        return white
+    kept = np.sqrt(1.0 - colour**2)
+    return np.concatenate([white[:1], lfilter([kept], [1.0, -colour], white[1:], zi=colour * white[:1])[0]])
 
 
 def standard_sensors(*, force: bool = True, acceleration: bool = True) -> tuple[Sensor, ...]:

@@ -14,7 +14,6 @@ from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.search import Rival, Round, Scored, Search
 from identification.fit import bounds, free_unknowns
-from identification.layout import NUISANCES
 from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
@@ -47,7 +46,8 @@ def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted
     """
     prefix = f"{effect.name}."
     found = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in shared if n.name.startswith(prefix)]
-    layout, nuisances = fitted.prepared.layout, fitted.outcome.estimate.nuisances[:, len(NUISANCES) :]
+    layout = fitted.prepared.layout
+    nuisances = fitted.outcome.estimate.nuisances[:, layout.without_effects :]
     parts = [(p, nuisances[:, column] * p.scale) for column, p in enumerate(layout.record_parameters) if p.name.startswith(prefix)]
     if parts:
         size = float(np.sqrt(np.mean(sum(values**2 for _, values in parts))))

@@ -8,7 +8,7 @@ from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import whole_cost
 from identification.discrepancy.tolerant_fit import fit_tolerantly
-from identification.layout import NUISANCES, STATES
+from identification.layout import STATES
 from vibrojax.errors import NoConvergenceError
 
 _NEEDED = 12.0
@@ -34,7 +34,7 @@ def without_effect(fitted: Fitted, name: str) -> Fitted:
     of_record = [not p.name.startswith(f"{name}.") for p in before.layout.record_parameters]
     owners = [effect.name for effect in model.effects for _ in effect.own_states]
     of_window = [owners[index] != name for index in before.layout.free_own]
-    nuisances = estimate.nuisances[:, np.array([True] * len(NUISANCES) + of_record)]
+    nuisances = estimate.nuisances[:, np.array([True] * before.layout.without_effects + of_record)]
     states = estimate.states[:, np.array([True] * len(STATES) + of_window)]
     less = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if effect.name != name))
     kept = {key: value for key, value in before.fixed.items() if not key.startswith(f"{name}.")}

@@ -63,7 +63,7 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
     """The same windows under another model, starting from its own numbers."""
     extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
-    layout = layout_of(model, *extra, files=prepared.layout.files)
+    layout = layout_of(model, *extra, files=prepared.layout.files, zeros=prepared.layout.zeros)
     layout = dataclasses.replace(layout, parameters=tuple(_in_size(p, values[p.name]) for p in layout.parameters))
     searched = {p.name: values[p.name] for p in model.parameters if p.searched}
     shared = layout.internal({p.name: values[p.name] for p in layout.parameters})

@@ -15,7 +15,7 @@ from identification.start.contact import contact_start
 from identification.windows import WindowLength
 
 SHORT = WindowLength(impacts=0.5, longest=170)
-"""Windows so short that the free initial states take up most of what the model gets wrong; none exceeds 256 samples."""
+"""Windows so short that the free initial states take up most of what the model gets wrong; none but a free decay's exceeds 256 samples."""
 _LEAST_CUT = 4.0
 """Mean squared residual of a window, in variances of the noise, above which it loses weight."""
 _ORDERLY = 0.3

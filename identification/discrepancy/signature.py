@@ -49,7 +49,7 @@ def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Cou
     found, longest = [], max(len(record.time) for record in prepared.experiment.records)
     model = prepared.model.replace(prepared.layout.physical(estimate.shared))
     for index, record in enumerate(prepared.experiment.records):
-        amplitude, phase, gap_error, *others = estimate.nuisances[index]
+        (amplitude, phase, gap_error), others = estimate.nuisances[index, :3], estimate.nuisances[index, prepared.layout.without_effects :]
         own = {p.name: p.to_physical(value) for p, value in zip(prepared.layout.record_parameters, others, strict=True)}
         here = model.replace(own).in_record(lambda file, record=record: 1.0 if file == record.file else 0.0)
         base = prepared.carts[index] or Harmonic(amplitude, phase, record.excitation_frequency or 0.0)

@@ -67,19 +67,20 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
         The sensors by channel name.
 
     Raises:
-        ExperimentError: unknown channel, unit of another dimension, noise not above 0, or a range that is not two rising numbers.
+        ExperimentError: unknown channel, unit of another dimension, noise or zero not above 0, or a range that is not two rising numbers.
     """
     sensors = {}
     for channel in tables.values:
         if channel not in CHANNELS:
             raise ExperimentError(f"unknown channel {shown(channel)} in {tables.where}{suggestion(channel, CHANNELS)}")
         table = tables.table(channel, f"[sensors.{channel}]")
-        table.allow("unit", "noise", "range")
+        table.allow("unit", "noise", "zero", "range")
         unit = table.string("unit")
         if unit is not None:
             factor_to_si(unit, CHANNELS[channel], table.where)
         noise = table.number("noise", unit=si_unit(channel), positive=True)
-        sensors[channel] = Sensor(unit=unit, noise=noise, range=_range(table, si_unit(channel)))
+        zero = table.number("zero", unit=si_unit(channel), positive=True)
+        sensors[channel] = Sensor(unit=unit, noise=noise, zero=zero, range=_range(table, si_unit(channel)))
     return sensors
 
 

@@ -10,9 +10,12 @@ class Sensor:
     Attributes:
         unit: unit of the recorded numbers, for instance "mm"; they are converted to SI on reading. None where the files state it.
         noise: standard deviation in SI, above 0; None where it is to be estimated from each record.
+        zero: standard deviation, in SI, of a zero that the operator does not know, above 0; None where it is known to be
+            right. Every record then has a zero of its own, which is estimated with this as its prior.
         range: lowest and highest value, in SI, that the sensor can tell; samples at or beyond it are not usable. None: unlimited.
     """
 
     unit: str | None = None
     noise: float | None = None
+    zero: float | None = None
     range: tuple[float, float] | None = None

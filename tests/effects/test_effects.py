@@ -19,6 +19,7 @@ from vibrojax.integrate import Landing
 LISTED = """
     coulomb_friction quadratic_drag cubic_stiffness constant_force hysteresis stop_compliance contact_adhesion back_stop base_harmonics
     cart_recoil frequency_drift gap_drift gap_step second_mode force_lag force_clipping mains_hum missing_stop gain_error time_offset
+    force_saturation
 """.split()
 TS = jnp.arange(0.0, 0.2, 1e-3)
 each_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
@@ -48,7 +49,7 @@ def nominal(law, flight_step):
     return jax.jit(lambda: readings((), law, flight_step))()
 
 
-def test_all_of_the_contract_are_listed_in_its_order():
+def test_all_of_the_contract_are_listed_in_its_order_and_then_others():
     assert list(EFFECTS) == LISTED
 
 

@@ -1,5 +1,9 @@
-import numpy as np
+import dataclasses
 
+import numpy as np
+import pytest
+
+from tests.effects.facts import FACTS
 from tests.effects.rig import GAP, K_I, LAMBDA, LAW, N_I, Reference, assert_same, simulate
 from vibrojax.contact import NoContact
 from vibrojax.effects import MissingStop
@@ -8,6 +12,14 @@ from vibrojax.effects import MissingStop
 def test_agrees_with_an_independent_integration():
     readings, _ = simulate(MissingStop(K_I, N_I, LAMBDA, 2e-4), law=NoContact())
     assert_same(readings, Reference(gap=lambda t, z: (GAP + 2e-4, 0.0)))
+
+
+def test_stands_where_the_hammer_just_gets_to_if_no_stop_was_stated():
+    facts = dataclasses.replace(FACTS, law=NoContact(), gaps={"drop.csv": 1.0, "cart1.csv": 1.0})
+    found = [candidate[0] for candidate in MissingStop(K_I, N_I, LAMBDA, 0.0).probes(facts)]
+    assert all(1.0 + one.gap_offset == pytest.approx(0.98 * facts.amplitude) for one in found)
+    stated = dataclasses.replace(facts, gaps={"drop.csv": 0.0, "cart1.csv": 1.0})
+    assert all(candidate[0].gap_offset == 0.0 for candidate in MissingStop(K_I, N_I, LAMBDA, 0.0).probes(stated))
 
 
 def test_is_the_nominal_stop_where_that_was_left_out_and_nothing_beside_it():

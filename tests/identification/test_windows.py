@@ -1,11 +1,15 @@
 """Cutting of records into windows."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from identification.discrepancy.robust import SHORT
 from identification.experiment import Record
+from identification.held_back import LONG
 from identification.kinematics import Kinematics
 from identification.windows import WindowLength, cut
 
@@ -44,3 +48,12 @@ def test_window_length_follows_the_impacts(impacts, expected):
     for k in range(impacts):
         touching[50 + 95 * k : 60 + 95 * k] = True
     assert WindowLength().samples(*record_with(touching)) == expected
+
+
+def test_a_free_decay_is_cut_into_long_windows_even_where_others_are_short():
+    """What brakes a swing hardly shows within one period, and nothing there makes errors grow."""
+    record, motion = record_with(np.zeros(4000, bool))
+    decay = dataclasses.replace(record, kind="free-decay")
+    assert SHORT.samples(record, motion) == 170
+    assert SHORT.samples(decay, motion) == 1000
+    assert LONG.samples(decay, motion) == 4000

@@ -4,7 +4,7 @@ from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
 from vibrojax.batch.exact_flight import ExactFlight
 from vibrojax.batch.points import SETTINGS, Points, grid
 from vibrojax.batch.responses import Responses
-from vibrojax.batch.run import Span, engine_for, integrate
+from vibrojax.batch.run import Span, engine_for, integrate, packed, unpacked
 from vibrojax.batch.sampled import Sampled
 from vibrojax.batch.stepping import Stepping
 
@@ -26,4 +26,6 @@ __all__ = [
     "engine_for",
     "grid",
     "integrate",
+    "packed",
+    "unpacked",
 ]

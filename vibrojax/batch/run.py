@@ -129,7 +129,7 @@ class _Batch:
     def __init__(self, engine: AbstractEngine, lanes: Lanes, state: LaneState, amplitude: np.ndarray, span: Span, chunk: int):
         leaves, self.form = jax.tree.flatten(lanes)
         self.rigs = np.stack([np.asarray(leaf) for leaf in leaves])
-        self.state = _packed(state)
+        self.state = packed(state)
         self.engine, self.span, self.chunk = engine, span, chunk
         count, kept = self.rigs.shape[1], span.recorded
         self.open = np.ones(count, dtype=bool)
@@ -208,7 +208,7 @@ class _Batch:
             closed=shaped(self.closed),
             cycles=shaped(self.done),
             result=shaped(self.result),
-            state=_unpacked(jnp.asarray(self.state)),
+            state=unpacked(jnp.asarray(self.state)),
             engine=self.engine.name,
             seconds=seconds,
         )
@@ -220,7 +220,7 @@ def _compiled(engine: AbstractEngine, form: Any, cycles: int, recorded: int) -> 
 
     @eqx.filter_jit
     def advance(rigs: jax.Array, state: jax.Array):
-        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), _unpacked(state), cycles, recorded)
+        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), unpacked(state), cycles, recorded)
         return _packed_array(after), what
 
     return advance
@@ -231,11 +231,13 @@ def _packed_array(state: LaneState) -> jax.Array:
     return jnp.concatenate([jnp.stack([row.astype(state.u.dtype) for row in rows]), state.own.T])
 
 
-def _packed(state: LaneState) -> np.ndarray:
+def packed(state: LaneState) -> np.ndarray:
+    """States of all lanes as one array, `(rows, lanes)`: as it is stored."""
     return np.array(_packed_array(state))
 
 
-def _unpacked(rows: jax.Array) -> LaneState:
+def unpacked(rows: jax.Array) -> LaneState:
+    """The states that `packed` made an array of."""
     u, v, in_contact, approach_speed, since_touch, cycle = rows[:6]
     return LaneState(u, v, in_contact > 0.5, approach_speed, since_touch, jnp.round(cycle).astype(int), rows[6:].T)
 

@@ -5,8 +5,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+from rich.text import Text
 
 Progress = Callable[[str], None]
+_EVERY = 10.0
+"""s between two lines in a log file."""
 
 
 @contextmanager
@@ -22,3 +27,42 @@ def stages(*, quiet: bool) -> Iterator[Progress]:
         return
     with console.status("starting") as status:
         yield lambda stage: status.update(f"{stage}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
+
+
+@contextmanager
+def points_done(total: int, *, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A function that is told how many operating points are done, and how many were done before this run.
+
+    On a terminal a bar with the rate of this run and the time left; elsewhere a line now and then.
+    """
+    console, start, said = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter(), [0.0]
+
+    def line(done: int, before: int) -> None:
+        seconds = time.perf_counter() - start
+        if done < total and seconds - said[0] < _EVERY:
+            return
+        said[0] = seconds
+        rate = (done - before) / seconds
+        left = f"{(total - done) / rate:.0f} s left" if rate > 0 else "time left unknown"
+        console.print(f"{seconds:7.1f} s  {done} of {total} operating points, {rate:.0f} a second, {left}", soft_wrap=True)
+
+    if not console.is_terminal:
+        yield line
+        return
+    columns = TextColumn("operating points"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn()
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("points", total=total)
+
+        def shown(done: int, before: int) -> None:
+            if before and not bar.tasks[0].completed:
+                bar.reset(task, total=total, completed=before)
+            bar.update(task, completed=done)
+
+        yield shown
+
+
+class _Rate(ProgressColumn):
+    """Steps a second of late."""
+
+    def render(self, task: Task) -> Text:
+        return Text(f"{task.speed:.0f}/s" if task.speed else "")

@@ -7,163 +7,124 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from vibrojax.cli.cluster import check_extra, connected
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.progress import stages
+from vibrojax.cli.progress import points_done, stages
+from vibrojax.cli.study_options import Shared, with_shared
 from vibrojax.errors import InputError
 
-_MODEL = typer.Option("--model", metavar="MODEL.json", help="A model.json that a fit wrote.", show_default=False)
-_OUT = typer.Option("--out", metavar="DIR", help="Folder for the data set and the figure.", show_default=False)
 _AMPLITUDE = typer.Option("--base-amplitude", metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)
 _GAP = typer.Option("--gap", metavar="M", help="Gap, m.", show_default=False)
 _FREQUENCY = typer.Option("--frequency", metavar="HZ", help="Excitation frequency, Hz.", show_default=False)
 _CYCLES = typer.Option("--cycles", min=1, metavar="N", help="Cycles left to die down; fewer where an orbit closes.")
-_QUIET = typer.Option("--quiet", help="Say nothing unless something is wrong.")
 
-Model = Annotated[Path, _MODEL]
-Out = Annotated[Path, _OUT]
+_DRAWS = 100
+
 Amplitude = Annotated[float, _AMPLITUDE]
 Cycles = Annotated[int, _CYCLES]
-Quiet = Annotated[bool, _QUIET]
 
 
+@with_shared
 def response(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     frequencies: Annotated[str, typer.Option(metavar="A:B:N", help="N excitation frequencies from A to B, Hz.")],
     gaps: Annotated[str, typer.Option(metavar="A,B,...", help="Gaps, m.")],
     cycles: Cycles = 300,
-    quiet: Quiet = False,
 ) -> None:
     """Impact force against excitation frequency, for several gaps."""
-    given = dict(frequency_hz=_values("--frequencies", frequencies), gap=_values("--gaps", gaps))
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        return studies.frequency_response(rig, **given, base_amplitude=base_amplitude, span=batch.Span(transient=cycles))
-
-    _run("response", model, out, quiet, job)
+    axes = dict(frequency_hz=_values("--frequencies", frequencies), gap=_values("--gaps", gaps))
+    _run("response", shared, axes, dict(base_amplitude=base_amplitude), dict(transient=cycles))
 
 
+@with_shared
 def bifurcation(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     values: Annotated[str, typer.Option(metavar="A:B:N", help="N values of the parameter from A to B, SI.")],
     parameter: Annotated[str, typer.Option(help="frequency_hz, gap, or a parameter of the model.")] = "frequency_hz",
     gap: Annotated[float | None, _GAP] = None,
     frequency: Annotated[float | None, _FREQUENCY] = None,
     cycles: Cycles = 118,
-    quiet: Quiet = False,
 ) -> None:
     """Bifurcation diagram of displacement and force, swept up and down, with the jumps."""
     fixed = {name: value for name, value in (("gap", gap), ("frequency_hz", frequency)) if value is not None}
-    swept = _values("--values", values)
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        span = batch.Span(transient=cycles, recorded=32)
-        return studies.bifurcation(rig, parameter=parameter, values=swept, base_amplitude=base_amplitude, span=span, **fixed)
-
-    _run("bifurcation", model, out, quiet, job)
+    settings = dict(parameter=parameter, base_amplitude=base_amplitude) | fixed
+    _run("bifurcation", shared, dict(values=_values("--values", values)), settings, dict(transient=cycles, recorded=32))
 
 
+@with_shared
 def peterka(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     ratios: Annotated[str, typer.Option(metavar="A:B:N", help="N ratios of excitation to natural frequency, from A to B.")] = "0.5:5:100",
     clearances: Annotated[str, typer.Option(metavar="A:B:N", help="N ratios of gap to base amplitude, from A to B.")] = "0:3:100",
     cycles: Cycles = 300,
-    quiet: Quiet = False,
 ) -> None:
     """Peterka map: impacts per cycle z = p/q over frequency ratio and clearance, chaos, and force on z = 1/1."""
-    given = dict(ratio=_values("--ratios", ratios), clearance=_values("--clearances", clearances))
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        return studies.peterka(rig, **given, base_amplitude=base_amplitude, span=batch.Span(transient=cycles))
-
-    _run("peterka", model, out, quiet, job)
+    axes = dict(ratio=_values("--ratios", ratios), clearance=_values("--clearances", clearances))
+    _run("peterka", shared, axes, dict(base_amplitude=base_amplitude), dict(transient=cycles))
 
 
+@with_shared
 def section(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     gap: Annotated[float, _GAP],
     frequency: Annotated[float, _FREQUENCY],
     strobes: Annotated[int, typer.Option(min=1, metavar="N", help="Section points.")] = 1000,
     cycles: Cycles = 300,
-    quiet: Quiet = False,
 ) -> None:
     """Poincaré section, phase plane and histories of one operating point."""
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        point = dict(frequency_hz=frequency, gap=gap, base_amplitude=base_amplitude)
-        return studies.section(rig, **point, strobes=strobes, transient=cycles)
-
-    _run("section", model, out, quiet, job)
+    point = dict(frequency_hz=frequency, gap=gap, base_amplitude=base_amplitude)
+    _run("section", shared, {}, point | dict(strobes=strobes, transient=cycles), None)
 
 
+@with_shared
 def basins(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     gap: Annotated[float, _GAP],
     frequency: Annotated[float, _FREQUENCY],
     displacements: Annotated[str, typer.Option(metavar="A:B:N", help="N initial displacements relative to the cart, from A to B, m.")],
     velocities: Annotated[str, typer.Option(metavar="A:B:N", help="N initial velocities from A to B, m/s.")],
     cycles: Cycles = 300,
-    quiet: Quiet = False,
 ) -> None:
     """Basins of attraction: which initial states keep impacting, and their share."""
-    plane = dict(u0=_values("--displacements", displacements), v0=_values("--velocities", velocities))
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        point = dict(frequency_hz=frequency, gap=gap, base_amplitude=base_amplitude)
-        return studies.basins(rig, **plane, **point, span=batch.Span(transient=cycles))
-
-    _run("basins", model, out, quiet, job)
+    axes = dict(u0=_values("--displacements", displacements), v0=_values("--velocities", velocities))
+    point = dict(frequency_hz=frequency, gap=gap, base_amplitude=base_amplitude)
+    _run("basins", shared, axes, point, dict(transient=cycles))
 
 
+@with_shared
 def lyapunov(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     values: Annotated[str, typer.Option(metavar="A:B:N", help="N values of the parameter from A to B, SI.")],
     parameter: Annotated[str, typer.Option(help="frequency_hz, gap, or a parameter of the model.")] = "frequency_hz",
     gap: Annotated[float | None, _GAP] = None,
     frequency: Annotated[float | None, _FREQUENCY] = None,
     cycles: Cycles = 300,
-    quiet: Quiet = False,
 ) -> None:
     """Largest Lyapunov exponent along a parameter."""
     fixed = {name: value for name, value in (("gap", gap), ("frequency_hz", frequency)) if value is not None}
-    along = _values("--values", values)
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        span = batch.Span(transient=cycles)
-        return studies.lyapunov(rig, parameter=parameter, values=along, base_amplitude=base_amplitude, span=span, cycles=cycles, **fixed)
-
-    _run("lyapunov", model, out, quiet, job)
+    settings = dict(parameter=parameter, base_amplitude=base_amplitude, cycles=cycles) | fixed
+    _run("lyapunov", shared, dict(values=_values("--values", values)), settings, dict(transient=cycles))
 
 
+@with_shared
 def design(
-    model: Model,
-    out: Out,
+    shared: Shared,
     base_amplitude: Amplitude,
     gap: Annotated[float, _GAP],
     frequencies: Annotated[str, typer.Option(metavar="A,B,...", help="Excitation frequencies, Hz.")],
     mass_ratios: Annotated[str, typer.Option(metavar="A:B:N", help="N masses over that of the model, from A to B.")] = "0.1:3:100",
     cycles: Cycles = 300,
-    quiet: Quiet = False,
 ) -> None:
     """Hammer design: impact force against the hammer's mass, its spring kept, at several excitation frequencies."""
     axes = dict(mass_ratio=_values("--mass-ratios", mass_ratios), frequency_hz=_values("--frequencies", frequencies))
-
-    def job(studies: Any, rig: Any, batch: Any) -> Any:
-        return studies.hammer_design(rig, **axes, gap=gap, base_amplitude=base_amplitude, span=batch.Span(transient=cycles))
-
-    _run("design", model, out, quiet, job)
+    _run("design", shared, axes, dict(gap=gap, base_amplitude=base_amplitude), dict(transient=cycles))
 
 
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {
@@ -181,24 +142,43 @@ COMMANDS: dict[str, tuple[Callable[..., None], str]] = {
 """The commands, and an example of each."""
 
 
-def _run(name: str, model: Path, out: Path, quiet: bool, job: Callable[[Any, Any, Any], Any]) -> None:
-    with output_folder(out) as folder, stages(quiet=quiet) as say:
-        say("loading JAX")
-        prepare_jax()
-        from vibrojax import batch, studies
-        from vibrojax.model_file import read_model
-        from vibrojax.studies.write import write_study
+def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict[str, Any], span: dict[str, int] | None) -> None:
+    if shared.store is not None:
+        check_extra(cluster=shared.cluster is not None)
+    with output_folder(shared.out) as folder:
+        with stages(quiet=shared.quiet) as say:
+            say("loading JAX")
+            prepare_jax()
+            from vibrojax.batch import Span
+            from vibrojax.studies.job import Job
+            from vibrojax.studies.run import make
+            from vibrojax.studies.write import write_study
 
-        rig = read_model(model)
-        say("integrating")
-        data = job(studies, rig, batch)
-        say("drawing")
-        files = [path.name for path in write_study(name, data, folder)]
-    console = Console(quiet=quiet, highlight=False)
-    console.print(f"{data.attrs['title']}: engine {data.attrs['engine']}, {data.attrs['seconds']:.2f} s", soft_wrap=True)
+            more = {} if span is None else {"span": Span(**span)}
+            model, draws = _rigs(shared)
+            job = Job(study=name, model=model, axes=axes, settings=settings | more, draws=draws, points=shared.tile)
+        with connected(shared.cluster) as client, points_done(job.lanes, quiet=shared.quiet) as progress:
+            data = make(job, store=shared.store, client=client, progress=progress)
+        with stages(quiet=shared.quiet) as say:
+            say("drawing")
+            files = [path.name for path in write_study(name, data, folder)]
+    console = Console(quiet=shared.quiet, highlight=False)
+    took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""
+    console.print(f"{data.attrs['title']}: engine {data.attrs['engine']}{took}", soft_wrap=True)
     if data.attrs["lanes_that_failed"] != "{}":
         console.print(f"not integrated: {data.attrs['lanes_that_failed']}", soft_wrap=True)
-    console.print(f"{' and '.join(files)} in {out}", soft_wrap=True)
+    console.print(f"{' and '.join(files)} in {shared.out}", soft_wrap=True)
+
+
+def _rigs(shared: Shared) -> tuple[Any, Any]:
+    """The model, and the draws of the fit where one is given."""
+    from vibrojax.model_file import read_model
+    from vibrojax.studies.draws import read_fit
+
+    if shared.fit is None:
+        return read_model(shared.model or Path()), None
+    fit = read_fit(shared.fit)
+    return fit.model, fit.draw(_DRAWS if shared.draws is None else shared.draws, seed=shared.seed)
 
 
 def _values(option: str, text: str) -> list[float]:

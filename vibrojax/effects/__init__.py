@@ -10,6 +10,7 @@ from vibrojax.effects.coulomb_friction import CoulombFriction
 from vibrojax.effects.cubic_stiffness import CubicStiffness
 from vibrojax.effects.force_clipping import ForceClipping
 from vibrojax.effects.force_lag import ForceLag
+from vibrojax.effects.force_saturation import ForceSaturation
 from vibrojax.effects.frequency_drift import FrequencyDrift
 from vibrojax.effects.gain_error import GainError
 from vibrojax.effects.gap_drift import GapDrift
@@ -45,6 +46,7 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
         MissingStop,
         GainError,
         TimeOffset,
+        ForceSaturation,
     )
 }
 """Every listed effect by name."""
@@ -62,6 +64,7 @@ __all__ = [
     "Facts",
     "ForceClipping",
     "ForceLag",
+    "ForceSaturation",
     "FrequencyDrift",
     "GainError",
     "GapDrift",

@@ -18,6 +18,8 @@ _CONTACT_TIMES = (2e-3, 5e-3, 12e-3)
 """s, of the impacts of probes."""
 _PROBE_EXPONENT = 1.5
 _PROBE_DAMPING = 0.3
+_JUST_REACHED = 0.98
+"""Of the largest deflection, where a probe stands if no gap was stated that the hammer gets to."""
 
 
 class MissingStop(AbstractEffect):
@@ -63,14 +65,19 @@ class MissingStop(AbstractEffect):
     gap_offset: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["MissingStop", ...], ...]:
-        """Stops of several stiffnesses, for a nominal model without contact only."""
+        """Stops of several stiffnesses, for a nominal model without contact only.
+
+        Where every gap is out of reach, which is how a file says that there is no stop, they stand where the hammer just gets to.
+        """
         if not isinstance(facts.law, NoContact) or facts.speed == 0:
             return ()
         found, order = [], _PROBE_EXPONENT + 1.0
+        gaps = set(facts.gaps.values())
+        offset = _JUST_REACHED * facts.amplitude - min(gaps) if len(gaps) == 1 and min(gaps) > facts.amplitude else 0.0
         for contact_time in _CONTACT_TIMES:
             deepest = facts.speed * contact_time / 3.0
             stiffness = 0.5 * order * facts.mass * facts.speed**2 / deepest**order
-            found.append((MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, 0.0),))
+            found.append((MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, offset),))
         return tuple(found)
 
     @property

@@ -15,11 +15,14 @@ import xarray as xr
 from vibrojax import __version__
 from vibrojax.batch import SETTINGS, Responses
 from vibrojax.errors import InputError
+from vibrojax.integrate.base import RESULT_MESSAGES, SUCCESS
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import model_document
 
 GRAVITY = 9.81
 """m/s^2, as in the thesis."""
+CHAOS = 0.01
+"""Lyapunov exponent per cycle above which an aperiodic motion is called chaotic."""
 Values = Sequence[float] | np.ndarray
 """Along one axis."""
 
@@ -43,6 +46,19 @@ def axis(model: Model, name: str, values: np.ndarray) -> Labelled:
     if name not in known:
         raise InputError(f"unknown setting {name!r}: expected one of {', '.join(known)}")
     return Labelled((name,), values, *known[name])
+
+
+def outcome(dims: tuple[str, ...], result: np.ndarray) -> Labelled:
+    """Whether each operating point was integrated to its end."""
+    return Labelled(dims, result, "1", "0, or the code of why the integration stopped")
+
+
+def failures(data: xr.Dataset) -> dict[str, int]:
+    """Count of operating points by why they stopped short, from the variable `result` of a study; empty where all went through."""
+    if "result" not in data:
+        return {}
+    codes, counts = np.unique(data["result"].values, return_counts=True)
+    return {RESULT_MESSAGES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True) if code != SUCCESS}
 
 
 def labelled(

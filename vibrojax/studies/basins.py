@@ -7,7 +7,7 @@ import xarray as xr
 
 from vibrojax.batch import Span, grid, integrate
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled
+from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
 from vibrojax.studies.classify import FAILED, NO_IMPACT, classify
 
 
@@ -53,7 +53,14 @@ def basins(
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
             "displacement": Labelled(dims, found.u[..., -1], "m", "displacement at the last strobe"),
+            "result": outcome(dims, found.result),
         },
         settings={"frequency_hz": frequency_hz, "gap": gap, "base_amplitude": base_amplitude},
     )
+    return measured(data)
+
+
+def measured(data: xr.Dataset) -> xr.Dataset:
+    """The study with its attribute `basin_measure`; NaN where no initial state could be integrated."""
+    impacting = data["impacting"].values
     return data.assign_attrs(basin_measure=float(np.mean(impacting[impacting >= 0] == 1)) if np.any(impacting >= 0) else float("nan"))

@@ -1,17 +1,19 @@
 """Bifurcation diagram: section points and forces along a parameter that is swept up and down."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
-from vibrojax.batch import Points, Responses, Span, integrate
+from vibrojax.batch import LaneState, Points, Responses, Span, integrate, packed, unpacked
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled
+from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
 from vibrojax.studies.classify import APERIODIC, PERIODIC, classify
 
+DIRECTIONS = ("up", "down")
 _TIMES, _SHARE = 2.0, 0.02
 """A jump is off the line through its neighbours by so many of their changes and this share of the whole range."""
 
@@ -42,8 +44,18 @@ def bifurcation(
         fixed: the other settings, among them `frequency_hz` and `gap` unless swept.
 
     Returns:
-        `displacement` (m) and `velocity` (m/s) at the strobes, `impact_force` (N) and `impacts` of each cycle on the axes (`direction`,
-        parameter, `cycle`); `period`, `kind` and `jump` (1 where the motion jumps on the way to this value) without the last.
+        What `sweep` does for both directions, and `jump` (1 where the motion jumps on the way to this value).
+
+    Raises:
+        InputError: too few values, or not increasing.
+    """
+    values, others = increasing(parameter, values), dict[str, Any](fixed)
+    both = sweep(model, parameter=parameter, values=values, base_amplitude=base_amplitude, span=span, progress=progress, **others)
+    return with_jumps(both)
+
+
+def increasing(parameter: str, values: Values) -> np.ndarray:
+    """The values of a parameter that can be swept.
 
     Raises:
         InputError: too few values, or not increasing.
@@ -51,28 +63,77 @@ def bifurcation(
     values = np.asarray(values, dtype=float)
     if values.ndim != 1 or values.size < 3 or not np.all(np.diff(values) > 0):
         raise InputError(f"{parameter} has {values.size} values: expected at least 3 that increase; correct the range")
-    found = _followed(model, parameter, values, {"base_amplitude": base_amplitude} | fixed, span or Span(transient=118), progress)
-    parts = {name: _two_ways(found, name) for name in ("u", "v", "peak_force", "impacts")}
-    frequency = values if parameter == "frequency_hz" else np.full(values.size, fixed.get("frequency_hz", np.nan))
-    kinds = [classify(one, base_amplitude, np.asarray(frequency[i])) for i, one in enumerate(found)]
-    kind, period = (_directed(np.stack([getattr(one, name) for one in kinds], axis=1)) for name in ("kind", "period"))
+    return values
+
+
+def sweep(
+    model: Model,
+    *,
+    parameter: str,
+    values: Values,
+    base_amplitude: float,
+    direction: Sequence[str] = DIRECTIONS,
+    before: np.ndarray | None = None,
+    span: Span | None = None,
+    progress: Callable[[float], None] = lambda part: None,
+    **fixed: float,
+) -> xr.Dataset:
+    """One stretch of the sweeps: the motion along increasing values, met in that order upwards and in the other downwards.
+
+    Arguments:
+        model: the rig.
+        parameter: what is swept.
+        values: increasing.
+        base_amplitude: A0, m.
+        direction: "up", "down", or both.
+        before: `state` at the value that was met before, one row a direction; None starts at rest.
+        span: cycles at each value.
+        progress: told the part that is done.
+        fixed: the other settings.
+
+    Returns:
+        `displacement` (m) and `velocity` (m/s) at the strobes, `impact_force` (N) and `impacts` of each cycle on the axes (`direction`,
+        parameter, `cycle`); `period`, `kind` and `result` without the last; `state`, from which the next value goes on.
+    """
+    values = np.asarray(values, dtype=float)
+    ways = np.stack([values if name == "up" else values[::-1] for name in direction])
+    start = None if before is None else unpacked(jnp.asarray(before.T))
+    found = _followed(model, parameter, ways, {"base_amplitude": base_amplitude} | fixed, span or Span(transient=118), start, progress)
+    frequency = ways if parameter == "frequency_hz" else np.full(ways.shape, fixed.get("frequency_hz", np.nan))
+    kinds = [classify(one, base_amplitude, frequency[:, i]) for i, one in enumerate(found)]
+
+    def part(of: list, name: str) -> np.ndarray:
+        return _rising(np.stack([getattr(one, name) for one in of], axis=1), direction)
+
+    state = _rising(np.stack([packed(_at_zero(one)).T for one in found], axis=1), direction)
     dims = ("direction", parameter)
     return labelled(
         f"bifurcation diagram along {parameter}",
         model,
         found[-1],
-        coords={"direction": Labelled(("direction",), ["up", "down"], "1", "of the sweep"), parameter: axis(model, parameter, values)},
+        coords={
+            "direction": Labelled(("direction",), np.array(list(direction), dtype=object), "1", "of the sweep"),
+            parameter: axis(model, parameter, values),
+        },
         variables={
-            "displacement": Labelled((*dims, "cycle"), parts["u"], "m", "displacement at the strobes"),
-            "velocity": Labelled((*dims, "cycle"), parts["v"], "m/s", "velocity at the strobes"),
-            "impact_force": Labelled((*dims, "cycle"), parts["peak_force"], "N", "largest impact force of a cycle"),
-            "impacts": Labelled((*dims, "cycle"), parts["impacts"], "1", "impacts in a cycle"),
-            "period": Labelled(dims, period, "1", "cycles of excitation in one period, q"),
-            "kind": Labelled(dims, kind, "1", "kind of motion"),
-            "jump": Labelled(dims, jumps(parts["u"].mean(axis=-1), kind), "1", "whether the motion jumps on the way to this value"),
+            "displacement": Labelled((*dims, "cycle"), part(found, "u"), "m", "displacement at the strobes"),
+            "velocity": Labelled((*dims, "cycle"), part(found, "v"), "m/s", "velocity at the strobes"),
+            "impact_force": Labelled((*dims, "cycle"), part(found, "peak_force"), "N", "largest impact force of a cycle"),
+            "impacts": Labelled((*dims, "cycle"), part(found, "impacts"), "1", "impacts in a cycle"),
+            "period": Labelled(dims, part(kinds, "period"), "1", "cycles of excitation in one period, q"),
+            "kind": Labelled(dims, part(kinds, "kind"), "1", "kind of motion"),
+            "result": outcome(dims, part(found, "result")),
+            "state": Labelled((*dims, "row"), state, "SI", "state after the last cycle, from which the next value goes on"),
         },
         settings={"base_amplitude": base_amplitude, "parameter": parameter} | fixed,
     )
+
+
+def with_jumps(data: xr.Dataset) -> xr.Dataset:
+    """The whole of both sweeps, with the variable `jump`."""
+    dims = data["kind"].dims
+    found = jumps(data["displacement"].values.mean(axis=-1), data["kind"].values)
+    return data.assign(jump=(dims, found, {"units": "1", "long_name": "whether the motion jumps on the way to this value"}))
 
 
 def jumps(mean: np.ndarray, kind: np.ndarray) -> np.ndarray:
@@ -106,26 +167,28 @@ def _breaks(mean: np.ndarray, to: int, near: int, far: int, least: float) -> boo
     return bool(abs(mean[to] - mean[near] - slope) > _TIMES * abs(slope) + least)
 
 
-def _followed(model: Model, parameter: str, values: np.ndarray, fixed: dict, span: Span, progress) -> list[Responses]:
-    """Both sweeps side by side, one value after the other: lane 0 goes up, lane 1 down."""
-    found, state = [], None
-    for number in range(values.size):
-        pair = np.array([values[number], values[-1 - number]])
-        points = Points(coords={"direction": np.arange(2.0)}, values=fixed | {parameter: pair})
-        one = integrate(model, points, span=span, start=state, chunk=2, threads=1)
-        state = one.state._replace(cycle=jnp.zeros(2, int))
+def _followed(
+    model: Model, parameter: str, ways: np.ndarray, fixed: dict, span: Span, state: LaneState | None, progress: Callable[[float], None]
+) -> list[Responses]:
+    """The sweeps side by side, a lane each, one value after the other; one sweep alone runs the same program, which takes two lanes."""
+    found = []
+    for number in range(ways.shape[1]):
+        points = Points(coords={"direction": np.arange(float(len(ways)))}, values=fixed | {parameter: ways[:, number]})
+        one = integrate(model, points, span=span, start=state, chunk=len(DIRECTIONS), threads=1)
+        state = _at_zero(one)
         found.append(one)
-        progress((number + 1) / values.size)
+        progress((number + 1) / ways.shape[1])
     return found
 
 
-def _two_ways(found: list[Responses], name: str) -> np.ndarray:
-    return _directed(np.stack([getattr(one, name) for one in found], axis=1))
+def _at_zero(found: Responses) -> LaneState:
+    """The last states, as the beginning of a motion: cycles are counted anew."""
+    return found.state._replace(cycle=jnp.zeros(found.state.u.shape, int))
 
 
-def _directed(both: np.ndarray) -> np.ndarray:
-    """Lane 1 met the values in falling order."""
-    return np.stack([both[0], both[1, ::-1]])
+def _rising(met: np.ndarray, direction: Sequence[str]) -> np.ndarray:
+    """Values in rising order; a sweep down met them in falling order."""
+    return np.stack([row if name == "up" else row[::-1] for row, name in zip(met, direction, strict=True)])
 
 
 def coexisting(data: xr.Dataset) -> np.ndarray:

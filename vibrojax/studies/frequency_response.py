@@ -8,7 +8,7 @@ import xarray as xr
 
 from vibrojax.batch import Span, grid, integrate
 from vibrojax.model import Model
-from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled
+from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled, outcome
 from vibrojax.studies.classify import classify
 
 
@@ -56,6 +56,7 @@ def frequency_response(
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
             "kind": Labelled(dims, kind.kind, "1", "kind of motion"),
+            "result": outcome(dims, found.result),
         },
         settings={"base_amplitude": base_amplitude},
     )

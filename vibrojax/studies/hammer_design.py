@@ -8,7 +8,7 @@ import xarray as xr
 from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled, natural_frequency
+from vibrojax.studies.base import Labelled, Values, axis, labelled, natural_frequency, outcome
 from vibrojax.studies.classify import classify
 
 
@@ -61,6 +61,7 @@ def hammer_design(
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
             "kind": Labelled(dims, kind.kind, "1", "kind of motion"),
+            "result": outcome(dims, found.result),
         },
         settings={"gap": gap, "base_amplitude": base_amplitude},
     )

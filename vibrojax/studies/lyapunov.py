@@ -14,13 +14,15 @@ from jax import lax
 from vibrojax.batch import AbstractEngine, Lanes, LaneState, Points, Span, engine_for, grid, integrate
 from vibrojax.batch.points import lanes_of
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled
+from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
 
 _APART = 1e-7
 """Distance of twins at the start of a cycle, over the base amplitude: far above rounding, far below the orbit."""
 
 
-def exponents(model: Model, points: Points, state: LaneState, chosen: np.ndarray, *, cycles: int, chunk: int = 32) -> np.ndarray:
+def exponents(
+    model: Model, points: Points, state: LaneState, chosen: np.ndarray, *, cycles: int, chunk: int = 32, threads: int | None = None
+) -> np.ndarray:
     """Largest Lyapunov exponent per cycle of excitation of some lanes, from states on their attractors.
 
     Each lane has a twin that starts a small distance off. After every cycle the logarithm of the growth of that distance is noted, and the
@@ -33,6 +35,7 @@ def exponents(model: Model, points: Points, state: LaneState, chosen: np.ndarray
         chosen: which lanes, `(lanes,)`.
         cycles: averaged over, after a tenth as many that turn the twins into the fastest direction.
         chunk: lanes that are stepped side by side, each with its twin.
+        threads: chunks at a time; by default one a core.
 
     Source: G. Benettin, L. Galgani, J.-M. Strelcyn, Kolmogorov entropy and numerical experiments, Phys. Rev. A 14 (1976) 2338-2345.
     """
@@ -46,7 +49,7 @@ def exponents(model: Model, points: Points, state: LaneState, chosen: np.ndarray
         rigs, start = jax.tree.map(lambda leaf: leaf[full], (lanes, state))
         return np.asarray(_growth(engine, rigs, start, jnp.asarray(_APART * amplitude)[full], cycles))[: piece.size]
 
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
         return np.concatenate(list(pool.map(one, pieces)))
 
 
@@ -74,7 +77,15 @@ def _growth(engine: AbstractEngine, lanes: Lanes, state: LaneState, small: jax.A
 
 
 def lyapunov(
-    model: Model, *, parameter: str, values: Values, base_amplitude: float, span: Span | None = None, cycles: int = 300, **fixed: float
+    model: Model,
+    *,
+    parameter: str,
+    values: Values,
+    base_amplitude: float,
+    span: Span | None = None,
+    cycles: int = 300,
+    threads: int | None = None,
+    **fixed: float,
 ) -> xr.Dataset:
     """Largest Lyapunov exponent along a parameter, of the motion that is reached from rest: above zero in chaos.
 
@@ -85,6 +96,7 @@ def lyapunov(
         base_amplitude: A0, m.
         span: that leads to the attractor.
         cycles: averaged over.
+        threads: chunks of lanes at a time; by default one a core.
         fixed: the other settings.
 
     Returns:
@@ -92,8 +104,8 @@ def lyapunov(
     """
     points = grid({parameter: values}, base_amplitude=base_amplitude, **fixed)
     span = dataclasses.replace(span or Span(), closed=None)
-    found = integrate(model, points, span=span)
-    growth = exponents(model, points, found.state, np.ones(points.lanes, dtype=bool), cycles=cycles)
+    found = integrate(model, points, span=span, threads=threads)
+    growth = exponents(model, points, found.state, np.ones(points.lanes, dtype=bool), cycles=cycles, threads=threads)
     return labelled(
         f"largest Lyapunov exponent along {parameter}",
         model,
@@ -102,6 +114,7 @@ def lyapunov(
         variables={
             "exponent": Labelled((parameter,), growth, "1", "largest Lyapunov exponent per cycle of excitation"),
             "displacement": Labelled((parameter, "cycle"), found.u, "m", "displacement at the strobes"),
+            "result": outcome((parameter,), found.result),
         },
         settings={"base_amplitude": base_amplitude, "parameter": parameter, "cycles": cycles} | fixed,
     )

@@ -8,7 +8,7 @@ import xarray as xr
 from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import GRAVITY, Labelled, Values, labelled, natural_frequency
+from vibrojax.studies.base import GRAVITY, Labelled, Values, labelled, natural_frequency, outcome
 from vibrojax.studies.classify import APERIODIC, classify
 from vibrojax.studies.lyapunov import exponents
 
@@ -55,7 +55,7 @@ def peterka(
     growth = np.full(points.shape, np.nan)
     wild = kind.kind == APERIODIC
     if lyapunov_cycles > 0 and wild.any():
-        growth[wild] = exponents(model, points, found.state, wild.reshape(-1), cycles=lyapunov_cycles)
+        growth[wild] = exponents(model, points, found.state, wild.reshape(-1), cycles=lyapunov_cycles, threads=options.get("threads"))
     force, dims = found.peak_force.max(axis=-1), ("clearance", "ratio")
     weight = GRAVITY * float(np.asarray(model.mass))
     return labelled(
@@ -73,6 +73,7 @@ def peterka(
             "impact_force": Labelled(dims, force, "N", "largest impact force"),
             "force_over_weight": Labelled(dims, force / weight, "1", "largest impact force over the hammer's weight"),
             "lyapunov": Labelled(dims, growth, "1", "largest Lyapunov exponent per cycle of excitation"),
+            "result": outcome(dims, found.result),
         },
         settings={"base_amplitude": base_amplitude},
     )

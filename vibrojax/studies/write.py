@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from vibrojax.studies.figures import FIGURES, save, style
+from vibrojax.studies.figures import FIGURES, UNCERTAIN, save, style
 
 
 def write_study(name: str, data: xr.Dataset, folder: Path) -> list[Path]:
@@ -12,7 +12,7 @@ def write_study(name: str, data: xr.Dataset, folder: Path) -> list[Path]:
 
     Arguments:
         name: of the command, a key of `FIGURES`.
-        data: of the study.
+        data: of the study, or of its quantiles over draws.
         folder: that receives the files; it must exist.
 
     Returns:
@@ -21,5 +21,6 @@ def write_study(name: str, data: xr.Dataset, folder: Path) -> list[Path]:
     written = [folder / f"{name}.nc", folder / f"{name}.png"]
     data.to_netcdf(written[0], engine="scipy")
     with style():
-        save(FIGURES[name](data), written[1])
+        draw = UNCERTAIN[name] if "quantile" in data.dims else FIGURES[name]
+        save(draw(data), written[1])
     return written

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from vibrojax.drawing import save, style
 from vibrojax.studies.figures import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
+from vibrojax.studies.figures.uncertain import UNCERTAIN
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "response": frequency_response.draw,
@@ -19,4 +20,4 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
 }
 """By the name of the command."""
 
-__all__ = ["FIGURES", "save", "style"]
+__all__ = ["FIGURES", "UNCERTAIN", "save", "style"]

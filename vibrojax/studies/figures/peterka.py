@@ -7,13 +7,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.studies.base import CHAOS
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 from vibrojax.studies.figures.base import label
 
 _MOST = 8
 _EXTRA = ("#f0e442", "#8c6d31", "#7b4173", "#3b6e22")
-_CHAOS = 0.01
-"""Exponent per cycle above which an aperiodic motion is called chaotic."""
 
 
 def draw(data: xr.Dataset) -> Figure:
@@ -27,7 +26,7 @@ def draw(data: xr.Dataset) -> Figure:
         names.append(f"z = {code // 1000}/{code % 1000}")
         colours.append(colour)
         picture[codes == code] = len(names) - 1
-    chaotic = (kind == APERIODIC) & (np.nan_to_num(data["lyapunov"].values, nan=0.0) > _CHAOS)
+    chaotic = (kind == APERIODIC) & (np.nan_to_num(data["lyapunov"].values, nan=0.0) > CHAOS)
     others = {
         "other z": ((kind == PERIODIC) & ~np.isin(codes, named), "#c6dbef"),
         "chaos": (chaotic, "#000000"),

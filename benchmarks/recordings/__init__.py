@@ -1,0 +1,1 @@
+"""Diagnoses of recordings by others, and the page about them."""

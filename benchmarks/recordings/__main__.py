@@ -1,0 +1,62 @@
+"""`python -m benchmarks.recordings --data DIR --out DIR`: diagnose the recordings one after another, and write the page about them.
+
+What an earlier call has finished in `--out` is kept; what failed is tried again. Each diagnosis is the command `vibrojax diagnose
+--recipe` in a process of its own.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+from benchmarks.machine import machine
+from benchmarks.recordings.known import KNOWN
+from benchmarks.recordings.page import row, said, write_page
+from benchmarks.recordings.runs import finished, run
+
+
+def main() -> None:
+    """Command line."""
+    options = parser().parse_args()
+    found = []
+    for known in KNOWN:
+        if options.names and known.recipe not in options.names:
+            continue
+        one = finished(known.recipe, options.out)
+        if one is None and not options.only_page:
+            one = run(known.recipe, options.data, options.out, budget_minutes=options.budget_minutes)
+        if one is not None:
+            found.append((known, one))
+            print(row(known, one), flush=True)
+    if options.page is not None:
+        write_page(options.page, found)
+    if options.json is not None:
+        rows = {
+            known.recipe: {
+                "said": None if one.document is None else said(one),
+                "failure": one.failure,
+                "held_out_nrmse": None if one.document is None else [one.document[s]["held_out_nrmse"] for s in ("nominal", "augmented")],
+                "agrees": known.agreement({e["name"] for e in (one.document or {"effects": []})["effects"]}),
+                "seconds": one.seconds,
+                "cpu_seconds": one.cpu_seconds,
+                "peak_mb": one.peak_mb,
+            }
+            for known, one in found
+        }
+        options.json.write_text(json.dumps({"recordings": rows, "machine": machine()}, indent=1) + "\n", encoding="utf-8")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options."""
+    made = argparse.ArgumentParser(prog="python -m benchmarks.recordings", description=(__doc__ or "").splitlines()[0])
+    made.add_argument("--data", type=Path, required=True, help="folder above the data sets")
+    made.add_argument("--out", type=Path, required=True, help="folder of the results, one below it for each recipe")
+    made.add_argument("--budget-minutes", type=float, default=5.0, help="of one diagnosis")
+    made.add_argument("--page", type=Path, help="Markdown file whose table and sections are written anew, between its two marks")
+    made.add_argument("--json", type=Path, help="file to write the figures to")
+    made.add_argument("--only-page", action="store_true", help="run nothing: write of what there is")
+    made.add_argument("names", nargs="*", metavar="NAME", help="recipes; all if none is named")
+    return made
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""The page about the recordings: a table, and a section for each."""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.recordings.known import Known
+from benchmarks.recordings.runs import Run, arguments
+from identification.report.numbers import rounded, with_unit
+from vibrojax.effects import EFFECTS
+
+BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
+_HEAD = """| recording | held-back error, nominal | augmented | the diagnosis | what is known | agrees | seconds (of a core) | peak, MB |
+|---|---|---|---|---|---|---|---|"""
+
+
+def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
+    """Put table and sections between the two marks of the page, and a picture of each beside it."""
+    text = page.read_text(encoding="utf-8")
+    if text.count(BEGIN) != 1 or text.count(END) != 1:
+        raise SystemExit(f"{page} lacks the lines {BEGIN!r} and {END!r}: put both where the table shall stand")
+    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    pictures = page.parent / "images" / "recordings"
+    parts = [_HEAD, *(row(known, run) for known, run in found), "", *(section(known, run, pictures) for known, run in found)]
+    page.write_text(f"{before}{BEGIN}\n\n" + "\n".join(parts).rstrip() + f"\n\n{END}{after}", encoding="utf-8")
+
+
+def row(known: Known, run: Run) -> str:
+    """One line of the table."""
+    cost = f"{run.seconds:.0f} ({run.cpu_seconds:.0f}) | {run.peak_mb:.0f} |"
+    if run.document is None:
+        return f"| `{run.recipe}` | – | – | failed: {run.failure} | {known.truth} | no | {cost}"
+    before, after = (run.document[side]["held_out_nrmse"] for side in ("nominal", "augmented"))
+    named = {effect["name"] for effect in run.document["effects"]}
+    return f"| `{run.recipe}` | {_error(before)} | {_error(after)} | {said(run)} | {known.truth} | {known.agreement(named)} | {cost}"
+
+
+def said(run: Run) -> str:
+    """Verdict and what is named, with numbers."""
+    document = run.document or {}
+    if not document["effects"]:
+        return document["verdict"]
+    return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one)})" for one in document["effects"])
+
+
+def numbers(effect: dict) -> str:
+    """An effect's parameters with their errors."""
+    specs = {p.name: p for p in EFFECTS[effect["name"]].parameters}
+    found = []
+    for name, number in effect["parameters"].items():
+        symbol = specs[name].symbol if name in specs else name
+        found.append(f"{symbol} = {with_unit(rounded(number['value'], number['stderr']).text, number['unit'])}")
+    return ", ".join([*([effect["channel"]] if effect.get("channel") else []), *found])
+
+
+def section(known: Known, run: Run, pictures: Path) -> str:
+    """Question, what the program printed, a picture, errors before and after, what it cannot tell, and the command."""
+    lines = [f"## {run.recipe}", "", known.question, ""]
+    if run.document is None:
+        return "\n".join([*lines, f"The command failed: {run.failure}", ""])
+    lines += [f"> {' '.join(run.document['sentences'])}", ""]
+    if told := picture(run, pictures):
+        lines += [told, ""]
+    lines += [*errors(run), f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""]
+    return "\n".join([*lines, "```", f"vibrojax {' '.join(arguments(run.recipe, 'FOLDER'))}", "```", ""])
+
+
+def errors(run: Run) -> list[str]:
+    """Error on every held-back record, before and after."""
+    sides = [(run.document or {})[side]["held_back"] for side in ("nominal", "augmented")]
+    if not sides[0]:
+        return []
+    lines = ["| held back | channel | nominal | augmented |", "|---|---|---|---|"]
+    for file, channels in sides[0].items():
+        lines += [
+            f"| {file} | {channel.replace('_', ' ')} | {_error(e)} | {_error(sides[1][file][channel])} |" for channel, e in channels.items()
+        ]
+    return [*lines, ""]
+
+
+def picture(run: Run, pictures: Path) -> str:
+    """Copy the picture of the record that gained, or else of what is missing; its Markdown."""
+    shown = [*sorted(run.folder.glob("record-*.png")), *run.folder.glob("missing.png")]
+    if not shown:
+        return ""
+    pictures.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(shown[0], pictures / f"{run.recipe}.png")
+    return f"![Measured, nominal and augmented model, and what either leaves](images/recordings/{run.recipe}.png)"
+
+
+def _error(share: float | None) -> str:
+    """NRMSE; a prediction that broke off has none."""
+    return "–" if share is None else f"{share:.3g}"

@@ -1,0 +1,88 @@
+import json
+
+import pytest
+
+from benchmarks.recordings import __main__ as command
+from benchmarks.recordings import runs
+from benchmarks.recordings.known import KNOWN
+from benchmarks.recordings.page import BEGIN, END, row, write_page
+from benchmarks.recordings.runs import Run, finished, run
+from identification.recipes.load import recipe_names
+from vibrojax.effects import EFFECTS
+
+DOCUMENT = {
+    "verdict": "missing",
+    "sentences": ["Dry friction explains 80 % of it.", "The error falls."],
+    "effects": [{"name": "coulomb_friction", "parameters": {"friction_force": {"value": 9400.0, "stderr": 120.0, "unit": "N"}}}],
+    "nominal": {"held_out_nrmse": 0.64, "held_back": {"later.npz": {"reaction_force": 0.64}}},
+    "augmented": {"held_out_nrmse": 0.21, "held_back": {"later.npz": {"reaction_force": None}}},
+}
+FRICTION = next(known for known in KNOWN if known.recipe == "friction_backlash")
+
+
+def made(folder, document=DOCUMENT, failure=""):
+    return Run(recipe="friction_backlash", folder=folder, document=document, failure=failure, seconds=61.2, cpu_seconds=40.0, peak_mb=903.4)
+
+
+def test_what_is_known_is_of_recipes_and_effects_that_there_are():
+    names = [known.recipe for known in KNOWN]
+    assert len(set(names)) == len(names) and set(names) <= set(recipe_names())
+    assert {effect for known in KNOWN for group in known.expected for effect in group} <= set(EFFECTS)
+    assert all(known.question.endswith(("?", ".")) and known.cannot.endswith(".") and not known.truth.endswith(".") for known in KNOWN)
+
+
+def test_a_row_holds_errors_effects_and_cost(tmp_path):
+    cells = [cell.strip() for cell in row(FRICTION, made(tmp_path)).strip("|").split("|")]
+    assert cells[:3] == ["`friction_backlash`", "0.64", "0.21"]
+    assert cells[3].startswith("missing: coulomb_friction (F_c = 9400 ± 120 N")
+    assert cells[5:] == ["yes", "61 (40)", "903"]
+
+
+def test_a_failure_stays_in_the_table(tmp_path):
+    cells = row(FRICTION, made(tmp_path, document=None, failure="no convergence")).split("|")
+    assert "failed: no convergence" in cells[4] and cells[6].strip() == "no"
+
+
+def test_the_page_is_written_between_its_marks_and_again(tmp_path):
+    (tmp_path / "record-01-before-after.png").write_bytes(b"a picture")
+    page = tmp_path / "docs" / "recordings.md"
+    page.parent.mkdir()
+    page.write_text(f"# Before\n{BEGIN}\nold\n{END}\nAfter\n")
+    for _ in range(2):
+        write_page(page, [(FRICTION, made(tmp_path))])
+    text = page.read_text()
+    assert text.startswith("# Before\n") and text.endswith("After\n") and "old" not in text
+    assert text.count("## friction_backlash") == 1
+    assert "> Dry friction explains 80 % of it. The error falls." in text
+    assert "| later.npz | reaction force | 0.64 | – |" in text
+    assert "vibrojax diagnose --recipe friction_backlash --data FOLDER/friction_backlash" in text
+    assert (page.parent / "images" / "recordings" / "friction_backlash.png").read_bytes() == b"a picture"
+    page.write_text("no marks")
+    with pytest.raises(SystemExit, match="lacks the lines"):
+        write_page(page, [])
+    assert page.read_text() == "no marks"
+
+
+def test_what_is_finished_is_kept_and_what_failed_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        runs, "_VIBROJAX", "import sys, pathlib; out = pathlib.Path(sys.argv[-1]); out.mkdir(); (out / 'diagnosis.json').write_text('{}')"
+    )
+    assert finished("silverbox", tmp_path) is None
+    done = run("silverbox", tmp_path, tmp_path / "out", budget_minutes=1.0)
+    assert done.document == {} and done.peak_mb > 1.0
+    assert finished("silverbox", tmp_path / "out") == done
+    monkeypatch.setattr(runs, "_VIBROJAX", "raise SystemExit('recordings are not there')")
+    failed = run("pcb_shock", tmp_path, tmp_path / "out", budget_minutes=1.0)
+    assert failed.document is None and failed.failure == "recordings are not there"
+    assert finished("pcb_shock", tmp_path / "out") is None
+
+
+def test_the_command_goes_on_where_it_stopped(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(command, "finished", lambda recipe, out: made(tmp_path) if recipe == "friction_backlash" else None)
+    monkeypatch.setattr(command, "run", lambda recipe, *a, **k: made(tmp_path, None, "x") if recipe == "silverbox" else pytest.fail(recipe))
+    arguments = ["recordings", "--data", "d", "--out", "o", "--json", str(tmp_path / "x.json"), "friction_backlash", "silverbox"]
+    monkeypatch.setattr("sys.argv", arguments)
+    command.main()
+    rows = json.loads((tmp_path / "x.json").read_text())["recordings"]
+    assert rows["friction_backlash"]["agrees"] == "yes" and rows["silverbox"]["failure"] == "x"
+    assert capsys.readouterr().out.count("\n") == 2

@@ -1,0 +1,116 @@
+"""Parameter values that a fit leaves possible, drawn at random."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from vibrojax.errors import InputError
+from vibrojax.model import Model
+from vibrojax.model_file import read_model
+from vibrojax.parameters import Parameter
+
+_ROUNDS = 1000
+_SAME = 1e-6
+_REMEDY = "expected the fit.json and model.json that one run of fit-parameters wrote"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Draws:
+    """Parameter values of which each is one possible truth.
+
+    Attributes:
+        names: of the parameters that were drawn.
+        values: SI.
+        seed: of the random numbers.
+    """
+
+    names: tuple[str, ...]
+    values: Float[np.ndarray, "draw parameter"]
+    seed: int
+
+    def model(self, model: Model, draw: int) -> Model:
+        """The model with the values of one draw."""
+        return model.replace(dict(zip(self.names, self.values[draw].tolist(), strict=True)))
+
+    def document(self) -> dict[str, Any]:
+        """As JSON can hold it."""
+        return {"seed": self.seed, "count": len(self.values), "names": list(self.names), "values": self.values.tolist()}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Fit:
+    """What a fit knows of its parameters: a normal distribution in the coordinates in which the fit moves (logarithms, mostly).
+
+    Attributes:
+        model: at the best values.
+        parameters: those with a standard error.
+        centre: best values, internal coordinates.
+        covariance: in internal coordinates.
+        held: parameters without a standard error; every draw keeps the model's value.
+    """
+
+    model: Model
+    parameters: tuple[Parameter, ...]
+    centre: Float[np.ndarray, " parameter"]
+    covariance: Float[np.ndarray, "parameter parameter"]
+    held: tuple[str, ...]
+
+    def draw(self, count: int, *, seed: int) -> Draws:
+        """Draw parameter values; what lies outside the range of a parameter is drawn again.
+
+        Raises:
+            InputError: fewer than one draw, or hardly any within the ranges.
+        """
+        if count < 1:
+            raise InputError(f"{count} draws: expected at least 1; correct it")
+        rng, kept = np.random.default_rng(seed), np.empty((0, len(self.parameters)))
+        for _ in range(_ROUNDS):
+            trial = rng.multivariate_normal(self.centre, self.covariance, size=count, method="eigh")
+            values = np.array([[p.to_physical(x) for p, x in zip(self.parameters, row, strict=True)] for row in trial])
+            inside = [all(p.lower <= x <= p.upper for p, x in zip(self.parameters, row, strict=True)) for row in values]
+            kept = np.concatenate([kept, values[inside]])[:count]
+            if len(kept) == count:
+                return Draws(names=tuple(p.name for p in self.parameters), values=kept, seed=seed)
+        raise InputError("hardly any draw lies within the parameters' ranges: the fit determines them too poorly; record more, or fix some")
+
+
+def read_fit(folder: Path) -> Fit:
+    """Read the folder of a fit: values from `model.json`, errors and correlations from `fit.json`.
+
+    Standard errors are those of the fit's own coordinates, carried to SI along the slope; here they are carried back.
+
+    Raises:
+        InputError: a file is missing or broken, the two do not belong together, or no parameter has an error.
+    """
+    model, path = read_model(folder / "model.json"), folder / "fit.json"
+    known, best = {p.name: p for p in model.parameters}, {name: float(np.asarray(value)) for name, value in model.values().items()}
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        listed: dict[str, dict] = document["parameters"]
+        names, matrix = document["correlation"]["names"], np.array(document["correlation"]["matrix"], dtype=float)
+        errors = {name: float(part["stderr"]) for name, part in listed.items() if part["stderr"] is not None}
+        values = {name: float(part["value"]) for name, part in listed.items()}
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror or error}): {_REMEDY}") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{path} is no fit.json ({type(error).__name__}: {error}): {_REMEDY}") from error
+    for name, value in values.items():
+        if name not in known or not np.isclose(value, best[name], rtol=_SAME, atol=0.0):
+            raise InputError(f"{path} has {name} = {value:g}, model.json has {best.get(name, 'none')}: {_REMEDY}")
+    chosen = [name for name in names if errors.get(name, 0.0) > 0]
+    if not chosen or matrix.shape != (len(names), len(names)) or not np.all(np.isfinite(matrix)):
+        raise InputError(f"{path} gives no parameter a standard error and correlations: nothing can be drawn; {_REMEDY}")
+    index = [names.index(name) for name in chosen]
+    parameters = tuple(known[name] for name in chosen)
+    spread = np.array([errors[p.name] / p.slope(best[p.name]) for p in parameters])
+    return Fit(
+        model=model,
+        parameters=parameters,
+        centre=np.array([p.to_internal(best[p.name]) for p in parameters]),
+        covariance=matrix[np.ix_(index, index)] * np.outer(spread, spread),
+        held=tuple(name for name in listed if name not in chosen),
+    )

@@ -1,0 +1,146 @@
+"""The studies over the draws of a fit: median, the middle 50 % and 95 % as bands, probabilities of kinds of motion."""
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.studies.figures.base import label, setting
+
+_BANDS = ((0, 4, 0.18), (1, 3, 0.35))
+"""Lower and upper quantile, opacity."""
+_LIKELY = 0.5
+
+
+def response(data: xr.Dataset) -> Figure:
+    """Force against frequency, a colour a gap; below, the probability of z = 1/1."""
+    figure = new_figure(5.4)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    for colour, gap in zip(COLOURS, data["gap"].values, strict=False):
+        part = data.sel(gap=gap)
+        _band(top, data["frequency_hz"], part["impact_force"], colour, f"gap {1e3 * gap:g} mm")
+        bottom.plot(data["frequency_hz"], part["probability_1_1"], color=colour)
+    _finish(top, bottom, data, "largest impact force (N)", "probability of z = 1/1", "frequency_hz")
+    return figure
+
+
+def design(data: xr.Dataset) -> Figure:
+    """Force against the hammer's mass, a colour a frequency; below, the probability of z = 1/1."""
+    figure = new_figure(5.4)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    for colour, frequency in zip(COLOURS, data["frequency_hz"].values, strict=False):
+        part = data.sel(frequency_hz=frequency)
+        _band(top, data["mass_ratio"], part["impact_force"], colour, f"{frequency:g} Hz")
+        bottom.plot(data["mass_ratio"], part["probability_1_1"], color=colour)
+    _finish(top, bottom, data, "largest impact force (N)", "probability of z = 1/1", "mass_ratio")
+    return figure
+
+
+def lyapunov(data: xr.Dataset) -> Figure:
+    """The exponent, and below the probability of chaos."""
+    parameter = setting(data, "parameter")
+    figure = new_figure(4.8)
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    _band(top, data[parameter], data["exponent"], COLOURS[1], "exponent per cycle")
+    top.axhline(0.0, color="#606060", lw=0.8)
+    bottom.plot(data[parameter], data["probability_chaos"], color=COLOURS[1])
+    _finish(top, bottom, data, "exponent per cycle", "probability of chaos", parameter)
+    return figure
+
+
+def bifurcation(data: xr.Dataset) -> Figure:
+    """Lowest and highest section point, largest force, and where the sweeps jump."""
+    parameter = setting(data, "parameter")
+    figure = new_figure(6.6)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(2, 2, 1))
+    for direction, colour in (("up", COLOURS[0]), ("down", COLOURS[1])):
+        part = data.sel(direction=direction)
+        for name, text in (("displacement_lowest", direction), ("displacement_highest", "")):
+            _band(top, data[parameter], 1e3 * part[name], colour, text)
+        _band(middle, data[parameter], part["impact_force"], colour, "")
+        bottom.plot(data[parameter], part["probability_jump"], color=colour)
+    middle.set_ylabel("largest force of a cycle (N)")
+    _finish(top, bottom, data, "section points, lowest\nand highest (mm)", "probability\nof a jump", parameter)
+    return figure
+
+
+def peterka(data: xr.Dataset) -> Figure:
+    """Probability of z = 1/1, and the median force where z = 1/1 is the likely motion."""
+    figure = new_figure(4.2, 9.6)
+    left, right = figure.subplots(1, 2, sharey=True)
+    x, y = data["ratio"].values, data["clearance"].values
+    first = data["probability_1_1"].values
+    shown = left.pcolormesh(x, y, first, cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
+    figure.colorbar(shown, ax=left, label="probability of z = 1/1")
+    force = np.where(first >= _LIKELY, data["force_over_weight"].sel(quantile=0.5).values, np.nan)
+    shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
+    figure.colorbar(shown, ax=right, label="F / (m g) on z = 1/1, median")
+    for axes in (left, right):
+        axes.set_xlabel(label(data, "ratio"))
+        axes.grid(False)
+    left.set_ylabel(label(data, "clearance"))
+    right.set_title(f"where its probability is at least {_LIKELY:g}", loc="left", fontsize=9)
+    left.set_title(f"{data.attrs['draws']} draws of the fit", loc="left", fontsize=9)
+    return figure
+
+
+def basins(data: xr.Dataset) -> Figure:
+    """Probability that the motion from an initial state keeps impacting."""
+    figure = new_figure(4.4)
+    axes = figure.subplots()
+    plane = 1e3 * data["u0"], data["v0"], data["probability_impacting"].transpose("v0", "u0")
+    shown = axes.pcolormesh(*plane, cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
+    figure.colorbar(shown, ax=axes, label="probability that the motion keeps impacting")
+    low, middle, high = (100 * float(data["basin_measure"].isel(quantile=i)) for i in (0, 2, 4))
+    axes.set_title(f"share that keeps impacting: {middle:.1f} % ({low:.1f} to {high:.1f} %)", loc="left", fontsize=9)
+    axes.set(xlabel="initial displacement relative to the cart (mm)", ylabel="initial velocity (m/s)")
+    axes.grid(False)
+    return figure
+
+
+def section(data: xr.Dataset) -> Figure:
+    """Histories of a few cycles."""
+    figure = new_figure(5.4)
+    rows = (
+        ("u", 1e3, "rel. displacement (mm)"),
+        ("impact_force", 1.0, "impact force (N)"),
+        ("hammer_acceleration", 1.0, "acceleration (m/s²)"),
+    )
+    panels = figure.subplots(3, 1, sharex=True)
+    for axes, (name, scale, text) in zip(panels, rows, strict=True):
+        _band(axes, data["time"], scale * data[name], COLOURS[0], "")
+        axes.set_ylabel(text)
+    panels[0].axhline(1e3 * setting(data, "gap"), color=COLOURS[1], lw=0.8, ls="--", label="stop")
+    panels[0].legend(loc="upper right")
+    panels[-1].set_xlabel("time since a strobe (s)")
+    return figure
+
+
+UNCERTAIN: dict[str, Callable[[xr.Dataset], Figure]] = {
+    "response": response,
+    "bifurcation": bifurcation,
+    "peterka": peterka,
+    "section": section,
+    "basins": basins,
+    "lyapunov": lyapunov,
+    "design": design,
+}
+"""By the name of the command."""
+
+
+def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: str, name: str) -> None:
+    """Median and bands of one line."""
+    values = part.transpose("quantile", ...).values
+    for low, high, opacity in _BANDS:
+        axes.fill_between(x.values, values[low], values[high], color=colour, alpha=opacity, lw=0)
+    axes.plot(x.values, values[2], color=colour, label=name or None)
+
+
+def _finish(top: Axes, bottom: Axes, data: xr.Dataset, above: str, below: str, along: str) -> None:
+    top.set_ylabel(above)
+    top.set_title(f"median, middle 50 % and 95 % of {data.attrs['draws']} draws of the fit", loc="left", fontsize=9)
+    top.legend()
+    bottom.set(xlabel=label(data, along), ylabel=below, ylim=(-0.03, 1.03))

@@ -1,0 +1,114 @@
+"""Make a study: at once, or tile by tile into a store, here or on a cluster."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from vibrojax.errors import InputError
+from vibrojax.model_file import model_document
+from vibrojax.studies.base import failures
+from vibrojax.studies.job import Job, Tile, evaluate, everything, tiles
+from vibrojax.studies.quantiles import stacked, summary
+from vibrojax.studies.store import opened, put, read, state_before
+
+Progress = Callable[[int, int], None]
+"""Told the operating points that are done, and those that were done before this run."""
+
+
+def make(job: Job, *, store: Path | None = None, client: Any = None, progress: Progress = lambda done, before: None) -> xr.Dataset:
+    """Make a study, or what is left of it.
+
+    Arguments:
+        job: the study.
+        store: Zarr store that receives tile after tile; an unfinished one is finished. None: all in memory.
+        client: `dask.distributed.Client` whose workers make and write the tiles, on a file system that they share; None works here.
+        progress: called after every tile.
+
+    Returns:
+        The study; with draws, its quantiles and probabilities over them (see `quantiles`).
+
+    Raises:
+        InputError: bad settings, a store of other settings, workers of other versions.
+    """
+    if store is None:
+        if client is not None:
+            raise InputError("a cluster is given without a store: expected the place where its workers put their tiles; name a store")
+        return _finished(job, _in_memory(job, progress))
+    if not job.axes and job.draws is None:
+        raise InputError(f"{job.study} is one operating point: there is nothing to resume; leave the store out")
+    store = Path(store).absolute()
+    plan = tiles(job)
+    began: list[xr.Dataset] = []
+
+    def first() -> xr.Dataset:
+        began.append(_first(job, plan[0]) if client is None else client.submit(_first, job, plan[0], pure=False).result())
+        return began[0]
+
+    with opened(store, job, first) as done:
+        if began:
+            put(store, job, plan[0], began[0])
+            done[0] = True
+        left = [tile for tile in plan if not done[tile.number]]
+        before = 0 if began else sum(job.size(tile) for tile in plan if done[tile.number])
+        progress(job.lanes - sum(job.size(tile) for tile in left), before)
+        (_here if client is None else _on_cluster)(job, store, left, before, progress, client)
+        return _finished(job, read(store))
+
+
+def _first(job: Job, tile: Tile) -> xr.Dataset:
+    return evaluate(job, tile)
+
+
+def _in_memory(job: Job, progress: Progress) -> xr.Dataset:
+    if job.draws is None:
+        return everything(job, None)
+    found, count = [], len(job.draws.values)
+    for draw in range(count):
+        found.append(everything(job, draw).expand_dims("draw"))
+        progress((draw + 1) * job.lanes // count, 0)
+    return stacked(found)
+
+
+def _here(job: Job, store: Path, left: list[Tile], before: int, progress: Progress, client: None) -> None:
+    done = job.lanes - sum(job.size(tile) for tile in left)
+    for tile in left:
+        put(store, job, tile, evaluate(job, tile, before=state_before(store, job, tile)))
+        done += job.size(tile)
+        progress(done, before)
+
+
+def _on_cluster(job: Job, store: Path, left: list[Tile], before: int, progress: Progress, client: Any) -> None:
+    """Every tile is a task; a stretch of a sweep waits for the one before."""
+    from dask.distributed import as_completed
+
+    done, document = job.lanes - sum(job.size(tile) for tile in left), job.document()["versions"]
+    futures: dict[int, Any] = {}
+    for tile in left:
+        futures[tile.number] = client.submit(_one, job, store, tile, document, futures.get(tile.after), pure=False)  # type: ignore[arg-type]
+    size = {futures[tile.number].key: job.size(tile) for tile in left}
+    for future in as_completed(futures.values(), raise_errors=True):
+        future.result()
+        done += size[future.key]
+        progress(done, before)
+
+
+def _one(job: Job, store: Path, tile: Tile, versions: dict[str, str], after: Any) -> None:
+    """One tile on a worker, which runs as many of them at a time as it has threads."""
+    here = job.document()["versions"]
+    if here != versions:
+        raise InputError(f"a worker has {here}, this process {versions}: expected the same; set the workers up anew")
+    if not store.is_dir():
+        raise InputError(f"a worker does not see {store}: expected a folder that all machines share; name a store there")
+    put(store, job, tile, evaluate(job, tile, before=state_before(store, job, tile), threads=1))
+
+
+def _finished(job: Job, data: xr.Dataset) -> xr.Dataset:
+    """What is said of the whole."""
+    if job.draws is not None:
+        found = summary(job, data)
+    else:
+        found = job.kind.whole(data)
+    return found.assign_attrs(model=json.dumps(model_document(job.model)), lanes_that_failed=json.dumps(failures(data)))

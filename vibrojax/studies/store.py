@@ -1,0 +1,209 @@
+"""A study on disk while it grows: one Zarr store, tile by tile, that ends with the same bytes however often it was broken off.
+
+Every tile is one chunk of each variable and each chunk file is moved into place whole (Zarr's local store does so). A tile counts as done
+when its mark in `tile_done` is set, which is written after its chunks. Nothing in the store tells of time or machine. The store itself is
+made aside and moved into place, and a run holds a lock on the folder as long as it lives.
+"""
+
+import fcntl
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrojax.errors import InputError
+from vibrojax.model_file import model_document
+from vibrojax.studies.job import Job, Tile, tiles
+
+_JOB, _DONE = "job", "tile_done"
+_OF_A_RUN = ("seconds", "lanes_that_failed", "basin_measure")
+"""Attributes that are not the same for every tile, or every run."""
+_FORMAT: Any = {"zarr_format": 3, "consolidated": False}
+
+
+@contextmanager
+def opened(path: Path, job: Job, first: Callable[[], xr.Dataset]) -> Iterator[np.ndarray]:
+    """Hold the store of a job, made new where there is none.
+
+    Arguments:
+        path: of the store.
+        job: the study.
+        first: makes the first tile, from which a new store takes its shape.
+
+    Yields:
+        Which tiles are done, one flag a tile.
+
+    Raises:
+        InputError: the store was begun with other settings, is none of ours, is in use, or its parent does not exist.
+    """
+    path = Path(path).absolute()
+    lock = _locked(path) if path.exists() else _made(path, job, first())
+    try:
+        _check(path, job)
+        for rest in path.rglob("*.partial"):
+            rest.unlink(missing_ok=True)
+        yield _marks(path, "r")[:] == 1
+    finally:
+        os.close(lock)
+
+
+def put(path: Path, job: Job, tile: Tile, data: xr.Dataset) -> None:
+    """Write one tile, then its mark; to be done by one process at a time for each tile."""
+    region = {job.dim(name): part for name, part in tile.parts.items()}
+    data = data.drop_vars(list(data.coords))
+    if tile.draw is not None:
+        data, region = data.expand_dims("draw"), region | {"draw": slice(tile.draw, tile.draw + 1)}
+    data.to_zarr(path, region=region, mode="r+", **_FORMAT)
+    _marks(path, "r+")[tile.number] = 1
+
+
+def read(path: Path) -> xr.Dataset:
+    """All tiles as one data set, in memory."""
+    with xr.open_zarr(path, chunks=None, **_FORMAT) as data:
+        whole = data.drop_vars(_DONE).load()
+    whole.attrs.pop(_JOB)
+    return whole
+
+
+def state_before(path: Path, job: Job, tile: Tile) -> np.ndarray | None:
+    """Where the stretch before a tile of a sweep ended; None where the tile begins the sweep."""
+    if tile.after is None:
+        return None
+    way, part = tile.parts["direction"], tile.parts["values"]
+    upwards = job.axes["direction"][way.start] == "up"
+    place: dict[str, Any] = {"direction": way, job.dim("values"): part.start - 1 if upwards else part.stop}
+    with xr.open_zarr(path, chunks=None, **_FORMAT) as data:
+        return data["state"].isel(place | ({} if tile.draw is None else {"draw": tile.draw})).values
+
+
+def _marks(path: Path, mode: Any) -> Any:
+    import zarr
+
+    return zarr.open_array(path, path=_DONE, mode=mode)
+
+
+def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
+    """A new store, locked before anyone can see it."""
+    parent = path.parent
+    if not parent.is_dir():
+        raise InputError(f"cannot make the store {path}: {parent} is not a folder; make it, or name another store")
+    for rest in parent.glob(f".{path.name}-unfinished-*"):
+        with _taken(rest) as free:
+            if free:
+                shutil.rmtree(rest, ignore_errors=True)
+    try:
+        aside = Path(tempfile.mkdtemp(prefix=f".{path.name}-unfinished-", dir=parent))
+    except OSError as error:
+        raise InputError(f"cannot make the store {path}: {parent}: {error.strerror}; name another store") from error
+    lock = _locked(aside)
+    try:
+        empty, chunks = _template(job, tile)
+        empty.to_zarr(aside, mode="w-", compute=False, encoding={name: {"chunks": sizes} for name, sizes in chunks.items()}, **_FORMAT)
+        os.chmod(aside, 0o777 & ~_umask())
+        os.rename(aside, path)
+    except OSError as error:
+        os.close(lock)
+        raise InputError(f"cannot make the store {path}: {error.strerror or error}; name another store") from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+    return lock
+
+
+def _template(job: Job, tile: xr.Dataset) -> tuple[xr.Dataset, dict[str, tuple[int, ...]]]:
+    """The data set in full size with nothing in it, and the sizes of its chunks."""
+    import dask.array
+
+    blocks = {job.dim(name): length for name, length in job.blocks().items()}
+    sizes = {**tile.sizes, **{job.dim(name): len(values) for name, values in job.axes.items()}}
+    lead = {} if job.draws is None else {"draw": len(job.draws.values)}
+    variables, chunks = {}, {}
+    for name, part in tile.data_vars.items():
+        dims = (*lead, *part.dims)
+        chunks[str(name)] = tuple(1 if dim == "draw" else blocks.get(str(dim), sizes.get(dim, 0)) for dim in dims)
+        shape = tuple(lead[str(dim)] if dim in lead else sizes[dim] for dim in dims)
+        fill = np.nan if np.issubdtype(part.dtype, np.floating) else 0
+        variables[name] = (dims, dask.array.full(shape, fill, dtype=part.dtype, chunks=chunks[str(name)]), part.attrs)
+    number = len(tiles(job))
+    variables[_DONE] = (("tile",), dask.array.zeros((number,), dtype=np.int8, chunks=(1,)), {"long_name": "whether the tile is complete"})
+    coords = {name: (part.dims, part.values, part.attrs) for name, part in tile.coords.items()}
+    for name, values in job.axes.items():
+        dim = job.dim(name)
+        coords[dim] = ((dim,), values.astype(object) if name == "direction" else values, tile[dim].attrs)
+    attrs = {name: value for name, value in tile.attrs.items() if name not in _OF_A_RUN}
+    attrs |= {"model": json.dumps(model_document(job.model)), _JOB: json.dumps(job.document())}
+    return xr.Dataset(variables, coords, attrs), chunks | {_DONE: (1,)}
+
+
+def _check(path: Path, job: Job) -> None:
+    """Refuse a store that is not of this job."""
+    import zarr
+
+    try:
+        begun = json.loads(str(zarr.open_group(path, mode="r", zarr_format=3).attrs[_JOB]))
+    except (OSError, KeyError, ValueError, AttributeError) as error:
+        raise InputError(f"{path} is not a store of a study: expected one, or nothing at that place; name another store") from error
+    now = json.loads(json.dumps(job.document()))
+    differing = list(_differences(begun, now, ""))
+    if differing:
+        more = f", and {len(differing) - 1} more" if len(differing) > 1 else ""
+        raise InputError(f"{path} was begun with other settings: {differing[0]}{more}; give the same ones, or name another store")
+
+
+def _differences(begun: Any, now: Any, where: str) -> Iterator[str]:
+    """What differs between two documents, in words."""
+    if begun == now:
+        return
+    if isinstance(begun, dict) and isinstance(now, dict):
+        for key in {**begun, **now}:
+            yield from _differences(begun.get(key), now.get(key), f"{where}{'.' if where else ''}{key}")
+        return
+    yield f"{where} is {_short(begun)} in the store, {_short(now)} now"
+
+
+def _short(value: Any) -> str:
+    """A list by its length and ends."""
+    if isinstance(value, list) and len(value) > 3 and not isinstance(value[0], list):
+        return f"{len(value)} values from {value[0]!r} to {value[-1]!r}"
+    text = "none" if value is None else json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _locked(path: Path) -> int:
+    """A lock on a folder that ends with the process."""
+    try:
+        lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise InputError(f"{path} cannot be opened ({error.strerror}): expected the folder of a store; name another store") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(lock)
+        raise InputError(f"{path} is in use: expected a store that no other run works on; wait for that run, or end it") from error
+    return lock
+
+
+@contextmanager
+def _taken(path: Path) -> Iterator[bool]:
+    """Whether nobody else holds the lock on a folder."""
+    try:
+        lock = _locked(path)
+    except InputError:
+        yield False
+        return
+    try:
+        yield True
+    finally:
+        os.close(lock)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
