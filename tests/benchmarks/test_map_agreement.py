@@ -14,15 +14,17 @@ def made(kind: np.ndarray, impacts: np.ndarray) -> xr.Dataset:
     return xr.Dataset({name: (dims, values) for name, values in parts.items()}, side)
 
 
-def test_cells_beside_chaos_do_not_count_and_others_do():
-    kind, impacts = np.full((6, 6), PERIODIC), np.ones((6, 6), dtype=int)
+def test_cells_in_and_beside_chaos_do_not_count_and_others_do():
+    kind, impacts = np.full((100, 100), PERIODIC), np.ones((100, 100), dtype=int)
     theirs_kind, theirs = kind.copy(), impacts.copy()
     theirs_kind[0, 0] = APERIODIC
-    theirs[1, 1], theirs[4, 4], theirs[5, 0] = 2, 2, 1
-    kind[5, 5] = theirs_kind[5, 5] = NO_IMPACT
-    impacts[5, 5] = 3
+    theirs[1, 1], theirs[40, 40] = 2, 2
+    kind[50, 50] = theirs_kind[50, 50] = NO_IMPACT
+    impacts[50, 50] = 3
     found = compare(made(kind, impacts), made(theirs_kind, theirs))
-    assert found["cells"] == 36 and found["away_from_chaos"] == 32
-    assert found["same"] == 31 and found["share"] == 31 / 32
-    assert found["disagreements"] == [{"clearance": 4.0, "ratio": 4.0, "fast": "1/1", "switch": "2/1"}]
+    assert found["cells"] == 10000 and found["away_from_chaos"] == 9996
+    assert found["same"] == 9995 and found["share"] == 9995 / 9996
+    assert found["disagreements"] == [{"clearance": 40.0, "ratio": 40.0, "fast": "1/1", "switch": "2/1"}]
     assert found["aperiodic_in_one"] == 1 and found["aperiodic_in_both"] == 0
+    coarse = compare(made(kind[:6, :6], impacts[:6, :6]), made(theirs_kind[:6, :6], theirs[:6, :6]))
+    assert coarse["away_from_chaos"] == 35 and coarse["same"] == 34

@@ -4,10 +4,13 @@ import sys
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from tests.batch.rigs import model
+from tests.studies.test_draws import written_fit
 from vibrojax.cli import main, study
 from vibrojax.model_file import write_model
+from vibrojax.studies.draws import read_fit
 
 
 def call(monkeypatch, *arguments: str) -> int:
@@ -99,3 +102,26 @@ def test_a_scheduler_that_does_not_answer_ends_in_one_line(monkeypatch, capsys, 
     assert call(monkeypatch, "peterka", "--cluster", "tcp://127.0.0.1:9", "--store", str(tmp_path / "a.zarr"), *rest) == 2
     assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["model.json"]
+
+
+def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    written_fit(tmp_path)
+    rest = (
+        "--base-amplitude",
+        "2e-3",
+        "--gaps",
+        "1e-3",
+        "--frequencies",
+        "5:7:3",
+        "--cycles",
+        "24",
+        "--out",
+        str(tmp_path / "o"),
+        "--quiet",
+    )
+    assert call(monkeypatch, "response", "--fit", str(tmp_path), "--draws", "2", "--seed", "7", *rest) == 0
+    assert capsys.readouterr() == ("", "")
+    with xr.open_dataset(tmp_path / "o" / "response.nc", engine="scipy") as found:
+        np.testing.assert_allclose(found["drawn"], read_fit(tmp_path).draw(2, seed=7).values)
+        assert found["impact_force"].dims == ("quantile", "gap", "frequency_hz")

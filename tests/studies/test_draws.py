@@ -9,7 +9,7 @@ from tests.batch.rigs import AMPLITUDE, GAP, model
 from vibrojax.batch import Span
 from vibrojax.errors import InputError
 from vibrojax.model_file import write_model
-from vibrojax.studies import basins, bifurcation, frequency_response, lyapunov, peterka
+from vibrojax.studies import basins, bifurcation, frequency_response, lyapunov, peterka, section
 from vibrojax.studies.classify import PERIODIC
 from vibrojax.studies.draws import Draws, read_fit
 from vibrojax.studies.job import Job
@@ -139,6 +139,16 @@ def test_basins_and_exponents_over_draws(tmp_path):
     np.testing.assert_allclose(found["exponent"], np.quantile(exponents, LEVELS, axis=0), rtol=1e-4)
     assert (found["probability_chaos"] == 0).all()
     check_drawn("lyapunov", found, tmp_path)
+
+
+def test_histories_over_draws(tmp_path):
+    point = dict(frequency_hz=5.2, gap=GAP, base_amplitude=AMPLITUDE, strobes=4, transient=8, cycles=1, samples=40)
+    one = Job(study="section", model=model(), axes={}, settings=point, draws=drawn())
+    found = make(one, store=tmp_path / "a.zarr")
+    alone = np.stack([section(rig, **point)["u"] for rig in each()])
+    np.testing.assert_allclose(found["u"], np.quantile(alone, LEVELS, axis=0), rtol=1e-6, atol=1e-12)
+    assert found["u"].dims == ("quantile", "time") and found["time"].attrs["units"] == "s"
+    check_drawn("section", found, tmp_path)
 
 
 def check_drawn(name: str, data, folder) -> None:
