@@ -6,13 +6,14 @@ BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint docs lock clean
+.PHONY: help run test lint docs notebooks lock clean
 
 help:
 	@echo "make run    set up and fit the embedded example"
 	@echo "make test   set up and run the whole test suite"
 	@echo "make lint   style and types"
 	@echo "make docs   the documentation site, built strictly into site/"
+	@echo "make notebooks  run every notebook at full size and write its .ipynb"
 	@echo "make lock   write requirements*.lock anew; UPGRADE=1 takes the newest versions"
 	@echo "make clean  remove everything that can be made again"
 
@@ -28,6 +29,9 @@ lint: $(VENV)/.stamp-test
 
 docs: $(VENV)/.stamp-test
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+
+notebooks: $(VENV)/.stamp-test
+	$(BIN)/python notebooks/run_all
 
 # The exact versions of the lock, checked by hash; then the project itself, built with the lock's hatchling.
 define install
@@ -71,7 +75,7 @@ lock: $(VENV)/.stamp-venv
 	$(BIN)/python -m venv build/lock
 	build/lock/bin/python -m pip install --quiet uv
 	$(COMPILE) --output-file requirements.lock
-	$(COMPILE) --extra test --extra dev --extra docs --constraint requirements.lock --output-file requirements-test.lock
+	$(COMPILE) --extra test --extra dev --extra docs --extra notebooks --constraint requirements.lock --output-file requirements-test.lock
 
 clean:
 	rm -rf $(VENV) build dist site .pytest_cache .ruff_cache .hypothesis

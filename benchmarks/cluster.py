@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -58,7 +59,9 @@ def measure(options: argparse.Namespace, folder: Path, console: Console) -> dict
     whole, seconds, same = contents(folder / "here.zarr"), {}, True
     for workers in (1, 2):
         times = []
-        with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:  # type: ignore[arg-type]
+        silent: Any = {"dashboard_address": None}
+        cluster: Any = LocalCluster(n_workers=workers, threads_per_worker=1, **silent)
+        with cluster:
             with connected(cluster.scheduler_address) as client:
                 client.wait_for_workers(workers)
                 for number in range(options.repeats + 1):

@@ -1,8 +1,8 @@
 """`python -m benchmarks.resume --kills 20`: studies killed at random moments and resumed end with the bytes of undisturbed ones.
 
-Each kill has a new store: a process makes a study into it and is killed (SIGKILL) after a time drawn uniformly between nothing and what the
-undisturbed process takes from its start to its end; another process then finishes the store, and every file of it is compared with the
-undisturbed store's. A Peterka map, basins, a bifurcation sweep and a frequency response over draws take turns.
+Each kill has a new store: a process makes a study into it and is killed (SIGKILL) at a moment drawn uniformly between the first trace of
+the store on the disk and the end of an undisturbed run; another process then finishes the store, and every file of it is compared with
+the undisturbed store's. A Peterka map, basins, a bifurcation sweep and a frequency response over draws take turns.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from rich.console import Console
 from benchmarks.machine import machine
 from vibrojax.cli.environment import prepare_jax
 
-_PRELOADED = ["vibrojax.studies.run", "benchmarks.resume", "dask.array", "zarr"]
+_PRELOADED = ["vibrojax.studies.run", "dask.array", "zarr"]
 
 
 def jobs() -> dict[str, Any]:
@@ -99,9 +99,9 @@ def _rows(kills: int, rng: random.Random, folder: Path, console: Console):
 
 
 def undisturbed(job: Any, store: Path) -> float:
-    """Make a study, or what is left of it, in a process of its own; its seconds."""
-    begin = time.perf_counter()
+    """Make a study, or what is left of it, in a process of its own; its seconds from the first trace of the store on."""
     process = _started(job, store)
+    begin = _begun(process, store)
     process.join()
     if process.exitcode != 0:
         raise RuntimeError(f"the study ended with exit status {process.exitcode}")
@@ -109,14 +109,22 @@ def undisturbed(job: Any, store: Path) -> float:
 
 
 def killed(job: Any, store: Path, after: float) -> tuple[int, int]:
-    """Begin a study and kill it after so many seconds: how many tiles were done by then, and of how many."""
+    """Begin a study and kill it so many seconds after the first trace of its store: how many tiles were done by then, and of how many."""
     from vibrojax.studies.job import tiles
 
     process = _started(job, store)
+    _begun(process, store)
     process.join(after)
     process.kill()
     process.join()
     return marks(store), len(tiles(job))
+
+
+def _begun(process: Any, store: Path) -> float:
+    """When there is something on the disk: the store, or the folder in which it is made."""
+    while process.is_alive() and not (store.exists() or list(store.parent.glob(f".{store.name}-unfinished-*"))):
+        time.sleep(0.002)
+    return time.perf_counter()
 
 
 def marks(store: Path) -> int:

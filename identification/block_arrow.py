@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from identification.layout import Active, Estimate
 
@@ -66,14 +67,16 @@ def reduce(equations: Equations, estimate: Estimate, active: Active, damping: fl
     return Reduced(hessian=total, gradient=gradient, scores=scores, active=flags, eliminated=(inverse, coupling))
 
 
-def columns(estimate: Estimate, record: np.ndarray) -> np.ndarray:
-    """(windows, unknowns of a window): where a window's shared parameters and nuisances stand among all unknowns."""
+def columns(estimate: Estimate, record: Int[np.ndarray, " windows"]) -> Int[np.ndarray, "windows unknowns"]:
+    """Where a window's shared parameters and nuisances stand among all unknowns."""
     shared, width = len(estimate.shared), estimate.nuisances.shape[1]
     own = shared + width * record[:, None] + np.arange(width)
     return np.concatenate([np.broadcast_to(np.arange(shared), (len(own), shared)), own], axis=1)
 
 
-def solve(reduced: Reduced, equations: Equations, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def solve(
+    reduced: Reduced, equations: Equations, estimate: Estimate
+) -> tuple[Float[np.ndarray, " shared"], Float[np.ndarray, "records nuisances"], Float[np.ndarray, "windows states"]]:
     """Step of shared parameters, nuisances and window states; unknowns that are not active or not determined stay."""
     step = np.zeros(len(reduced.gradient))
     part = reduced.active
@@ -86,7 +89,7 @@ def solve(reduced: Reduced, equations: Equations, estimate: Estimate) -> tuple[n
     return step[:shared], nuisances, -np.einsum("lst,lt->ls", inverse, right)
 
 
-def covariance(hessian: np.ndarray) -> np.ndarray:
+def covariance(hessian: Float[np.ndarray, "unknowns unknowns"]) -> Float[np.ndarray, "unknowns unknowns"]:
     """Inverse of a positive semi-definite matrix after scaling its diagonal to one; directions below 1e-12 are left out."""
     scale = np.sqrt(np.maximum(np.diag(hessian), 0.0))
     scale = np.where(scale > 0, scale, 1.0)
@@ -102,6 +105,6 @@ def newton_decrement(reduced: Reduced, equations: Equations) -> float:
     return float(gradient @ covariance(reduced.hessian[np.ix_(part, part)]) @ gradient + from_states)
 
 
-def diagonal(matrices: np.ndarray) -> np.ndarray:
+def diagonal(matrices: Float[np.ndarray, "... unknowns unknowns"]) -> Float[np.ndarray, "... unknowns unknowns"]:
     """The diagonals of a stack of matrices, as matrices."""
     return matrices * np.eye(matrices.shape[-1])

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Bool, Float
 from scipy.signal import savgol_filter
 
 from identification.experiment import Record
@@ -30,7 +31,7 @@ class Kinematics:
     touching: np.ndarray
 
 
-def relative_displacement(record: Record) -> np.ndarray | None:
+def relative_displacement(record: Record) -> Float[np.ndarray, " samples"] | None:
     """U = x - y, m, from whichever channels give it; None where no combination does. NaN stretches are bridged linearly."""
     # each channel is bridged by itself: two may never be sampled at once
     channels = {name: bridged(record.time, values) for name, values in record.channels.items()}
@@ -45,13 +46,13 @@ def relative_displacement(record: Record) -> np.ndarray | None:
     return None
 
 
-def bridged(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def bridged(time: Float[np.ndarray, " samples"], values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
     """Values with NaN stretches replaced by straight lines."""
     usable = np.isfinite(values)
     return values if usable.all() else np.interp(time, time[usable], values[usable])
 
 
-def kinematics(record: Record, *, mass: float, base_acceleration: np.ndarray) -> Kinematics | None:
+def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarray, " samples"]) -> Kinematics | None:
     """Local cubic fits to the relative displacement of a record; None where that was not recorded."""
     u = relative_displacement(record)
     if u is None:
@@ -82,7 +83,7 @@ def _displacement_noise(record: Record) -> float:
     return float(np.hypot(record.noise.get("hammer_displacement", np.inf), cart))
 
 
-def stands_out(inertia: np.ndarray, near: np.ndarray) -> np.ndarray:
+def stands_out(inertia: Float[np.ndarray, " samples"], near: Bool[np.ndarray, " samples"]) -> Bool[np.ndarray, " samples"]:
     """Where the inertia force is far above its usual range in flight, as only an impact makes it; `near` is close to the stop or in it.
 
     A record that holds little but one long contact has no usual range of its own, so flight is what is not near.

@@ -13,9 +13,10 @@ from identification.experiment import load_experiment
 from identification.nominal import nominal_model
 from identification.reference import check_reference, read_reference
 from identification.report import fit_summary, write_report
+from identification.result_file import FILE_NAME, StoredFit, read_result, write_result
 from identification.result_json import provenance, write_fit_json
 from identification.simulate import simulate_record
-from vibrojax.errors import NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.model import MASS
 from vibrojax.model_file import read_model, write_model
 
@@ -32,7 +33,7 @@ def run_fit(
     seed: int = 0,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
-    """Fit an experiment and write fit.json, model.json, report.html and plots into `folder`; returns the summary for a terminal.
+    """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used, `NoConvergenceError` after it.
     """
@@ -48,6 +49,7 @@ def run_fit(
     origin = provenance(result)
     write_fit_json(result, folder / "fit.json", origin)
     write_model(result.model, folder / "model.json", provenance=origin)
+    write_result(StoredFit(result=result, reference=table, provenance=origin), folder / FILE_NAME)
     write_report(result, folder, reference=table, provenance=origin)
     return fit_summary(result, table)
 
@@ -73,6 +75,18 @@ def run_diagnose(
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
     write_diagnosis_report(diagnosis, folder, provenance=origin)
     return diagnosis_summary(diagnosis)
+
+
+def run_report(fitted: Path, folder: Path) -> RenderableType:
+    """Write report.html and the plots of an earlier fit into `folder`, from the result.nc in `fitted`; returns the summary for a terminal.
+
+    Raises `InputError` where there is no such result.
+    """
+    if not (fitted / FILE_NAME).is_file() and (fitted / "diagnosis.json").is_file():
+        raise InputError(f"{fitted} holds a diagnosis: expected the results of a fit; only a fit's page can be drawn again")
+    stored = read_result(fitted / FILE_NAME)
+    write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance)
+    return fit_summary(stored.result, stored.reference)
 
 
 def run_simulate(model: Path, experiment: Path, folder: Path, *, as_recorded: bool = False) -> None:

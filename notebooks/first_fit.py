@@ -8,8 +8,11 @@
 # The records are simulated, by a simulator that shares no code with the program, so the truth is known.
 
 # %%
+import dataclasses
+import os
+
+import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from vibrojax.cli.environment import prepare_jax
@@ -19,9 +22,13 @@ prepare_jax()
 from identification.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary
+from identification.report.figures.base import MEASURED, MODEL
 from identification.simulate import simulate_record
 from vibrojax.data_files import data_path
+from vibrojax.drawing import STYLE
 
+SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
+plt.rcParams.update(STYLE)
 TRUTH = {"k_i": 3.0e6, "n": 1.5, "lambda_i": 0.35, "zeta": 0.012, "f_n": 5.2}
 
 # %% [markdown]
@@ -30,6 +37,8 @@ TRUTH = {"k_i": 3.0e6, "n": 1.5, "lambda_i": 0.35, "zeta": 0.012, "f_n": 5.2}
 
 # %%
 experiment = load_experiment(data_path("example"))
+if SMALL:
+    experiment = dataclasses.replace(experiment, records=experiment.records[:2])
 for record in experiment.records:
     noise = ", ".join(f"{name} {sigma:.3g}" for name, sigma in record.noise.items())
     print(f"{record.file:14} {record.kind:16} {len(record.time):6d} samples; noise: {noise}")
@@ -55,22 +64,23 @@ print(f"10 % off, one long simulation: error {100 * error_off:.0f} % of the moti
 # %%
 Console(width=120).print(fit_summary(result))
 
+# %% [markdown]
+# A stretch of a driven record with its windows put together again, and all its impacts as loops of force against indentation.
+
 # %%
-figure = Figure(figsize=(9, 4), layout="constrained")
-axes = figure.subplots(1, 2)
+figure, axes = plt.subplots(1, 2, figsize=(8.4, 3.2), layout="constrained", width_ratios=(1.6, 1))
 fitted = result.records[1]
-view = slice(0, 2000)
-axes[0].plot(fitted.time[view], 1e3 * fitted.measured["hammer_displacement"][view], ".", ms=2, label="measured")
-axes[0].plot(fitted.time[view], 1e3 * fitted.predicted["hammer_displacement"][view], lw=1, label="fitted")
-axes[0].set(xlabel="time, s", ylabel="hammer displacement x, mm")
+view = slice(0, 2400)
+axes[0].plot(fitted.time[view], 1e3 * fitted.measured["hammer_displacement"][view], ".", ms=2.5, color=MEASURED, label="measured")
+axes[0].plot(fitted.time[view], 1e3 * fitted.predicted["hammer_displacement"][view], color=MODEL, label="fitted")
+axes[0].set(xlabel="time (s)", ylabel="hammer displacement x (mm)")
 axes[0].legend()
 depth = 1e6 * (fitted.relative_displacement - fitted.gap)
 touching = depth > 0
-axes[1].plot(depth[touching], fitted.measured["impact_force"][touching], ".", ms=2, label="measured")
-axes[1].plot(depth[touching], fitted.predicted["impact_force"][touching], ".", ms=1, label="fitted")
-axes[1].set(xlabel="indentation δ, µm", ylabel="impact force F_i, N")
-axes[1].legend()
-figure
+axes[1].plot(depth[touching], fitted.measured["impact_force"][touching], "o", ms=3, color=MEASURED, label="measured")
+axes[1].plot(depth[touching], fitted.predicted["impact_force"][touching], ".", ms=2, color=MODEL, label="fitted")
+axes[1].set(xlabel="indentation δ (µm)", ylabel="impact force F_i (N)")
+_ = axes[1].legend()
 
 # %% [markdown]
 # ## What was claimed

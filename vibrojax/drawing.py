@@ -25,7 +25,7 @@ WIDTH = 6.2
 _PAGE_DPI, _FILE_DPI = 130, 150
 _FEW_COLOURS, _ALMOST_WHITE = 64, 248
 _STEPS = [1, 2, 2.5, 5, 10]
-_STYLE: Any = {
+STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.titlesize": 9.0,
@@ -51,6 +51,7 @@ _STYLE: Any = {
     "path.simplify": True,
     "agg.path.chunksize": 0,
 }
+"""For Matplotlib's `rcParams`."""
 
 
 @contextmanager
@@ -62,7 +63,7 @@ def style() -> Iterator[None]:
     collecting = gc.isenabled()
     gc.disable()
     try:
-        with rc_context(_STYLE):
+        with rc_context(STYLE):
             yield
     finally:
         if collecting:

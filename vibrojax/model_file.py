@@ -85,7 +85,23 @@ def read_model(path: Path) -> Model:
         InputError: the file cannot be read, is not of this format, names an unknown law, suspension, effect, channel, key or unit, or holds
             a number that is not finite or not possible; the message says which.
     """
-    table = _Table(values=_parsed(path), where=str(path))
+    return model_from_document(_parsed(path), str(path))
+
+
+def model_from_document(document: Any, where: str) -> Model:
+    """Rebuild the model that `model_document` described.
+
+    Args:
+        document: parsed.
+        where: how messages name it.
+
+    Returns:
+        The model, its parameters as floats.
+
+    Raises:
+        InputError: as for `read_model`.
+    """
+    table = _Table(values=document, where=where)
     if table.needed("schema") != SCHEMA or isinstance(table.needed("schema"), bool):
         table.refuse(f"schema is {table.needed('schema')!r}: expected {SCHEMA}; write the model again with this version")
     table.allow(_TOP)

@@ -5,41 +5,32 @@ except for failures and for cases drawn with other settings.
 """
 
 import argparse
+import functools
 import json
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from benchmarks.concealed.jobs import SERIES, Draw, Job, jobs
 from benchmarks.concealed.summary import summary
 from benchmarks.concealed.table import effects_table, methods_table
 from benchmarks.concealed.trial import trial
 from benchmarks.machine import machine
+from benchmarks.resumable import finished, lines_beside, run_trials
 from benchmarks.simulator import EFFECTS
 from benchmarks.simulator.case import WITHOUT
-from vibrojax.cli.environment import prepare_jax
 
 
 def main() -> None:
     """Command line."""
     options = parser().parse_args()
     draw = drawn(options)
-    lines = options.json.with_suffix(".jsonl")
-    if not options.resume:
-        lines.unlink(missing_ok=True)
+    lines = lines_beside(options.json, resume=options.resume)
     wanted = jobs(draw)
-    done = finished(lines)
-    run(
-        [job for job in wanted if not is_done(job, done)],
-        lines,
-        workers=options.workers,
-        budget_minutes=options.budget_minutes,
-        baselines=not options.no_baselines,
-    )
-    trials = finished(lines)
+    done = finished(lines, "key")
+    each = functools.partial(trial, budget_minutes=options.budget_minutes, baselines=not options.no_baselines)
+    run_trials("cases", each, [job for job in wanted if not is_done(job, done)], lines, workers=options.workers)
+    trials = finished(lines, "key")
     result = summary([trials[job.key] for job in wanted if job.key in trials])
     settings = {"series": draw.series, "seed": draw.seed, "noise": draw.noise, "channels": draw.channels, "driven": draw.driven}
     settings |= {"coloured": draw.coloured, "restless": draw.restless}
@@ -98,37 +89,10 @@ def drawn(options: argparse.Namespace) -> Draw:
     )
 
 
-def finished(lines: Path) -> dict[str, dict]:
-    """Cases by key; a last line that an interruption cut off does not count."""
-    found = {}
-    for line in lines.read_text(encoding="utf-8").splitlines() if lines.exists() else []:
-        try:
-            one = json.loads(line)
-        except ValueError:
-            continue
-        found[one["key"]] = one
-    return found
-
-
 def is_done(job: Job, done: dict[str, dict]) -> bool:
     """Whether an earlier run has finished this very case; what failed is tried again."""
     found = done.get(job.key)
     return found is not None and "failure" not in found and found["job"] == json.loads(json.dumps(job.settings))
-
-
-def run(wanted: list[Job], lines: Path, *, workers: int, budget_minutes: float, baselines: bool) -> None:
-    """Run the cases and append each to the file as it ends."""
-    bar = Progress(TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    context = get_context("spawn")
-    processes = ProcessPoolExecutor(workers, mp_context=context, initializer=prepare_jax)
-    with bar, processes as pool, lines.open("a", encoding="utf-8") as file:
-        task = bar.add_task("", total=len(wanted))
-        if lines.stat().st_size and not lines.read_bytes().endswith(b"\n"):
-            file.write("\n")
-        for future in as_completed([pool.submit(trial, job, budget_minutes=budget_minutes, baselines=baselines) for job in wanted]):
-            file.write(json.dumps(future.result()) + "\n")
-            file.flush()
-            bar.advance(task)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from benchmarks.simulator import Case, draw_case, write_case
 from benchmarks.simulator.case import truth
 
 _ATTEMPTS = 20
-_MEMORY = 7 * 2**30
+_MEMORY = 4 * 2**30
 """Bytes."""
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from identification.discrepancy.diagnosis import Profile
 from identification.discrepancy.linearised import Linearised
@@ -36,18 +37,18 @@ class Missing:
     share: np.ndarray
 
     @property
-    def known(self) -> np.ndarray:
-        """Samples at which it is known, (windows, time) bool."""
+    def known(self) -> Bool[np.ndarray, "windows time"]:
+        """Samples at which it is known."""
         return np.isfinite(self.stderr)
 
     @property
-    def weight(self) -> np.ndarray:
-        """1 / variance, (windows, time)."""
+    def weight(self) -> Float[np.ndarray, "windows time"]:
+        """1 / variance."""
         return np.where(self.known, 1.0 / np.where(self.known, self.stderr, 1.0) ** 2, 0.0)
 
     @property
-    def excess(self) -> np.ndarray:
-        """Squared value over its variance, less what noise alone makes; (windows, time)."""
+    def excess(self) -> Float[np.ndarray, "windows time"]:
+        """Squared value over its variance, less what noise alone makes."""
         return np.where(self.known, self.value**2 * self.weight - self.share[:, None], 0.0)
 
 
@@ -125,7 +126,9 @@ def coordinates(
     )
 
 
-def profile(prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, coordinate: Coordinate) -> Profile:
+def profile(
+    prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"], coordinate: Coordinate
+) -> Profile:
     """Mean of what is missing against a coordinate, and the share of its excess that such means foretell where they were not taken.
 
     Bins are equally full. Standard errors are those of the scatter between windows.
@@ -179,7 +182,9 @@ def _labels(prepared: Prepared, at: Linearised, coordinate: Coordinate, bins: np
     return bins, records if len(np.unique(at.record)) > 2 else _parities(prepared, at)
 
 
-def gathered(prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, coordinate: Coordinate) -> float:
+def gathered(
+    prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"], coordinate: Coordinate
+) -> float:
     """How unevenly the excess of a region lies along a coordinate: 1 - (mean density)^2 / mean (density^2), foretold as in `explained`.
 
     It sees a misfit that changes its sign from impact to impact, of which no mean remains; records count alike, but by time.
@@ -242,7 +247,7 @@ def _parities(prepared: Prepared, at: Linearised) -> np.ndarray:
     return np.bitwise_count(period) % 2
 
 
-def line(prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray) -> tuple[float, float]:
+def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"]) -> tuple[float, float]:
     """Strongest line that is no harmonic of the drive, Hz, and the share of the excess in it, each record with its own phase."""
     total, power, frequencies = float(np.sum(missing.excess[region])), np.zeros(1), np.zeros(1)
     if total <= 0:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from jaxtyping import Float
 
 from vibrojax.effects.free_form import FreeForm, factors, unit_over
 
@@ -70,7 +71,7 @@ def _factor(effect: FreeForm, base: str, power: int, stderr: Mapping[str, float 
     return text if power == 1 else f"{text}^{power}"
 
 
-def common_phase(phases: np.ndarray, stderr: np.ndarray) -> tuple[float, float] | None:
+def common_phase(phases: Float[np.ndarray, " records"], stderr: Float[np.ndarray, " records"]) -> tuple[float, float] | None:
     """The phase that all records share within their errors, in 0 to 2 pi, and its error; None where they differ."""
     known = np.isfinite(stderr) & (stderr > 0) & (stderr < 1.0)
     if not known.any():

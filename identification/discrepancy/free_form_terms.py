@@ -234,6 +234,48 @@ def _periodogram(prepared: Prepared, at: Linearised, values: np.ndarray, weight:
     return frequencies, power
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Promise:
+    """What the derivatives of the fit promise of any few of the groups, each named by its place, and the price of their numbers."""
+
+    scores: np.ndarray
+    information: np.ndarray
+    index: list[np.ndarray]
+    fine: np.ndarray
+    prices: np.ndarray
+
+    def gain(self, chosen: Sequence[int]) -> float:
+        """Drop of chi-square."""
+        part = np.concatenate([self.index[k] for k in chosen]) if chosen else np.zeros(0, int)
+        part = part[self.fine[part]]
+        if not len(part):
+            return 0.0
+        return float(self.scores[part] @ covariance(self.information[np.ix_(part, part)]) @ self.scores[part])
+
+    def worth(self, chosen: Sequence[int]) -> float:
+        """Drop beyond the price."""
+        return self.gain(chosen) - float(self.prices[list(chosen)].sum())
+
+    def factors(self, chosen: Sequence[int]) -> tuple[np.ndarray, ...]:
+        """Strength of every column of each group, 0 for what is not determined."""
+        part = np.concatenate([self.index[k] for k in chosen])
+        inverse = covariance(self.information[np.ix_(part, part)] * np.outer(self.fine[part], self.fine[part]))
+        factors = -inverse @ (self.scores[part] * self.fine[part])
+        return tuple(np.split(factors, np.cumsum([len(self.index[k]) for k in chosen])[:-1]))
+
+
+def _promise(by: Projector, groups: Sequence[Group], samples: int) -> _Promise:
+    columns = [column for group in groups for column in group.columns]
+    total, matrix = information(by, columns)
+    begin = np.cumsum([0, *(len(group.columns) for group in groups)])
+    index = [np.arange(a, b) for a, b in itertools.pairwise(begin)]
+    raw = np.array([np.sum(column.column**2) for column in columns])
+    prices = np.array(
+        [len(i) * np.log(samples) + 2.0 * np.log(g.looked_at) + bool(g.shape) * np.log(samples) for g, i in zip(groups, index, strict=True)]
+    )
+    return _Promise(scores=total, information=matrix, index=index, fine=np.diag(matrix) > _DETERMINED * raw, prices=prices)
+
+
 def select(
     by: Projector, groups: Sequence[Group], samples: int, most: int, lines: int = LINES, taken: frozenset[str] = frozenset()
 ) -> Choice:
@@ -242,48 +284,32 @@ def select(
     One after the other, each then replaced or left out if that is better. `lines` and `taken` say how many sines may still be had, and
     which shapes not.
     """
-    columns = [column for group in groups for column in group.columns]
-    total, matrix = information(by, columns)
-    begin = np.cumsum([0, *(len(group.columns) for group in groups)])
-    index = [np.arange(a, b) for a, b in itertools.pairwise(begin)]
-    raw = np.array([np.sum(column.column**2) for column in columns])
-    fine = np.diag(matrix) > _DETERMINED * raw
-    determined = [bool(fine[i].all()) if groups[k].shape != "sine" else bool(fine[i].any()) for k, i in enumerate(index)]
-    prices = np.array(
-        [len(i) * np.log(samples) + 2.0 * np.log(g.looked_at) + bool(g.shape) * np.log(samples) for g, i in zip(groups, index, strict=True)]
-    )
+    promise = _promise(by, groups, samples)
     least = np.array([chdtri(g.degrees, min(_FALSE_ALARM / g.looked_at, 1.0)) for g in groups])
 
-    def gain(chosen: Sequence[int]) -> float:
-        part = np.concatenate([index[k] for k in chosen]) if chosen else np.zeros(0, int)
-        part = part[fine[part]]
-        return float(total[part] @ covariance(matrix[np.ix_(part, part)]) @ total[part]) if len(part) else 0.0
-
-    def worth(chosen: Sequence[int]) -> float:
-        return gain(chosen) - float(prices[list(chosen)].sum())
+    def determined(k: int) -> bool:
+        fine = promise.fine[promise.index[k]]
+        return bool(fine.all()) if groups[k].shape != "sine" else bool(fine.any())
 
     def allowed(chosen: Sequence[int]) -> bool:
         shapes = [groups[k].shape for k in chosen if groups[k].shape]
         single = [shape for shape in shapes if shape != "sine"]
         return shapes.count("sine") <= lines and len(set(single)) == len(single) and not taken & set(single)
 
-    usable = [k for k in range(len(groups)) if determined[k]]
+    usable = [k for k in range(len(groups)) if determined(k)]
     chosen: list[int] = []
     while len(chosen) < most:
         tries = [[*chosen, k] for k in usable if k not in chosen and allowed([*chosen, k])]
         if not tries:
             break
-        best, before = max(tries, key=worth), gain(chosen)
-        if gain(best) - before < max(prices[best[-1]], least[best[-1]], _TRIFLE * before):
+        best, before = max(tries, key=promise.worth), promise.gain(chosen)
+        if promise.gain(best) - before < max(promise.prices[best[-1]], least[best[-1]], _TRIFLE * before):
             break
-        chosen = _settled([*best], usable, worth, allowed)
+        chosen = _settled([*best], usable, promise.worth, allowed)
     if not chosen:
         return Choice(groups=(), factors=(), gain=0.0, worth=0.0)
-    part = np.concatenate([index[k] for k in chosen])
-    inverse = covariance(matrix[np.ix_(part, part)] * np.outer(fine[part], fine[part]))
-    factors = -inverse @ (total[part] * fine[part])
-    cuts = np.cumsum([len(index[k]) for k in chosen])[:-1]
-    return Choice(groups=tuple(groups[k] for k in chosen), factors=tuple(np.split(factors, cuts)), gain=gain(chosen), worth=worth(chosen))
+    held = tuple(groups[k] for k in chosen)
+    return Choice(groups=held, factors=promise.factors(chosen), gain=promise.gain(chosen), worth=promise.worth(chosen))
 
 
 def _settled(

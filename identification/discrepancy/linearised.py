@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int, Shaped
 
 from identification.fit import CHUNK, as_arrays, on_device
 from identification.lanes import chunked
@@ -63,16 +63,18 @@ class Linearised:
     restoring: np.ndarray
     finite: np.ndarray
 
-    def of_record(self, values: np.ndarray, record: int, samples: int) -> np.ndarray:
-        """Values along one record, put together from its windows; (samples, ...)."""
+    def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
+        """Values along one record, put together from its windows."""
         whole = np.zeros((samples, *values.shape[2:]), values.dtype)
         for window in np.flatnonzero(self.record == record):
             first, length = self.first[window], self.lengths[window]
             whole[first : first + length] = values[window, :length]
         return whole
 
-    def in_windows(self, values: np.ndarray, record: int) -> tuple[np.ndarray, np.ndarray]:
-        """The windows of one record, and values along it, (..., samples), in their shape, (..., windows, time)."""
+    def in_windows(
+        self, values: Shaped[np.ndarray, "... samples"], record: int
+    ) -> tuple[Int[np.ndarray, " windows"], Shaped[np.ndarray, "... windows time"]]:
+        """The windows of one record, and values along it in their shape."""
         windows = np.flatnonzero(self.record == record)
         samples = self.first[windows, None] + np.minimum(np.arange(self.ts.shape[1]), self.lengths[windows, None] - 1)
         return windows, values[..., samples]

@@ -61,33 +61,29 @@ def locate(
     share = window_weights(prepared, at)
     residuals = {name: _residual(at, share, index) for index, name in enumerate(at.channels) if (at.weight[..., index] > 0).any()}
     channels = _shares({name: float(one.excess.sum()) for name, one in residuals.items()})
-    whole = np.sum([one.excess.sum(axis=1) for one in residuals.values()], axis=0)
-    files = [record.file for record in prepared.experiment.records]
-    records = _shares({file: float(whole[at.record == index].sum()) for index, file in enumerate(files)})
+    records = _by_record(prepared, at, residuals)
+    files = list(records)
     hits = impacts(prepared, at)
     regions = _regions(prepared, at, hits)
     missing, rough = _missing(prepared, at, mass, residuals, channels, share)
     onset = _onset(prepared, at, records)
     record, time = _of_effect(named) if named is not None else onset
-    loud = (np.array([records[file] for file in files]) > _QUIET_RECORD)[at.record, None] & (at.ts >= (-np.inf if time is None else time))
+    loud = _loud(at, records, time)
     smoothed = missing.quantity == "force" and "hammer_acceleration" not in residuals
-    phase = _phase(
-        missing,
-        {name: part & loud for name, part in regions.items()},
-        ("contact",) if smoothed else ("contact", "separation", "after impact"),
-    )
+    narrow = ("contact",) if smoothed else ("contact", "separation", "after impact")
+    phase = _phase(missing, {name: part & loud for name, part in regions.items()}, narrow)
     region = ~at.in_contact & regions["all"] if phase == "free flight" else regions[phase]
     near = at.in_contact | regions["separation"]
     among = coordinates(prepared, at, estimate, hits, near, drifting=missing.quantity.startswith("cart_"))
     profiles, best, missing = _ranked(prepared, at, missing, rough, region, among)
-    tone = line(prepared, at, missing, regions["all"])
-    hum = Line(frequency_hz=tone[0], share=tone[1]) if tone[1] > max(_STEADY_LINE, profiles[0].explained) else None
+    hum = _hum(prepared, at, missing, regions["all"], profiles[0].explained)
     if hum is not None or time is not None:
         best = next(one for one in among if one.name == "time")
         profiles = tuple(sorted(profiles, key=lambda one: one.coordinate != "time"))
-    interval = None if hum is not None else _interval(at, missing, region, best, files.index(record) if record in files else None)
+    alone = files.index(record) if record in files else None
+    interval = None if hum is not None else _interval(at, missing, region, best, alone)
     if time is not None:
-        interval = time, float(prepared.experiment.records[files.index(record) if record in files else 0].time[-1])
+        interval = time, float(prepared.experiment.records[alone or 0].time[-1])
     channel = max(channels, key=lambda name: channels[name])
     found = Location(
         channel=channel,
@@ -119,6 +115,25 @@ def _shares(sums: dict[str, float]) -> dict[str, float]:
     clipped = {name: max(value, 0.0) for name, value in sums.items()}
     total = sum(clipped.values())
     return {name: value / total if total > 0 else 1.0 / len(clipped) for name, value in clipped.items()}
+
+
+def _by_record(prepared: Prepared, at: Linearised, residuals: dict[str, Missing]) -> dict[str, float]:
+    """Share of the excess, over all channels, in each record."""
+    whole = np.sum([one.excess.sum(axis=1) for one in residuals.values()], axis=0)
+    files = [record.file for record in prepared.experiment.records]
+    return _shares({file: float(whole[at.record == index].sum()) for index, file in enumerate(files)})
+
+
+def _loud(at: Linearised, records: dict[str, float], time: float | None) -> np.ndarray:
+    """Samples of records that have enough of the misfit to say in which phase it is; from its onset, if it has one."""
+    told = np.array(list(records.values())) > _QUIET_RECORD
+    return told[at.record, None] & (at.ts >= (-np.inf if time is None else time))
+
+
+def _hum(prepared: Prepared, at: Linearised, missing: Missing, inside: np.ndarray, explained: float) -> Line | None:
+    """A steady line that makes much of what is missing, and more than the best coordinate explains."""
+    frequency, share = line(prepared, at, missing, inside)
+    return Line(frequency_hz=frequency, share=share) if share > max(_STEADY_LINE, explained) else None
 
 
 def _missing(

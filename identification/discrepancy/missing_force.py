@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float
 
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.response import Perturbation, response
@@ -20,8 +21,10 @@ _CURVATURES = (0.0, 1.0, 10.0)
 _MOTION = ("relative_displacement", "hammer_displacement")
 
 
-def missing_force(prepared: Prepared, at: Linearised, mass: float) -> tuple[np.ndarray, np.ndarray] | None:
-    """Force towards the stop that acts on the hammer beside the fitted model, N, and its standard error, both (windows, time).
+def missing_force(
+    prepared: Prepared, at: Linearised, mass: float
+) -> tuple[Float[np.ndarray, "windows time"], Float[np.ndarray, "windows time"]] | None:
+    """Force towards the stop that acts on the hammer beside the fitted model, N, and its standard error.
 
     Where the acceleration was recorded: m (x''_recorded - x''_model) after what the difference of the motion itself brings in, averaged
     over 3 ms. Elsewhere the piecewise linear force whose response along the fitted motion, with a free initial state, explains the
@@ -52,7 +55,7 @@ def missing_force(prepared: Prepared, at: Linearised, mass: float) -> tuple[np.n
     return np.where(known, force, 0.0), np.where(known, stderr, np.inf)
 
 
-def window_cost(at: Linearised) -> np.ndarray:
+def window_cost(at: Linearised) -> Float[np.ndarray, " windows"]:
     """Half the sum of squared residuals of every window; infinite where it could not be integrated."""
     return np.where(at.finite, 0.5 * np.sum(np.where(at.weight > 0, at.residual, 0.0) ** 2, axis=(1, 2)), np.inf)
 
@@ -62,8 +65,8 @@ def usual(prepared: Prepared, at: Linearised) -> Tolerance:
     return tolerance(prepared, window_cost(at))
 
 
-def window_weights(prepared: Prepared, at: Linearised) -> np.ndarray:
-    """(windows,) share that each counts with: 1, less where the model is far from the record, 0 where it could not be integrated."""
+def window_weights(prepared: Prepared, at: Linearised) -> Float[np.ndarray, " windows"]:
+    """Share that each window counts with: 1, less where the model is far from the record, 0 where it could not be integrated."""
     return usual(prepared, at).weights(window_cost(at))
 
 

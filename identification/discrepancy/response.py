@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float
 
 from identification.discrepancy.linearised import Linearised
 
@@ -21,8 +22,8 @@ class Perturbation:
     """What sensors add of their own."""
 
 
-def response(at: Linearised, mass: float, perturbation: Perturbation) -> np.ndarray:
-    """Change of the residual, (windows, time, channels), to first order.
+def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[np.ndarray, "windows time channels"]:
+    """Change of the residual, to first order.
 
     (du, du')(t) = X(t) int X(s)^-1 (0, b(s)) ds with X the derivative of the motion in its initial state and b the added
     acceleration; initial states are free in every window, so it starts from zero. Sampling limits its accuracy inside contacts.

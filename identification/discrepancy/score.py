@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from jaxtyping import Float
 
 from identification import block_arrow
 from identification.discrepancy.linearised import Linearised
@@ -59,17 +60,17 @@ class Projector:
     """(windows, unknowns of a window): where each stands among all."""
 
     @property
-    def inverse(self) -> np.ndarray:
-        """(windows, states, states) of the windows' own blocks."""
+    def inverse(self) -> Float[np.ndarray, "windows states states"]:
+        """Of the windows' own blocks."""
         return self.normal.eliminated[0]
 
     @property
-    def coupling(self) -> np.ndarray:
-        """(windows, states, unknowns of a window)."""
+    def coupling(self) -> Float[np.ndarray, "windows states unknowns"]:
+        """Of the windows' states with the other unknowns of a window."""
         return self.normal.eliminated[1]
 
 
-def projector(prepared: Prepared, at: Linearised, estimate: Estimate, active: Active, weights: np.ndarray) -> Projector:
+def projector(prepared: Prepared, at: Linearised, estimate: Estimate, active: Active, weights: Float[np.ndarray, " windows"]) -> Projector:
     """Normal equations of everything that the fit estimates, as the fit itself has them."""
     layout, lanes = prepared.layout, len(weights)
     jacobian, residual = at.jacobian.reshape(lanes, layout.size, -1), at.residual.reshape(lanes, -1)
@@ -110,7 +111,7 @@ class Reduced:
     """(windows, states)"""
 
 
-def reduced(by: Projector, column: np.ndarray) -> Reduced:
+def reduced(by: Projector, column: Float[np.ndarray, "windows time channels"]) -> Reduced:
     """Take the window states out of a column of the residual's derivative."""
     at, root = by.at, np.sqrt(by.weights)
     lanes = len(root)
@@ -125,8 +126,8 @@ def reduced(by: Projector, column: np.ndarray) -> Reduced:
     return Reduced(scores=scores, cross=cross, column=flat, on_states=on_states)
 
 
-def information(by: Projector, columns: Sequence[Reduced]) -> tuple[np.ndarray, np.ndarray]:
-    """Score (m,) and information (m, m) of some columns, orthogonal to the fit."""
+def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
+    """Score and information of some columns, orthogonal to the fit."""
     coupling = np.zeros((len(columns), len(by.normal.gradient)))
     for row, one in zip(coupling, columns, strict=True):
         np.add.at(row, by.columns, one.cross)

@@ -1,38 +1,16 @@
 """`report.html`: one page that stands alone, with every image inside and no script."""
 
-import base64
-import dataclasses
 from collections.abc import Mapping
 from typing import Any
-
-import jinja2
 
 from identification.experiment import Experiment
 from identification.reference import Reference, compare, unmatched
 from identification.report import rows
-from identification.report.numbers import significant, unit_text
-from identification.report.symbols import symbol_html
+from identification.report.frame import page_template
+from identification.report.image import Image, by_section
+from identification.report.numbers import significant
 from identification.report.verdict import judge
 from identification.result import FitResult, RecordFit
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Image:
-    """A picture as the page holds it."""
-
-    name: str
-    section: str
-    record: str | None
-    caption: str
-    alt: str
-    width: int
-    height: int
-    png: bytes
-
-    @property
-    def source(self) -> str:
-        """Address that holds the image itself."""
-        return "data:image/png;base64," + base64.b64encode(self.png).decode("ascii")
 
 
 def page(result: FitResult, images: list[Image], *, reference: Reference | None = None, provenance: Mapping[str, Any]) -> str:
@@ -51,7 +29,7 @@ def page(result: FitResult, images: list[Image], *, reference: Reference | None 
         InputError: the reference does not suit the fit.
     """
     comparisons = compare(result, reference) if reference is not None else ()
-    return _template().render(
+    return page_template("identification.report").render(
         result=result,
         verdict=judge(result),
         parameters=rows.parameter_rows(result),
@@ -67,9 +45,10 @@ def page(result: FitResult, images: list[Image], *, reference: Reference | None 
         correlations=rows.correlations(result),
         worth_telling=rows.WORTH_TELLING,
         starts=sorted(result.starts, key=lambda start: start.final_cost),
-        images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},
+        images=by_section(images),
         shift=significant(result.discretisation, 2),
         seconds=sum(result.seconds.values()),
+        stages=result.seconds,
         provenance=provenance,
     )
 
@@ -89,16 +68,3 @@ def _record(record: RecordFit, experiment: Experiment, images: list[Image]) -> d
         "notices": record.notices,
         "images": [image for image in images if image.section == "records" and image.record == record.file],
     }
-
-
-def _template() -> jinja2.Template:
-    """The template, with what is not marked as HTML escaped and a misspelt name an error."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("identification.report", ""),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"symbol": symbol_html, "number": significant, "unit": unit_text}
-    return environment.get_template("template.html")

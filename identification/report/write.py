@@ -6,11 +6,10 @@ from typing import Any
 
 from identification.reference import Reference, compare
 from identification.report.figures import FIGURES
-from identification.report.figures.base import SCREEN_DPI
-from identification.report.page import Image, page
+from identification.report.image import Image, rendered, write_page
+from identification.report.page import page
 from identification.result import FitResult
 from identification.result_json import provenance as provenance_of
-from vibrojax.drawing import png, style
 
 
 def write_report(
@@ -42,31 +41,9 @@ def write_report(
         progress("drawing the report")
     images = draw(result)
     html = page(result, images, reference=reference, provenance=provenance_of(result) if provenance is None else provenance)
-    written = [folder / "report.html"]
-    written[0].write_text(html, encoding="utf-8")
-    for image in images:
-        written.append(folder / f"{image.name}.png")
-        written[-1].write_bytes(image.png)
-    return written
+    return write_page(html, images, folder)
 
 
 def draw(result: FitResult) -> list[Image]:
     """Every figure of the report, rendered."""
-    images = []
-    with style():
-        for drawer in FIGURES:
-            for picture in drawer(result):
-                width, height = picture.figure.get_size_inches()
-                images.append(
-                    Image(
-                        name=picture.name,
-                        section=picture.section,
-                        record=picture.record,
-                        caption=picture.caption,
-                        alt=picture.alt,
-                        width=round(SCREEN_DPI * width),
-                        height=round(SCREEN_DPI * height),
-                        png=png(picture.figure),
-                    )
-                )
-    return images
+    return rendered(picture for drawer in FIGURES for picture in drawer(result))

@@ -1,6 +1,7 @@
 """Amplitude and phase of the cart's sine."""
 
 import numpy as np
+from jaxtyping import Float
 
 from identification.experiment import Record
 
@@ -20,7 +21,7 @@ def harmonic_start(record: Record) -> tuple[float, float]:
     return 1e-3, 0.0
 
 
-def harmonic_acceleration(record: Record, amplitude: float, phase: float) -> np.ndarray:
+def harmonic_acceleration(record: Record, amplitude: float, phase: float) -> Float[np.ndarray, " samples"]:
     """y'' of the cart's sine at the record's samples, m/s^2; zero for a cart at rest."""
     if record.kind != "cart-excitation" or record.excitation_frequency is None:
         return np.zeros_like(record.time)

@@ -231,7 +231,7 @@ def test_the_true_model_predicts_sealed_records_and_what_does_not_run_predicts_n
 
 
 def test_resuming_keeps_what_is_done_and_repeats_failures(tmp_path, monkeypatch, capsys):
-    def fake_run(wanted, lines, **options):
+    def fake_run(what, trial, wanted, lines, *, workers):
         ran.append([job.key for job in wanted])
         with lines.open("a", encoding="utf-8") as file:
             for number, job in enumerate(wanted):
@@ -239,7 +239,7 @@ def test_resuming_keeps_what_is_done_and_repeats_failures(tmp_path, monkeypatch,
                 file.write(json.dumps(one | {"job": job.settings}) + "\n")
 
     ran = []
-    monkeypatch.setattr(command, "run", fake_run)
+    monkeypatch.setattr(command, "run_trials", fake_run)
     for arguments in (["--null", "2"], ["--null", "3", "--resume"], ["--null", "1", "--resume", "--noise", "2"]):
         monkeypatch.setattr(sys, "argv", ["concealed", *arguments, "--json", str(tmp_path / "x.json")])
         command.main()

@@ -1,8 +1,5 @@
-import json
-
 import pytest
 
-from benchmarks.coverage.__main__ import finished
 from benchmarks.coverage.summary import summary, table
 from benchmarks.coverage.trial import trial
 
@@ -24,13 +21,6 @@ def test_summary_counts_intervals_and_failures():
     assert result["chi2_reduced"] == {"least": 1.0, "largest": 1.2}
     assert (result["not_converged"], result["failures"]) == ([1], {2: "ArithmeticError: no"})
     assert table(result).row_count == 8
-
-
-def test_a_line_cut_off_by_an_interruption_is_run_again(tmp_path):
-    lines = tmp_path / "trials.jsonl"
-    lines.write_text(json.dumps({"index": 4, "seconds": 1.0}) + '\n{"index": 5, "sec', encoding="utf-8")
-    assert list(finished(lines)) == [4]
-    assert finished(tmp_path / "absent.jsonl") == {}
 
 
 def test_one_small_trial():

@@ -122,7 +122,7 @@ def test_usage_errors_exit_with_2(jobs, monkeypatch, capsys, arguments):
     assert jobs.calls == []
 
 
-COMMANDS = ("fit", "diagnose", "simulate", "inspect", "new", "datasets", "continue", "presets")
+COMMANDS = ("fit", "diagnose", "simulate", "report", "inspect", "new", "datasets", "continue", "presets")
 
 
 @pytest.mark.parametrize(("module", "arguments"), [("fit", []), ("main", []), *(("main", [name]) for name in COMMANDS)], ids=str)

@@ -4,8 +4,13 @@ import sys
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from tests.batch.rigs import model
+from tests.studies.test_draws import written_fit
 from vibrojax.cli import main, study
+from vibrojax.model_file import write_model
+from vibrojax.studies.draws import read_fit
 
 
 def call(monkeypatch, *arguments: str) -> int:
@@ -19,7 +24,9 @@ def call(monkeypatch, *arguments: str) -> int:
 @pytest.mark.parametrize("name", list(study.COMMANDS))
 def test_every_command_has_help_with_its_example(monkeypatch, capsys, name):
     assert call(monkeypatch, name, "--help") == 0
-    assert f"vibrojax {name} --model" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"vibrojax {name} --model" in said
+    assert all(option in said for option in ("--store", "--cluster", "--fit", "--draws", "--seed", "--tile", "--out", "--quiet"))
 
 
 def test_values():
@@ -42,3 +49,79 @@ def test_a_model_that_cannot_be_read_ends_in_one_line(monkeypatch, capsys, tmp_p
     assert call(monkeypatch, "peterka", "--model", str(tmp_path / "no.json"), *rest) == 2
     assert "cannot be read" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ((), "neither --model nor --fit is given: expected one of the two"),
+        (("--model", "m.json", "--fit", "fit"), "both --model and --fit are given: expected one of the two"),
+        (("--model", "m.json", "--draws", "5"), "--draws is given without --fit"),
+        (("--model", "m.json", "--cluster", "tcp://127.0.0.1:1"), "--cluster is given without --store"),
+        (("--model", "m.json", "--tile", "64"), "--tile is given without --store"),
+        (("--fit", "nowhere"), "nowhere/model.json cannot be read"),
+    ],
+)
+def test_options_that_do_not_go_together_end_in_one_line(monkeypatch, capsys, tmp_path, given, message):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    assert call(monkeypatch, "peterka", *given, "--base-amplitude", "1e-3", "--out", str(tmp_path / "out")) == 2
+    said = [line for line in capsys.readouterr().err.splitlines() if "loading JAX" not in line]
+    assert len(said) == 1 and said[0].startswith("error: ") and message in said[0]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_study_lands_in_its_store_and_another_is_refused(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    write_model(model(), tmp_path / "model.json")
+    store = ("--store", str(tmp_path / "a.zarr"), "--tile", "2")
+    rest = (
+        "--model",
+        str(tmp_path / "model.json"),
+        "--base-amplitude",
+        "2e-3",
+        "--gaps",
+        "1e-3",
+        "--cycles",
+        "24",
+        "--out",
+        str(tmp_path / "o"),
+    )
+    assert call(monkeypatch, "response", "--frequencies", "5:7:3", *store, *rest) == 0
+    ended = capsys.readouterr()
+    assert "3 of 3 operating points" in ended.err and "response.nc and response.png" in ended.out
+    assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["response.nc", "response.png"]
+    assert call(monkeypatch, "response", "--frequencies", "5:8:3", *store, *rest) == 2
+    assert "begun with other settings: axes.frequency_hz is [5.0, 6.0, 7.0] in the store, [5.0, 6.5, 8.0] now" in capsys.readouterr().err
+
+
+def test_a_scheduler_that_does_not_answer_ends_in_one_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    monkeypatch.setattr("vibrojax.cli.cluster._PATIENCE", 1)
+    write_model(model(), tmp_path / "model.json")
+    rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--out", str(tmp_path / "out"))
+    assert call(monkeypatch, "peterka", "--cluster", "tcp://127.0.0.1:9", "--store", str(tmp_path / "a.zarr"), *rest) == 2
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["model.json"]
+
+
+def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    written_fit(tmp_path)
+    rest = (
+        "--base-amplitude",
+        "2e-3",
+        "--gaps",
+        "1e-3",
+        "--frequencies",
+        "5:7:3",
+        "--cycles",
+        "24",
+        "--out",
+        str(tmp_path / "o"),
+        "--quiet",
+    )
+    assert call(monkeypatch, "response", "--fit", str(tmp_path), "--draws", "2", "--seed", "7", *rest) == 0
+    assert capsys.readouterr() == ("", "")
+    with xr.open_dataset(tmp_path / "o" / "response.nc", engine="scipy") as found:
+        np.testing.assert_allclose(found["drawn"], read_fit(tmp_path).draw(2, seed=7).values)
+        assert found["impact_force"].dims == ("quantile", "gap", "frequency_hz")

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.errors import InputError
@@ -33,7 +34,7 @@ def continue_(
     start: Annotated[
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")
     ] = (0.0, 0.0),
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Follow one family of periodic orbits, stable or not, along a parameter.
 

@@ -9,6 +9,7 @@ from rich.console import Console
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.interrupt import interruptible
+from vibrojax.cli.options import Data, Experiment, Quiet, Recipe
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
@@ -24,10 +25,7 @@ def _above_zero(minutes: float) -> float:
 
 
 def diagnose(
-    experiment: Annotated[
-        Path | None,
-        typer.Argument(help="Folder of the experiment, or its experiment.toml. Left out: the embedded example.", show_default=False),
-    ] = None,
+    experiment: Experiment = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: diagnose-NAME, NAME being the experiment's.")
     ] = None,
@@ -39,12 +37,9 @@ def diagnose(
             callback=_above_zero,
         ),
     ] = 5.0,
-    recipe: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Use recordings published by others, read as this recipe says; with --data.", show_default=False),
-    ] = None,
-    data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+    recipe: Recipe = None,
+    data: Data = None,
+    quiet: Quiet = False,
 ) -> None:
     """Find out what the impact model leaves out of recorded experiments.
 

@@ -9,6 +9,7 @@ from rich.console import Console
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
+from vibrojax.cli.options import Data, Experiment, Quiet, Recipe
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
@@ -20,18 +21,12 @@ app = typer.Typer(pretty_exceptions_enable=False)
 
 @app.command(epilog=EXAMPLE)
 def fit(
-    experiment: Annotated[
-        Path | None,
-        typer.Argument(help="Folder of the experiment, or its experiment.toml. Left out: the embedded example.", show_default=False),
-    ] = None,
+    experiment: Experiment = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being the experiment's.")
     ] = None,
-    recipe: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Fit recordings published by others, read as this recipe says; with --data.", show_default=False),
-    ] = None,
-    data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)] = None,
+    recipe: Recipe = None,
+    data: Data = None,
     law: Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: Hunt-Crossley.")] = None,
     reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
     starts: Annotated[
@@ -39,11 +34,11 @@ def fit(
         typer.Option(min=1, metavar="N", help="Starts to try. Left out: several where the first fit leaves a misfit.", show_default=False),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fit the parameters of the impact model to recorded experiments.
 
-    Writes fit.json, model.json, report.html and plots into the results folder, all of them or none.
+    Writes fit.json, model.json, result.nc, report.html and plots into the results folder, all of them or none.
     Exit status: 0 fitted, 2 bad input, 3 no convergence.
     """
     check_source(experiment, recipe, data)

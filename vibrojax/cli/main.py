@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import continuation, datasets, diagnose, fit, inspect, presets, simulate, study
+from vibrojax.cli import continuation, datasets, diagnose, fit, inspect, presets, report, simulate, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -22,6 +22,7 @@ def _print_version(wanted: bool) -> bool:
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
 app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
+app.command("report", epilog=report.EXAMPLE)(report.report)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 app.command("inspect", epilog=inspect.INSPECT_EXAMPLE)(inspect.inspect)
 app.command("new", epilog=inspect.NEW_EXAMPLE)(inspect.new)

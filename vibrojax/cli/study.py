@@ -151,14 +151,12 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
             prepare_jax()
             from vibrojax.batch import Span
             from vibrojax.studies.job import Job
-            from vibrojax.studies.run import make
             from vibrojax.studies.write import write_study
 
             more = {} if span is None else {"span": Span(**span)}
             model, draws = _rigs(shared)
             job = Job(study=name, model=model, axes=axes, settings=settings | more, draws=draws, points=shared.tile)
-        with connected(shared.cluster) as client, points_done(job.lanes, quiet=shared.quiet) as progress:
-            data = make(job, store=shared.store, client=client, progress=progress)
+        data = _made(job, shared)
         with stages(quiet=shared.quiet) as say:
             say("drawing")
             files = [path.name for path in write_study(name, data, folder)]
@@ -168,6 +166,18 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
     if data.attrs["lanes_that_failed"] != "{}":
         console.print(f"not integrated: {data.attrs['lanes_that_failed']}", soft_wrap=True)
     console.print(f"{' and '.join(files)} in {shared.out}", soft_wrap=True)
+
+
+def _made(job: Any, shared: Shared) -> Any:
+    """The study; one that is made at once has no points to count on the way."""
+    from vibrojax.studies.run import make
+
+    if shared.store is None and job.draws is None:
+        with stages(quiet=shared.quiet) as say:
+            say("integrating")
+            return make(job)
+    with connected(shared.cluster) as client, points_done(job.lanes, quiet=shared.quiet) as progress:
+        return make(job, store=shared.store, client=client, progress=progress)
 
 
 def _rigs(shared: Shared) -> tuple[Any, Any]:

@@ -49,7 +49,7 @@ def _envelope(data: xr.Dataset) -> xr.Dataset:
     named = {"lowest": data["displacement"].min("cycle"), "highest": data["displacement"].max("cycle")}
     parts = {f"displacement_{name}": part.assign_attrs(units="m", long_name=f"{name} section point") for name, part in named.items()}
     force = data["impact_force"].max("cycle").assign_attrs(units="N", long_name="largest impact force")
-    return data[["jump", "result", "kind"]].assign(parts, impact_force=force)
+    return data[["jump", "result", "kind"]].assign(parts | {"impact_force": force})
 
 
 def _shares_of_initial_states(data: xr.Dataset) -> xr.Dataset:
@@ -105,7 +105,11 @@ def summary(job: Job, data: xr.Dataset) -> xr.Dataset:
     for share in how.shares:
         found[share.name] = share.holds(data).astype(float).where(through).mean("draw").assign_attrs(units="1", long_name=share.meaning)
     drawn = xr.DataArray(job.draws.values, dims=("draw", "drawn_parameter"), attrs={"units": "SI", "long_name": "drawn parameter values"})
-    attrs = data.attrs | {"draws": len(job.draws.values), "seed": job.draws.seed, "drawn_parameters": json.dumps(job.draws.names)}
+    attrs = {name: value for name, value in data.attrs.items() if name != "seconds"} | {
+        "draws": len(job.draws.values),
+        "seed": job.draws.seed,
+        "drawn_parameters": json.dumps(job.draws.names),
+    }
     attrs["title"] = f"{data.attrs['title']}, {len(job.draws.values)} draws of the fit"
     coords = {name: part for name, part in data.coords.items() if "draw" not in part.dims and name != "draw"}
     result = xr.Dataset(found | {"drawn": drawn}, coords, attrs)

@@ -8,6 +8,7 @@ from typing import Any
 import xarray as xr
 
 from vibrojax.errors import InputError
+from vibrojax.model_file import model_document
 from vibrojax.studies.base import failures
 from vibrojax.studies.job import Job, Tile, evaluate, everything, tiles
 from vibrojax.studies.quantiles import stacked, summary
@@ -110,4 +111,4 @@ def _finished(job: Job, data: xr.Dataset) -> xr.Dataset:
         found = summary(job, data)
     else:
         found = job.kind.whole(data)
-    return found.assign_attrs(lanes_that_failed=json.dumps(failures(data)))
+    return found.assign_attrs(model=json.dumps(model_document(job.model)), lanes_that_failed=json.dumps(failures(data)))

@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 
 from vibrojax.errors import InputError
+from vibrojax.model_file import model_document
 from vibrojax.studies.job import Job, Tile, tiles
 
 _JOB, _DONE = "job", "tile_done"
@@ -136,7 +137,7 @@ def _template(job: Job, tile: xr.Dataset) -> tuple[xr.Dataset, dict[str, tuple[i
         dim = job.dim(name)
         coords[dim] = ((dim,), values.astype(object) if name == "direction" else values, tile[dim].attrs)
     attrs = {name: value for name, value in tile.attrs.items() if name not in _OF_A_RUN}
-    attrs |= {"model": json.dumps(job.document()["model"]), _JOB: json.dumps(job.document())}
+    attrs |= {"model": json.dumps(model_document(job.model)), _JOB: json.dumps(job.document())}
     return xr.Dataset(variables, coords, attrs), chunks | {_DONE: (1,)}
 
 

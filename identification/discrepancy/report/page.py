@@ -4,15 +4,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import jinja2
-
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Diagnosis
 from identification.discrepancy.report import rows, words
 from identification.discrepancy.report.equation import equation_html
 from identification.report.channel_labels import spoken
-from identification.report.numbers import significant, unit_text
-from identification.report.page import Image
-from identification.report.symbols import symbol_html
+from identification.report.frame import page_template
+from identification.report.image import Image, by_section
+from identification.report.numbers import significant
 
 _CANDIDATES = 20
 
@@ -28,7 +26,7 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
     Returns:
         HTML without any address outside itself.
     """
-    return _template().render(
+    return page_template("identification.discrepancy.report", {"equation": equation_html}).render(
         diagnosis=diagnosis,
         adequate=diagnosis.verdict == ADEQUATE,
         missing=diagnosis.verdict == MISSING,
@@ -48,8 +46,9 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
         more=max(len(diagnosis.considered) - _CANDIDATES, 0),
         warnings=rows.warnings(diagnosis),
         samples=sum(len(record.time) for record in diagnosis.experiment.records),
-        images={section: [image for image in images if image.section == section] for section in {image.section for image in images}},
+        images=by_section(images),
         seconds=diagnosis.seconds.get("total", sum(diagnosis.seconds.values())),
+        stages={} if "total" in diagnosis.seconds else diagnosis.seconds,
         provenance=provenance,
     )
 
@@ -104,16 +103,3 @@ def _shares(shares: Mapping[str, float]) -> str:
     """Names with their shares, the largest first; what has none is left out."""
     told = sorted(((name, share) for name, share in shares.items() if share >= 0.005), key=lambda item: -item[1])
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in told)
-
-
-def _template() -> jinja2.Template:
-    """The template, with what is not marked as HTML escaped and a misspelt name an error."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("identification.discrepancy.report", ""),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"symbol": symbol_html, "equation": equation_html, "number": significant, "unit": unit_text}
-    return environment.get_template("template.html")

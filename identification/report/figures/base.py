@@ -19,8 +19,6 @@ from vibrojax.drawing import BLUE, COLOURS, GREY, ORANGE, PALE, WIDTH, new_figur
 MEASURED, MODEL, ACCENT = "#8a8a8a", ORANGE, BLUE
 DOTS, BAND, CONTACT = GREY, PALE, "#f3eee0"
 SERIES = COLOURS[:6]
-SCREEN_DPI = 118
-"""Pixels an inch at which a page shows a figure, if it has the room."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -319,3 +319,22 @@ def test_an_mdf_file_that_was_never_finished(tmp_path):
     path.write_bytes(b"UnFinMF " + path.read_bytes()[8:])
     with pytest.raises(ExperimentError, match="the recorder did not finish the file"):
         read(path, "time")
+
+
+@each_suffix
+def test_flipped_bytes_are_an_error_or_numbers_and_no_crash(suffix, tmp_path, capsys):
+    whole = write(tmp_path / f"a{suffix}").read_bytes()
+    draws = np.random.default_rng(11)
+    for case in range(12):
+        damaged = bytearray(whole)
+        for place in draws.integers(0, min(len(whole), 1500) if case % 2 else len(whole), 3):
+            damaged[place] = draws.integers(0, 256)
+        path = tmp_path / f"{case}{suffix}"
+        path.write_bytes(damaged)
+        try:
+            found = read(path, "time", "hammer")
+        except ExperimentError as error:
+            assert "\n" not in str(error)
+        else:
+            assert all(column.dtype == np.float64 and column.ndim == 1 for column in found.values.values())
+    assert capsys.readouterr() == ("", "")

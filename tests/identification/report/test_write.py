@@ -14,13 +14,17 @@ VOID = {"meta", "img", "br", "link", "hr"}
 
 
 class Checked(HTMLParser):
-    """Balanced tags, addresses and texts of a page."""
+    """Balanced tags, addresses and texts of a page, and the tags around its tables."""
 
     def __init__(self):
         super().__init__()
         self.open, self.addresses, self.alts, self.text = [], [], [], ""
+        self.boxes, self.before = [], ""
 
     def handle_starttag(self, tag, attrs):
+        if tag == "table":
+            self.boxes.append(self.before)
+        self.before = self.get_starttag_text()
         if tag not in VOID:
             self.open.append(tag)
         self.addresses += [value for name, value in attrs if name in ("src", "href", "srcset", "action")]
@@ -64,6 +68,13 @@ def test_the_page_stands_alone(written):
     assert "<script" not in text
     assert not re.search(r"https?://|@import|url\(", text)
     assert all(len(alt) > 30 for alt in page.alts)
+
+
+def test_on_a_phone_every_table_scrolls_within_its_box(written):
+    page = read(written[0])
+    assert len(page.boxes) >= 4
+    assert set(page.boxes) == {'<div class="wide">'}
+    assert 'name="viewport" content="width=device-width, initial-scale=1"' in written[0].read_text(encoding="utf-8")
 
 
 def test_the_page_says_first_whether_the_fit_is_good_and_hides_nothing(written):

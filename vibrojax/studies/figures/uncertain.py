@@ -76,8 +76,10 @@ def peterka(data: xr.Dataset) -> Figure:
     shown = left.pcolormesh(x, y, first, cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
     figure.colorbar(shown, ax=left, label="probability of z = 1/1")
     force = np.where(first >= _LIKELY, data["force_over_weight"].sel(quantile=0.5).values, np.nan)
-    shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
-    figure.colorbar(shown, ax=right, label="F / (m g) on z = 1/1, median")
+    if np.isfinite(force).any():
+        shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
+        figure.colorbar(shown, ax=right, label="F / (m g) on z = 1/1, median")
+    right.set(xlim=left.get_xlim(), ylim=left.get_ylim())
     for axes in (left, right):
         axes.set_xlabel(label(data, "ratio"))
         axes.grid(False)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from identification.discrepancy.diagnosis import ADEQUATE, Diagnosis
@@ -18,6 +19,29 @@ _NICE_CLOSE = (0.5, 0.6, 0.8, 1, 1.2, 1.5, 2, 3, 4)
 
 def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
     """One picture, a line a channel of a record; of many, those that are worst before."""
+    shown = _worst(diagnosis)
+    if not shown:
+        return
+    same = diagnosis.verdict == ADEQUATE
+    yield Picture(
+        name="misfits",
+        section="errors",
+        record=None,
+        caption="Root mean square residual over the noise, by record and channel"
+        + ("" if same else ": nominal model (blue rings), augmented model (orange)")
+        + ". The dashed line at 1 is the best there is.",
+        alt="Misfit of every channel: "
+        + "; ".join(
+            f"{spoken(channel)} of {file} {significant(a, 2)}{'' if same else f' before, {significant(b, 2)} after'}"
+            for file, channel, a, b in shown
+        )
+        + " times the noise.",
+        figure=_drawn(shown, same),
+    )
+
+
+def _worst(diagnosis: Diagnosis) -> list[tuple[str, str, float, float]]:
+    """Record, channel, misfit before and after, in the order of the records."""
     after = {record.file: record for record in diagnosis.augmented.records}
     rows = [
         (record.file, channel, chi2**0.5, after.get(record.file, record).chi2_reduced.get(channel, np.nan) ** 0.5)
@@ -26,16 +50,17 @@ def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
         if np.isfinite(chi2)
     ]
     worst = sorted(rows, key=lambda row: -row[2])[:_MOST]
-    shown = [row for row in rows if row in worst]
-    if not shown:
-        return
+    return [row for row in rows if row in worst]
+
+
+def _drawn(shown: list[tuple[str, str, float, float]], same: bool) -> Figure:
+    """Dots on a line each; `same` where there is no augmented model."""
     height = 0.62 + 0.2 * len(shown)
     figure = new_figure(height)
     axes = figure.add_axes((0.4, 0.42 / height, 0.58, 1 - 0.62 / height))
     places = -np.arange(len(shown), dtype=float)
     before, later = (np.array([row[k] for row in shown]) for k in (2, 3))
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
-    same = diagnosis.verdict == ADEQUATE
     if not same:
         axes.hlines(places, later, before, color="#c8c8c8", linewidth=1.6)
     axes.plot(before, places, "o", color=BEFORE, fillstyle="none", markersize=5, label="nominal")
@@ -52,21 +77,7 @@ def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
     axes.set_ylim(places[-1] - 0.7, 0.7)
     axes.set_xlabel("rms residual / noise")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=2, borderpad=0.1)
-    yield Picture(
-        name="misfits",
-        section="errors",
-        record=None,
-        caption="Root mean square residual over the noise, by record and channel"
-        + ("" if same else ": nominal model (blue rings), augmented model (orange)")
-        + ". The dashed line at 1 is the best there is.",
-        alt="Misfit of every channel: "
-        + "; ".join(
-            f"{spoken(channel)} of {file} {significant(a, 2)}{'' if same else f' before, {significant(b, 2)} after'}"
-            for file, channel, a, b in shown
-        )
-        + " times the noise.",
-        figure=figure,
-    )
+    return figure
 
 
 def _short(file: str) -> str:

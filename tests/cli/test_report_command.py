@@ -1,0 +1,39 @@
+"""`vibrojax report` as a user meets it."""
+
+import sys
+
+import pytest
+
+from identification.result_file import StoredFit, write_result
+from tests.identification.made_result import made_result
+from vibrojax.cli import main
+
+
+def call(monkeypatch, *arguments):
+    monkeypatch.setattr("vibrojax.cli.report.prepare_jax", lambda: None)
+    monkeypatch.setattr(sys, "argv", ["vibrojax", "report", *map(str, arguments)])
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    return ended.value.code
+
+
+def test_page_and_plots_appear_beside_the_result_or_elsewhere(tmp_path, monkeypatch, capsys):
+    write_result(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7}), tmp_path / "result.nc")
+    (tmp_path / "fit.json").write_text("{}")
+    assert call(monkeypatch, tmp_path, "--out", tmp_path / "page") == 0
+    assert "made <by> hand" in capsys.readouterr().out
+    assert call(monkeypatch, tmp_path, "--quiet") == 0
+    assert capsys.readouterr() == ("", "")
+    drawn = {path.name for path in (tmp_path / "page").iterdir()}
+    assert {"report.html", "residuals.png"} <= drawn
+    assert {path.name for path in tmp_path.iterdir()} == drawn | {"result.nc", "fit.json", "page"}
+
+
+def test_a_folder_without_a_result_is_one_line_and_nothing_written(tmp_path, monkeypatch, capsys):
+    assert call(monkeypatch, tmp_path, "--quiet") == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("error: ")
+    assert "result.nc does not exist: expected the result.nc that a fit writes" in told.err
+    assert len(told.err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,37 @@
+"""`vibrojax report`: the results of an earlier fit in; its page and plots drawn again."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.output import output_folder
+from vibrojax.cli.progress import stages
+
+EXAMPLE = "Example:  vibrojax report rig-B-fit"
+
+
+def report(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that a fit wrote, with its result.nc.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for page and plots. Left out: the same folder.", show_default=False)
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+) -> None:
+    """Draw report.html and the plots of an earlier fit again, without fitting.
+
+    Exit status: 0 done, 2 bad input.
+    """
+    out = directory if out is None else out
+    with output_folder(out) as folder, stages(quiet=quiet) as say:
+        say("loading JAX")
+        prepare_jax()
+        from identification.run import run_report
+
+        say("drawing the report")
+        summary = run_report(directory, folder)
+    console = Console(quiet=quiet, highlight=False)
+    console.print(summary)
+    console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
