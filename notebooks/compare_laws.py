@@ -130,8 +130,8 @@ limit = chi2_limit(fits["hunt-crossley"].degrees, OVERALL)
 print(f"noise alone gives χ²/N below {limit:.3f}")
 
 # %% [markdown]
-# Only Hunt and Crossley's law, with one exponent or two, is left with nothing but noise. The law with two exponents contains the other:
-# it finds $n_2 = n$ and pays for the parameter that it does not need.
+# Only Hunt and Crossley's law, with one exponent or two, is left with nothing but noise. The law with two exponents contains the other; it
+# finds $n_2 = n$ within the error, so the second exponent is not needed.
 
 # %%
 if not SMALL:
@@ -298,7 +298,7 @@ if not SMALL:
 # ## What was claimed
 
 # %%
-assert told[0] == "hunt-crossley" and set(told) <= {"hunt-crossley", "hunt-crossley-separate"}
+assert "hunt-crossley" in told and set(told) <= {"hunt-crossley", "hunt-crossley-separate"}
 assert set(TWINS) <= set(untold), "at one speed the twins cannot be told apart"
 assert max(poor_scores[name]["aic"] for name in TWINS) - min(poor_scores[name]["aic"] for name in TWINS) < 1.0
 assert max(losses.values()) - min(losses.values()) < 0.01 * max(losses.values())
@@ -308,5 +308,5 @@ assert all(abs(p.value - getattr(RIG, p.spec.name)) < 4 * p.stderr for p in fits
 if not SMALL:
     assert rigid.chi2_reduced > 2.0
     n, n2 = (p for p in fits["hunt-crossley-separate"].parameters if p.spec.name in ("n", "n_2"))
-    assert abs(n2.value - n.value) < 4 * n2.stderr
+    assert abs(n2.value - n.value) < 3 * n2.stderr
     assert all(record.chi2_reduced["hammer_displacement"] < limit for record in fits["hunt-crossley"].records)
