@@ -29,7 +29,7 @@ lint: $(VENV)/.stamp-test
 # From the lock where it holds the needs of the notebooks; else they are installed beside it.
 notebooks: $(VENV)/.stamp-test
 	@$(BIN)/python -c "import ipykernel, jupytext, nbclient" 2>/dev/null || $(BIN)/python -m pip install --quiet --editable ".[notebooks]"
-	$(BIN)/python notebooks/build
+	$(BIN)/python notebooks/builder
 
 # The exact versions of the lock, checked by hash; then the project itself, built with the lock's hatchling.
 define install
