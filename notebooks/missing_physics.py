@@ -72,7 +72,8 @@ table(before)
 
 # %% [markdown]
 # ## Where
-# What is missing, as a force, against the coordinate that explains it best: each point is a mean over a bin, with its error.
+# What is missing, as a force, against the coordinate that explains it best: each point is a mean over a bin, with its error. A step at
+# zero velocity on a rising slope is the picture of dry friction beside a damper that has taken too much.
 
 # %%
 location = diagnosis.location
@@ -144,5 +145,5 @@ assert concealed in [one.effect.name for one in diagnosis.effects]
 assert before.chi2_reduced > 1.2 and after.chi2_reduced < 1.05
 assert zeta_before.stderr and abs(zeta_before.value - case.rig.zeta) > 5 * zeta_before.stderr
 assert abs(zeta_after.value - case.rig.zeta) < 4 * zeta_after.stderr
-assert unseen(before) > 1.5 and unseen(after) < 1.1
+assert unseen(before) > 1.2 and unseen(after) < 1.1
 assert abs(found["friction_force"].value - true_force) < 4 * found["friction_force"].stderr
