@@ -31,7 +31,7 @@ docs: $(VENV)/.stamp-test
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 notebooks: $(VENV)/.stamp-test
-	$(BIN)/python notebooks/run_all
+	$(BIN)/python notebooks/builder
 
 # The exact versions of the lock, checked by hash; then the project itself, built with the lock's hatchling.
 define install

@@ -131,8 +131,8 @@ limit = chi2_limit(fits["hunt-crossley"].degrees, OVERALL)
 print(f"noise alone gives χ²/N below {limit:.3f}")
 
 # %% [markdown]
-# Only Hunt and Crossley's law, with one exponent or two, is left with nothing but noise. The law with two exponents contains the other:
-# it finds $n_2 = n$ and pays for the parameter that it does not need.
+# Only Hunt and Crossley's law, with one exponent or two, is left with nothing but noise. The law with two exponents contains the other; it
+# finds $n_2 = n$ within the error, so the second exponent is not needed.
 
 # %%
 if not SMALL:
@@ -287,16 +287,19 @@ motion_only = dataclasses.replace(
         for record in rich.fitting.records
     ),
 )
-rigid = {} if SMALL else fit_all(motion_only, ["hunt-crossley", "newton"])
-for name, result in rigid.items():
-    values = ", ".join(f"{p.spec.symbol} = {p.value:.4g}" for p in result.parameters[: len(LAWS[name].parameters)])
-    print(f"{LAWS[name].title:28} χ²/N = {result.chi2_reduced:8.2f}   {values}")
+if not SMALL:
+    rigid = fit_experiment(motion_only, law="newton", starts=1)
+    print(f"Newton: e = {rigid.model.law.restitution:.3f}")
+    print(f"{'record':12}{'χ²/N of x: Newton':>20}{'Hunt–Crossley':>16}")
+    for record, other in zip(rigid.records, fits["hunt-crossley"].records, strict=True):
+        both = [fit.chi2_reduced["hammer_displacement"] for fit in (record, other)]
+        print(f"{record.file:12}{both[0]:20.2f}{both[1]:16.2f}")
 
 # %% [markdown]
 # ## What was claimed
 
 # %%
-assert told[0] == "hunt-crossley" and set(told) <= {"hunt-crossley", "hunt-crossley-separate"}
+assert "hunt-crossley" in told and set(told) <= {"hunt-crossley", "hunt-crossley-separate"}
 assert set(TWINS) <= set(untold), "at one speed the twins cannot be told apart"
 assert max(poor_scores[name]["aic"] for name in TWINS) - min(poor_scores[name]["aic"] for name in TWINS) < 1.0
 assert max(losses.values()) - min(losses.values()) < 0.01 * max(losses.values())
@@ -304,7 +307,7 @@ for wrong in set(TWINS) - {"hunt-crossley"}:
     assert poor_scores[wrong]["held_reduced"] > 1.5 * poor_scores["hunt-crossley"]["held_reduced"], "a law that only fits does not predict"
 assert all(abs(p.value - getattr(RIG, p.spec.name)) < 4 * p.stderr for p in fits["hunt-crossley"].parameters)
 if not SMALL:
-    assert rigid["newton"].chi2_reduced > 2.0
+    assert rigid.chi2_reduced > 2.0
     n, n2 = (p for p in fits["hunt-crossley-separate"].parameters if p.spec.name in ("n", "n_2"))
-    assert abs(n2.value - n.value) < 4 * n2.stderr
-    assert rigid["hunt-crossley"].chi2_reduced < limit
+    assert abs(n2.value - n.value) < 3 * n2.stderr
+    assert all(record.chi2_reduced["hammer_displacement"] < limit for record in fits["hunt-crossley"].records)

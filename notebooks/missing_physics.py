@@ -43,8 +43,14 @@ for record in experiment.records:
     print(f"{record.file:10} {record.kind:16} {len(record.time)} samples{', held back' if record.held_back else ''}")
 
 # %%
-diagnosis = diagnose_experiment(experiment)
+diagnosis = diagnose_experiment(experiment, budget_minutes=60.0)
 before, after = diagnosis.nominal, diagnosis.augmented
+
+
+def unseen(side):
+    """Mean square residual over the noise variance on the held-back record, all channels alike; noise alone gives 1."""
+    return float(np.mean(list(side.held_back[0].chi2_reduced.values())))
+
 
 # %% [markdown]
 # ## First the failure
@@ -62,12 +68,13 @@ def table(side):
         print(f"{p.symbol:5} = {p.value:10.5g} {error} {p.unit:8} {true}")
 
 
-print(f"nominal model: χ²/N = {before.chi2_reduced:.2f}, error on the held-back record {100 * before.held_out_nrmse:.2f} %")
+print(f"nominal model: χ²/N = {before.chi2_reduced:.2f}, on the held-back record {unseen(before):.2f}")
 table(before)
 
 # %% [markdown]
 # ## Where
-# What is missing, as a force, against the coordinate that explains it best: each point is a mean over a bin, with its error.
+# What is missing, as a force, against the coordinate that explains it best: each point is a mean over a bin, with its error. A step at
+# zero velocity on a rising slope is the picture of dry friction beside a damper that has taken too much.
 
 # %%
 location = diagnosis.location
@@ -98,7 +105,7 @@ for one in tried[:6]:
 # The same records, the effect added and everything fitted again. The parameters return to what they are.
 
 # %%
-print(f"with the effect: χ²/N = {after.chi2_reduced:.2f}, error on the held-back record {100 * after.held_out_nrmse:.2f} %")
+print(f"with the effect: χ²/N = {after.chi2_reduced:.2f}, on the held-back record {unseen(after):.2f}")
 table(after)
 
 # %% [markdown]
@@ -139,5 +146,5 @@ assert concealed in [one.effect.name for one in diagnosis.effects]
 assert before.chi2_reduced > 1.2 and after.chi2_reduced < 1.05
 assert zeta_before.stderr and abs(zeta_before.value - case.rig.zeta) > 5 * zeta_before.stderr
 assert abs(zeta_after.value - case.rig.zeta) < 4 * zeta_after.stderr
-assert after.held_out_nrmse < 0.9 * before.held_out_nrmse
+assert unseen(before) > 1.2 and unseen(after) < 1.1
 assert abs(found["friction_force"].value - true_force) < 4 * found["friction_force"].stderr

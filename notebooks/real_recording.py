@@ -69,7 +69,7 @@ if HERE:
 
 # %%
 if experiment:
-    diagnosis = diagnose_experiment(experiment)
+    diagnosis = diagnose_experiment(experiment, budget_minutes=60.0)
     before, after = diagnosis.nominal, diagnosis.augmented
     print(f"linear oscillator: χ²/N = {before.chi2_reduced:.1f}, error on the held-back record {100 * before.held_out_nrmse:.1f} %")
     print(f"verdict: {diagnosis.verdict}")

@@ -74,7 +74,7 @@ _ = axes.legend(ncols=3)
 # its duration changes, by an error of order $\varepsilon^{n+2}$. For a law whose force jumps at touch that is $\varepsilon^2$.
 
 # %%
-widths = np.geomspace(1e-5, 1e-3, 7) if SMALL else np.geomspace(1e-6, 1e-3, 16)
+widths = np.geomspace(1e-5, 1e-3, 7) if SMALL else np.geomspace(3e-6, 1e-3, 11)
 chosen = ["Hunt–Crossley, n = 1.5"] if SMALL else ["Hunt–Crossley, n = 1.5", "Hunt–Crossley, n = 2.5", "Kelvin–Voigt, force jumps"]
 curves = trajectories({name: LAWS[name] for name in chosen}, widths, quietly)
 figure, axes = plt.subplots(figsize=(6.2, 3.4), layout="constrained")
@@ -95,7 +95,7 @@ slopes = {curve.label: curve.slope for curve in curves}
 
 # %%
 if not SMALL:
-    diagram = bifurcations(Size(frequencies=48, transient=6, kept=2, block=20, widths=(3e-4, 1e-4, 1e-5)), quietly)
+    diagram = bifurcations(Size(frequencies=36, transient=5, kept=1, block=20, widths=(3e-4, 1e-4, 1e-5)), quietly)
     panels = {"discontinuous law": diagram.reference}
     panels |= {f"ε = {1e6 * width:.0f} µm": points for width, points in sorted(diagram.smoothed.items())}
     figure, rows = plt.subplots(len(panels), 1, figsize=(6.2, 5.2), sharex=True, sharey=True, layout="constrained")

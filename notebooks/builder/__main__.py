@@ -1,4 +1,4 @@
-"""`python notebooks/run_all [NAME ...]`: run the percent scripts beside this folder and write each as `.ipynb` with its outputs."""
+"""`python notebooks/builder [NAME ...]`: run the percent scripts beside this folder and write each as `.ipynb` with its outputs."""
 
 import sys
 from pathlib import Path
@@ -8,8 +8,6 @@ import nbformat
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).resolve().parent.parent
-MOST_SECONDS = 1800
-"""For one cell."""
 LARGEST = 300_000
 """Bytes of one built notebook, which is committed."""
 
@@ -26,7 +24,7 @@ def build(script: Path) -> Path:
     """Run one script from the root of the repository; the old `.ipynb` stays if a cell fails or the new one is too large."""
     notebook = jupytext.read(script)
     notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    client = NotebookClient(notebook, timeout=MOST_SECONDS, resources={"metadata": {"path": str(NOTEBOOKS.parent)}}, record_timing=False)
+    client = NotebookClient(notebook, timeout=None, resources={"metadata": {"path": str(NOTEBOOKS.parent)}}, record_timing=False)
     client.execute()
     for number, cell in enumerate(notebook.cells, start=1):
         cell["id"] = f"cell-{number}"
