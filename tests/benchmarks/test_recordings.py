@@ -31,6 +31,10 @@ def test_what_is_known_is_of_recipes_and_effects_that_there_are():
     assert all(known.question.endswith(("?", ".")) and known.cannot.endswith(".") and not known.truth.endswith(".") for known in KNOWN)
 
 
+def test_what_no_effect_stands_for_is_not_held_against_a_diagnosis():
+    assert next(known for known in KNOWN if not known.expected).agreement({"coulomb_friction"}) == "not on the list"
+
+
 def test_a_row_holds_errors_effects_and_cost(tmp_path):
     cells = [cell.strip() for cell in row(FRICTION, made(tmp_path)).strip("|").split("|")]
     assert cells[:3] == ["`friction_backlash`", "0.64", "0.21"]
