@@ -42,6 +42,11 @@ def test_a_row_holds_errors_effects_and_cost(tmp_path):
     assert cells[5:] == ["yes", "61 (40)", "903"]
 
 
+def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_path):
+    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = -0.1 N |u'| u'"}
+    assert "| unlisted; learned: force = -0.1 N \\|u'\\| u' |" in row(FRICTION, made(tmp_path, document))
+
+
 def test_a_failure_stays_in_the_table(tmp_path):
     cells = row(FRICTION, made(tmp_path, document=None, failure="no convergence")).split("|")
     assert "failed: no convergence" in cells[4] and cells[6].strip() == "no"
