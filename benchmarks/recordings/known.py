@@ -22,13 +22,15 @@ class Known:
     cannot: str
 
     def agreement(self, named: set[str]) -> str:
-        """Whether what was named is what is known: "yes", "in part" or "no".
+        """Whether what was named is what is known: "yes", "in part", "no", or "not on the list" where no effect stands for that.
 
         Example:
             >>> one = Known(recipe="r", question="", truth="", expected=(("a", "b"), ("c",)), cannot="")
             >>> one.agreement({"b", "c"}), one.agreement({"a", "x"}), one.agreement(set())
             ('yes', 'in part', 'no')
         """
+        if not self.expected:
+            return "not on the list"
         hit = [bool(named & set(group)) for group in self.expected]
         return "no" if not any(hit) else "yes" if all(hit) else "in part"
 

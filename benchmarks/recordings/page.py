@@ -27,7 +27,7 @@ def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
 
 def row(known: Known, run: Run) -> str:
     """One line of the table."""
-    cost = f"{run.seconds:.0f} ({run.cpu_seconds:.0f}) | {run.peak_mb:.0f} |"
+    cost = f"{_whole(run.seconds)} ({_whole(run.cpu_seconds)}) | {_whole(run.peak_mb)} |"
     if run.document is None:
         return f"| `{run.recipe}` | – | – | failed: {run.failure} | {known.truth} | no | {cost}"
     before, after = (run.document[side]["held_out_nrmse"] for side in ("nominal", "augmented"))
@@ -36,10 +36,11 @@ def row(known: Known, run: Run) -> str:
 
 
 def said(run: Run) -> str:
-    """Verdict and what is named, with numbers."""
+    """Verdict and what is named, with numbers, or the term that was learned."""
     document = run.document or {}
     if not document["effects"]:
-        return document["verdict"]
+        learned = document.get("free_form")
+        return document["verdict"] + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
     return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one)})" for one in document["effects"])
 
 
@@ -86,6 +87,11 @@ def picture(run: Run, pictures: Path) -> str:
     pictures.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(shown[0], pictures / f"{run.recipe}.png")
     return f"![Measured, nominal and augmented model, and what either leaves](images/recordings/{run.recipe}.png)"
+
+
+def _whole(figure: float | None) -> str:
+    """A figure, where it was measured."""
+    return "–" if figure is None else f"{figure:.0f}"
 
 
 def _error(share: float | None) -> str:

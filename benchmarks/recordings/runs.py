@@ -24,7 +24,7 @@ class Run:
         folder: of the results.
         document: `diagnosis.json`; None where the command failed.
         failure: its last line then.
-        seconds: wall time of the whole command.
+        seconds: wall time of the whole command; None, like the other two, where the command was called by hand.
         cpu_seconds: of all its threads.
         peak_mb: largest memory of the process.
     """
@@ -33,9 +33,9 @@ class Run:
     folder: Path
     document: dict | None
     failure: str
-    seconds: float
-    cpu_seconds: float
-    peak_mb: float
+    seconds: float | None
+    cpu_seconds: float | None
+    peak_mb: float | None
 
 
 def finished(recipe: str, out: Path) -> Run | None:
@@ -45,7 +45,7 @@ def finished(recipe: str, out: Path) -> Run | None:
         return None
     figures = json.loads((folder / _FIGURES).read_text(encoding="utf-8"))
     document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-    figures = {name: figures[name] for name in ("seconds", "cpu_seconds", "peak_mb")}
+    figures = {name: figures.get(name) for name in ("seconds", "cpu_seconds", "peak_mb")}
     return Run(recipe=recipe, folder=folder, document=document, failure="", **figures)
 
 

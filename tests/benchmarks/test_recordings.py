@@ -31,11 +31,20 @@ def test_what_is_known_is_of_recipes_and_effects_that_there_are():
     assert all(known.question.endswith(("?", ".")) and known.cannot.endswith(".") and not known.truth.endswith(".") for known in KNOWN)
 
 
+def test_what_no_effect_stands_for_is_not_held_against_a_diagnosis():
+    assert next(known for known in KNOWN if not known.expected).agreement({"coulomb_friction"}) == "not on the list"
+
+
 def test_a_row_holds_errors_effects_and_cost(tmp_path):
     cells = [cell.strip() for cell in row(FRICTION, made(tmp_path)).strip("|").split("|")]
     assert cells[:3] == ["`friction_backlash`", "0.64", "0.21"]
     assert cells[3].startswith("missing: coulomb_friction (F_c = 9400 ± 120 N")
     assert cells[5:] == ["yes", "61 (40)", "903"]
+
+
+def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_path):
+    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = -0.1 N |u'| u'"}
+    assert "| unlisted; learned: force = -0.1 N \\|u'\\| u' |" in row(FRICTION, made(tmp_path, document))
 
 
 def test_a_failure_stays_in_the_table(tmp_path):
