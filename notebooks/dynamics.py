@@ -24,7 +24,6 @@ from vibrojax.drawing import COLOURS
 from vibrojax.model import Model
 from vibrojax.studies import basins, bifurcation, frequency_response, peterka
 from vibrojax.studies.figures import basins as draw_basins
-from vibrojax.studies.figures import frequency_response as draw_response
 from vibrojax.studies.figures import peterka as draw_peterka
 from vibrojax.suspension import Linear
 
@@ -45,7 +44,11 @@ MODEL = Model(
 
 # %%
 response = frequency_response(MODEL, frequency_hz=np.linspace(3.0, 14.0, 12 if SMALL else 111), gap=[0.0, 2.0e-3, GAP], base_amplitude=A0)
-draw_response.draw(response)
+figure, axes = plt.subplots(figsize=(6.2, 3.0), layout="constrained")
+for gap, colour in zip(response["gap"].values, COLOURS, strict=False):
+    axes.plot(response["frequency_hz"], response["impact_force"].sel(gap=gap), color=colour, label=f"gap {1e3 * gap:g} mm")
+axes.set(xlabel="excitation frequency (Hz)", ylabel="largest impact force (N)")
+_ = axes.legend()
 
 # %% [markdown]
 # ## Up is not down
@@ -85,11 +88,10 @@ draw_peterka.draw(kinds)
 # %%
 middle = float(both[both.size // 2])
 count = 15 if SMALL else 51
-reach, speed = 4.0 * GAP, 4.0 * A0 * 2 * np.pi * middle
 plane = basins(
     MODEL,
-    u0=np.linspace(-reach, GAP, count),
-    v0=np.linspace(-speed, speed, count),
+    u0=np.linspace(-2 * GAP, GAP, count),
+    v0=np.linspace(-0.5, 0.3, count),
     frequency_hz=middle,
     gap=GAP,
     base_amplitude=A0,
