@@ -52,8 +52,8 @@ _ = axes.legend()
 
 # %% [markdown]
 # ## One trajectory
-# One second and six impacts of a driven hammer. A width of a millimetre, many times the indentation, is visibly wrong; a tenth of it is
-# not.
+# One second and six impacts of a driven hammer. A width of a millimetre, many times the indentation, moves it by a thousandth of its
+# range; a tenth of that width by less than a millionth. Nothing in this picture warns of a width.
 
 # %%
 driven = rig(HuntCrossley(1e6, 1.5, 0.3))
@@ -114,7 +114,7 @@ if not SMALL:
 
 # %%
 error = {width: float(jnp.abs(run(driven, width) - truth).max() / jnp.ptp(truth)) for width in (1e-3, 1e-4)}
-assert error[1e-3] > 0.05 and error[1e-4] < 0.01
+assert 5e-4 < error[1e-3] < 2e-3 and error[1e-4] < 1e-6
 assert abs(slopes["Hunt–Crossley, n = 1.5"] - 3.5) < 0.3
 if not SMALL:
     assert abs(slopes["Hunt–Crossley, n = 2.5"] - 4.5) < 0.4
