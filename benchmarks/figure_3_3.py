@@ -80,7 +80,7 @@ def draw(values: dict[str, float], file: Path) -> list[tuple[float, ...]]:
     """Force profiles and phase planes; returns (speed, e, peak force, indentation, contact time, worst departure from the oracle)."""
     rows = []
     with style():
-        figure = new_figure(4.2, 11, layout="constrained")
+        figure = new_figure(4.2, 11.0, layout="constrained")
         left, right = figure.subplots(1, 2)
         for speed in SPEEDS:
             ts, u, v, force = model_impact(values, speed)

@@ -31,7 +31,7 @@ def test_a_wheel_carries_the_data(root, tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     shutil.unpack_archive(wheel, tmp_path / "site", "zip")
     code = "import sys; sys.path.insert(0, '.'); from vibrojax.data_files import data_path; print(data_path('README.md').read_text())"
-    found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path / "site", check=True, capture_output=True, text=True, timeout=60)
+    found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path / "site", check=True, capture_output=True, text=True, timeout=300)
     assert found.stdout.rstrip() == (root / "data" / "README.md").read_text().rstrip()
     carried = tmp_path / "site" / "vibrojax" / "_data"
     assert {path.relative_to(carried) for path in carried.rglob("*")} == {

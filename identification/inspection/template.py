@@ -31,11 +31,13 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 #        unit itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
 # noise: standard deviation of the sensor in SI, whatever the unit; left out, it is estimated from each record.
 # range: lowest and highest value in SI that the sensor can tell; samples at or beyond it are left out.
+# zero: standard deviation in SI of a constant that the channel may be off by; one is then estimated in every record. Left out: none.
 
 [sensors.hammer_displacement] # m, absolute; grows towards the stop
 unit = "mm"
 #noise = 1.0e-5 # m
 #range = [-0.01, 0.01] # m
+#zero = 1.0e-4 # m
 
 [sensors.cart_displacement] # m, absolute; same direction
 unit = "mm"

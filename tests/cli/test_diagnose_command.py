@@ -131,7 +131,7 @@ def test_ctrl_c_ends_without_a_traceback_and_leaves_nothing(tmp_path):
         while "at work" not in job.stderr.readline():
             assert time.monotonic() < limit
         job.send_signal(signal.SIGINT)
-        out, error = job.communicate(timeout=30)
+        out, error = job.communicate(timeout=300)
     finally:
         job.kill()
     assert job.returncode not in (0, 2, 3)
@@ -141,7 +141,7 @@ def test_ctrl_c_ends_without_a_traceback_and_leaves_nothing(tmp_path):
 
 def test_help_shows_an_example_and_needs_no_jax():
     code = "import sys\nfrom vibrojax.cli.main import main\ntry: main()\nfinally: assert not {'jax', 'numpy'} & set(sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code, "diagnose", "--help"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code, "diagnose", "--help"], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "Example:" in done.stdout
 
