@@ -45,7 +45,7 @@ def draw(name: str) -> Image.Image:
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.fingerprints", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.fingerprints", description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures, one PNG an effect")
     parser.add_argument("--only", action="append", choices=list(FINGERPRINTS), metavar="NAME", help="this effect; once or more")
     options = parser.parse_args()

@@ -56,7 +56,8 @@ def beyond_gap(run: Run) -> Points:
 
 def cart_over_phase(run: Run) -> Points:
     """Misfit of the cart, um, over the phase of its sine, in turns."""
-    return (BASE.frequency_hz * run.time + BASE.base_phase / (2 * np.pi)) % 1.0, 1e6 * run.misfit("cart_displacement")
+    turns = np.asarray(BASE.frequency_hz * run.time + BASE.base_phase / (2 * np.pi))
+    return turns % 1.0, 1e6 * run.misfit("cart_displacement")
 
 
 def cart_over_time(run: Run) -> Points:

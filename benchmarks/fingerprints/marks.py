@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 from benchmarks.fingerprints.coordinates import (
     Points,
@@ -204,4 +205,5 @@ FINGERPRINTS: dict[str, Fingerprint] = {
 
 def effect_of(name: str) -> AbstractEffect:
     """The effect of a fingerprint, at the strength that the picture shows."""
-    return EFFECTS[name](**FINGERPRINTS[name].effect)
+    numbers: dict[str, Any] = dict(FINGERPRINTS[name].effect)
+    return EFFECTS[name](**numbers)
