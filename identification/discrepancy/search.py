@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
+from identification.discrepancy.colour import overstatement
 from identification.discrepancy.continuity import continuity_cost, jump_variance
 from identification.discrepancy.evidence import FALSE_ALARM, chance, significant, trials
 from identification.discrepancy.facts import facts
@@ -159,10 +160,20 @@ def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline:
 
 
 def _helps(best: Rival, cost: float, scored: Scored, allowed: Tolerance) -> bool:
-    """Whether the refit delivers more than noise would, and a fair share of the misfit."""
+    """Whether the refit delivers more than noise would, be it coloured, and a fair share of the misfit."""
     drop, misfit = cost - best.cost, cost - allowed.noise
-    by_chance = chance(2.0 * drop, best.candidate.degrees, trials(scored.found, best.name))
+    by_chance = chance(2.0 * drop / _overstated(best.fitted, scored, allowed), best.candidate.degrees, trials(scored.found, best.name))
     return by_chance < FALSE_ALARM and drop >= _HELPS * misfit
+
+
+def _overstated(fitted: Fitted, scored: Scored, allowed: Tolerance) -> float:
+    """Factor that coloured noise puts on the drop of chi-square; 1 where more than noise is left, whose colour is then that of a misfit."""
+    if not adequate(fitted, allowed) or len(fitted.prepared.record) != len(scored.at.record):
+        return 1.0
+    at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
+    whole = (at.finite & scored.at.finite)[:, None, None]
+    root = np.sqrt(allowed.weights(fitted.outcome.equations.cost))[:, None, None] * whole
+    return overstatement(root * scored.at.residual, root * at.residual)
 
 
 def look(fitted: Fitted, allowed: Tolerance) -> Scored:
