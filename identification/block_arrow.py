@@ -75,18 +75,32 @@ def columns(estimate: Estimate, record: Int[np.ndarray, " windows"]) -> Int[np.n
 
 
 def solve(
-    reduced: Reduced, equations: Equations, estimate: Estimate
+    reduced: Reduced, equations: Equations, estimate: Estimate, *, longest: float = np.inf
 ) -> tuple[Float[np.ndarray, " shared"], Float[np.ndarray, "records nuisances"], Float[np.ndarray, "windows states"]]:
-    """Step of shared parameters, nuisances and window states; unknowns that are not active or not determined stay."""
-    step = np.zeros(len(reduced.gradient))
-    part = reduced.active
-    step[part] = -covariance(reduced.hessian[np.ix_(part, part)]) @ reduced.gradient[part]
+    """Step of shared parameters, nuisances and window states; unknowns that are not active or not determined stay.
+
+    A shared parameter that would move by more than `longest` is held at that, and all others follow it.
+    """
     shared = len(estimate.shared)
+    step = _step_within(reduced, shared, longest)
     nuisances = step[shared:].reshape(estimate.nuisances.shape)
     local = np.concatenate([np.broadcast_to(step[:shared], (len(equations.record), shared)), nuisances[equations.record]], axis=1)
     inverse, coupling = reduced.eliminated
     right = equations.gradient[:, -inverse.shape[1] :] + np.einsum("lsi,li->ls", coupling, local)
     return step[:shared], nuisances, -np.einsum("lst,lt->ls", inverse, right)
+
+
+def _step_within(reduced: Reduced, shared: int, longest: float) -> Float[np.ndarray, " unknowns"]:
+    """The Newton step, its longest shared components one after another cut and taken as given."""
+    step, free = np.zeros(len(reduced.gradient)), reduced.active.copy()
+    while True:
+        gradient = reduced.gradient[free] + reduced.hessian[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -covariance(reduced.hessian[np.ix_(free, free)]) @ gradient
+        lengths = np.abs(step[:shared]) * free[:shared]
+        if lengths.max(initial=0.0) <= longest:
+            return step
+        far = int(np.argmax(lengths))
+        step[far], free[far] = np.copysign(longest, step[far]), False
 
 
 def covariance(hessian: Float[np.ndarray, "unknowns unknowns"]) -> Float[np.ndarray, "unknowns unknowns"]:

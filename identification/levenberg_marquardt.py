@@ -28,8 +28,8 @@ class LevenbergMarquardt:
     """Trust-region control of the iteration.
 
     Converged when the whole remaining Gauss-Newton step is shorter than `tolerance` standard errors, or when steps no longer lower
-    the cost by as much as they promise because it is flat to within the rounding of the integration. A step is cut so that no
-    shared parameter moves by more than `longest_step` (a factor of e^0.7 for those estimated by their logarithm).
+    the cost by as much as they promise because it is flat to within the rounding of the integration. No shared parameter moves by more
+    than `longest_step` at once (a factor of e^0.7 for those estimated by their logarithm); where one would, the others go with it.
     """
 
     tolerance: float = 0.03
@@ -75,10 +75,9 @@ class LevenbergMarquardt:
         )
 
     def _trial(self, estimate: Estimate, equations: Equations, active: Active, bounds, damping: float) -> Estimate:
-        """Damped step, cut to the trust region and to the bounds."""
-        shared, nuisances, states = solve(reduce(equations, estimate, active, damping), equations, estimate)
-        cut = min(1.0, self.longest_step / max(np.abs(shared).max(initial=0.0), 1e-300))
-        moved = estimate.moved(cut * shared, cut * nuisances, cut * states)
+        """Damped step within the trust region, cut to the bounds."""
+        shared, nuisances, states = solve(reduce(equations, estimate, active, damping), equations, estimate, longest=self.longest_step)
+        moved = estimate.moved(shared, nuisances, states)
         return dataclasses.replace(moved, shared=np.clip(moved.shared, *bounds))
 
 

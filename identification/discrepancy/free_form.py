@@ -71,7 +71,6 @@ def learn(
         progress: told each stage.
     """
     fitted, effect = scored.fitted, None
-    first = allowed.total(fitted.outcome.equations.cost)
     look = (_projector(scored.fitted, scored.at, allowed), scored.courses)
     for _ in range(_ROUNDS):
         progress("learning a free-form term" if effect is None else f"looking for more beside {effect.equation}")
@@ -92,8 +91,7 @@ def learn(
         look = (_projector(fitted, at, allowed), courses(fitted.prepared, at, fitted.outcome.estimate))
     if effect is None:
         return None
-    noise = allowed.noise
-    explained = float(np.clip((first - allowed.total(fitted.outcome.equations.cost)) / max(first - noise, 1e-300), 0.0, 1.0))
+    explained = allowed.explained(scored.fitted.outcome.equations.cost, fitted.outcome.equations.cost)
     return _told(fitted, allowed, explained) if explained > _TRIFLE else None
 
 

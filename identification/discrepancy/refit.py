@@ -49,7 +49,7 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
     """The fitted model and its windows with one more effect, at the strength that the score test asks for."""
     effect, of_records = strengthened(candidate, records=len(courses))
     before, estimate = fitted.prepared, fitted.outcome.estimate
-    model = dataclasses.replace(fitted.model, effects=(*before.model.effects, effect))
+    model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects, effect))
     own = own_states(effect, courses)
     free = [index for index, state in enumerate(effect.own_states) if state.scale > 0]
     first = np.concatenate([group.first for group in before.groups])

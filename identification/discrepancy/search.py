@@ -123,8 +123,9 @@ class Search:
         """Of the first misfit beyond noise, what the effects found explain."""
         if not self.rounds:
             return 0.0
-        first, left = self.rounds[0].cost - allowed.noise, whole_cost(self.fitted, allowed) - allowed.noise
-        return float(np.clip(1.0 - left / max(first, 1e-300), 0.0, 1.0))
+        before, after = self.rounds[0].scored.fitted.outcome.equations.cost, self.fitted.outcome.equations.cost
+        torn = continuity_cost(self.fitted) / max(self.rounds[0].cost - allowed.noise, 1e-300)
+        return max(allowed.explained(before, after) - torn, 0.0)
 
     def dispersion(self, allowed: Tolerance) -> float:
         """What is left over what noise alone would leave, 1 where all is explained: differences of cost count so much less."""
@@ -276,7 +277,7 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
         prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
         try:
             limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
-            fitted = fit_tolerantly(prepared, thin.allowed, give_up_above=limit, rounds=1)
+            fitted = fit_tolerantly(prepared, thin.allowed, newest=candidate.name, give_up_above=limit, rounds=1)
         except NoConvergenceError:
             continue
         if fitted is not None:

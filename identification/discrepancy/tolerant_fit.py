@@ -15,6 +15,8 @@ from identification.levenberg_marquardt import LevenbergMarquardt, settle
 from identification.prepare import Prepared
 
 _ROUNDS = 3
+_GIVES_WAY = 3
+"""Iterations of all else."""
 _WORSE = 3.0
 """Chi-square over the median of the windows from which one of them resists."""
 _FEW = 0.1
@@ -23,14 +25,22 @@ _ASIDE = 0.05
 """Of the rms displacement and velocity."""
 
 
-def fit_tolerantly(prepared: Prepared, allowed: Tolerance, *, give_up_above: float = np.inf, rounds: int = _ROUNDS) -> Fitted | None:
+def fit_tolerantly(
+    prepared: Prepared, allowed: Tolerance, *, newest: str = "", give_up_above: float = np.inf, rounds: int = _ROUNDS
+) -> Fitted | None:
     """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
 
-    None where the rough fit leaves a tolerant cost above `give_up_above`. At most so many rounds follow it.
+    Where an effect is the `newest`, all else first gives way to it as it stands: beside numbers that have made up for its lack, it looks
+    worse than none. None where the rough fit leaves a tolerant cost above `give_up_above`. At most so many rounds follow it.
     """
     evaluate = evaluator(prepared, integrator_for(prepared))
     tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
-    rough = LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)(tolerant, prepared.start, active, limits)
+    start, method = prepared.start, LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)
+    if newest:
+        old = np.array([not p.name.startswith(f"{newest}.") for p in prepared.layout.parameters])
+        others = dataclasses.replace(active, shared=active.shared & old)
+        start = dataclasses.replace(method, most_iterations=_GIVES_WAY)(tolerant, start, others, limits).estimate
+    rough = method(tolerant, start, active, limits)
     settled, cost = resettled(prepared, evaluate, rough.estimate, allowed)
     if not allowed.total(cost) <= give_up_above:
         return None
