@@ -58,6 +58,31 @@ def test_step_is_that_of_the_dense_system(problem):
     np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-12)
 
 
+def test_a_parameter_that_would_go_too_far_is_held_and_the_others_follow(problem):
+    """As in the full normal equations with that step given; nothing else is cut."""
+    jacobian, equations, estimate, active = problem
+    reduced = reduce(equations, estimate, active, 0.0)
+    whole = solve(reduced, equations, estimate)[0]
+    longest = 0.8 * np.abs(whole).max()
+    far = int(np.argmax(np.abs(whole)))
+    hessian, gradient = dense(jacobian, equations, estimate)
+    free = np.concatenate([active.shared, active.nuisances.ravel(), np.ones(2 * WINDOWS, bool)])
+    free[far] = False
+    expected = np.zeros(len(gradient))
+    expected[far] = np.copysign(longest, whole[far])
+    expected[free] = -np.linalg.solve(hessian[np.ix_(free, free)], gradient[free] + hessian[free, far] * expected[far])
+    shared, nuisances, states = solve(reduced, equations, estimate, longest=longest)
+    assert np.abs(expected[:SHARED]).max() <= longest
+    np.testing.assert_allclose(np.concatenate([shared, nuisances.ravel(), states.ravel()]), expected, rtol=1e-8, atol=1e-12)
+
+
+def test_no_shared_step_is_longer_than_allowed(problem):
+    _, equations, estimate, active = problem
+    reduced = reduce(equations, estimate, active, 0.0)
+    for longest in (1e-3, 1e-2, 0.1):
+        assert np.abs(solve(reduced, equations, estimate, longest=longest)[0]).max() <= longest
+
+
 def test_covariance_is_the_block_of_the_dense_inverse(problem):
     """The inverse of the reduced matrix is the marginal covariance of what it keeps."""
     jacobian, equations, estimate, active = problem
