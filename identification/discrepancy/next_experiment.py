@@ -33,7 +33,7 @@ _STEP = 1e-3
 
 
 def next_experiment(found: Search, ambiguous: tuple[str, ...], allowed: Tolerance) -> str:
-    """One sentence; empty where nothing is in doubt.
+    """One sentence; empty where nothing is in doubt, and where a machine prescribes the motion: none of these records can be taken there.
 
     Both models, each fitted to the present records, are run along records that have not been taken: other heights of release, drives
     slower, faster and stronger. What of their difference d the first model cannot take up by moving its parameters within their errors
@@ -43,6 +43,8 @@ def next_experiment(found: Search, ambiguous: tuple[str, ...], allowed: Toleranc
     if pair is None:
         return ""
     first, second = pair
+    if all(record.kind == "prescribed" for record in first.prepared.experiment.records):
+        return ""
     best = max(((_sigma(first, second, record, allowed), words) for record, words in _trials(first)), default=(0.0, ""))
     if best[0] < 1.0:
         return f"No simple further record would part {_words(first)} and {_words(second)}."
@@ -108,8 +110,8 @@ def _sigma(first: Fitted, second: Fitted, record: Record, allowed: Tolerance) ->
 def _vector(fitted: Fitted, record: Record) -> np.ndarray:
     """The window's vector of a record that has not been taken."""
     layout, estimate = fitted.prepared.layout, fitted.outcome.estimate
-    own = np.zeros(len(layout.record_parameters))
-    nuisances = np.concatenate([[record.base_amplitude or 0.0, 0.0, 0.0], own])
+    nuisances = np.zeros(estimate.nuisances.shape[1])
+    nuisances[0] = record.base_amplitude or 0.0
     begin = np.zeros(layout.states)
     begin[: len(STATES)] = record.initial_displacement or 0.0, record.initial_velocity or 0.0
     return np.concatenate([estimate.shared, nuisances, begin])
@@ -122,10 +124,12 @@ def _known(fitted: Fitted, allowed: Tolerance) -> np.ndarray:
     values, vectors = np.linalg.eigh(covariance)
     moves = (vectors * np.sqrt(np.maximum(values, 0.0))).T
     shared = np.concatenate([moves, np.zeros((len(moves), layout.size - layout.shared))], axis=1)
-    names = (*NUISANCES, *STATES)
-    places = [*range(layout.shared, layout.shared + len(NUISANCES)), *range(layout.size - layout.states, layout.size)][: len(names)]
-    own = np.zeros((len(names), layout.size))
-    own[np.arange(len(names)), places] = [_UNSURE[name] for name in names]
+    zeros = range(layout.shared + len(NUISANCES), layout.shared + layout.without_effects)
+    begin = layout.size - layout.states
+    unsure = {layout.shared + place: _UNSURE[name] for place, name in enumerate(NUISANCES)}
+    unsure |= dict.fromkeys(zeros, 1.0) | {begin + place: _UNSURE[name] for place, name in enumerate(STATES)}
+    own = np.zeros((len(unsure), layout.size))
+    own[np.arange(len(unsure)), list(unsure)] = list(unsure.values())
     return np.concatenate([shared, own])
 
 
