@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.discrepancy.assertion import asserted, considered, numbers, twins
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Diagnosis, Location, Side
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.errors import degrees
 from identification.discrepancy.evidence import significant
@@ -17,6 +17,7 @@ from identification.discrepancy.held_out import HeldOut, held_out
 from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.refit import Fitted
+from identification.discrepancy.refutation import refutation
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
 from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search, search
 from identification.discrepancy.verdict import sentences
@@ -127,12 +128,15 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
     start, allowed, progress = ground.fitted, ground.allowed, course.progress
     with course.stage("model"):
         cause = explanation(start, found, allowed, deadline=course.deadline, progress=progress)
-    verdict, after = cause.verdict, cause.fitted
     with course.stage("evidence"):
         progress("predicting windows left out of the fit")
         predicted = _Predicted(allowed)
         shown_before = _side(start, allowed, experiment, predicted)
-        shown_after = shown_before if after is start else _side(after, allowed, experiment, predicted)
+        shown_after = shown_before if cause.fitted is start else _side(cause.fitted, allowed, experiment, predicted)
+        refuted = "" if found.explained else refutation(cause, shown_before, shown_after)
+        if refuted:
+            cause, shown_after = Explanation(verdict=UNLISTED, fitted=start), shown_before
+        verdict, after = cause.verdict, cause.fitted
         named = asserted(found, after, shown_after.parameters, allowed) if verdict == MISSING else ()
         ambiguous = twins(found.rounds, tuple(one.effect.name for one in named), dispersion=found.dispersion(allowed))
         location = _location(found.first, start, named, verdict)
@@ -150,15 +154,16 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         nominal=shown_before,
         augmented=shown_after,
         next_experiment=advice,
-        warnings=_warnings(ground, found, cause, shown_after),
+        warnings=_warnings(ground, found, cause, shown_after, refuted),
         seconds=course.seconds,
     )
 
 
-def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side) -> tuple[str, ...]:
+def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, refuted: str) -> tuple[str, ...]:
     """What the reader must know beside the verdict."""
     after = cause.fitted
-    said = [] if ground.sound else [_TOLERANT]
+    said = [refuted] if refuted else []
+    said += [] if ground.sound else [_TOLERANT]
     if cause.share < 1.0:
         said.append(_IN_PART)
     elif found.ended in _ENDED:

@@ -17,6 +17,8 @@ _TRUST = 20.0
 _QUIET = 0.02
 """Share of the excess below which a record does not say where it lies."""
 _HIGHEST_LINE_HZ = 400.0
+_FEWEST_CYCLES = 3.0
+"""In a record, of what is called a tone there."""
 _OF_WINDOWS = 0.02
 """Relative distance from a multiple of the rate of windows at which a line may be theirs."""
 
@@ -262,6 +264,7 @@ def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.n
         count = 1 << int(np.ceil(np.log2(max(20.0 / dt, len(whole)))))
         gain = 2.0 * np.abs(np.fft.rfft(whole, count)) ** 2 / max(float(known.sum()), 1e-300)
         own = np.interp(frequencies, np.fft.rfftfreq(count, dt), gain)
+        own = np.where(frequencies * span < _FEWEST_CYCLES, 0.0, own)
         if record.excitation_frequency:
             order = frequencies / record.excitation_frequency
             own = np.where(np.abs(order - np.round(order)) * record.excitation_frequency < 1.0 / span, 0.0, own)

@@ -8,7 +8,7 @@ import pytest
 
 from identification.discrepancy.linearised import Linearised, linearised
 from identification.discrepancy.response import Perturbation, response
-from identification.discrepancy.robust import SHORT
+from identification.discrepancy.robust import SHORT, Tolerance
 from identification.discrepancy.signature import Course, courses
 from identification.fit import integrator_for
 from identification.layout import Estimate
@@ -73,3 +73,9 @@ def motion(example) -> Motion:
 def friction(motion) -> Callable[[float], np.ndarray]:
     """Dry friction along the motion, N, of a given size."""
     return lambda size: -size * np.tanh(motion.at.v / 2e-3)
+
+
+@pytest.fixture(scope="session")
+def allowed(motion) -> Tolerance:
+    """For all channels of all windows."""
+    return Tolerance(samples=(motion.at.weight > 0).sum(axis=(1, 2)), cut=25.0)

@@ -8,7 +8,6 @@ import pytest
 from identification.discrepancy import explanation as module
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.discrepancy.explanation import explanation
-from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from tests.identification.discrepancy.test_search import fitted, round_of
 from vibrojax.effects import CoulombFriction, QuadraticDrag
@@ -19,11 +18,6 @@ class Learned:
     fitted: object
     formula: str
     explained: float
-
-
-@pytest.fixture(scope="module")
-def allowed(motion) -> Tolerance:
-    return Tolerance(samples=(motion.at.weight > 0).sum(axis=(1, 2)), cut=25.0)
 
 
 @pytest.fixture(scope="module")

@@ -30,11 +30,6 @@ def fitted(motion, cost: np.ndarray) -> Fitted:
 
 
 @pytest.fixture(scope="module")
-def allowed(motion) -> Tolerance:
-    return Tolerance(samples=(motion.at.weight > 0).sum(axis=(1, 2)), cut=25.0)
-
-
-@pytest.fixture(scope="module")
 def noise(motion, allowed) -> np.ndarray:
     """Costs of pure noise."""
     return 0.5 * (allowed.samples - motion.prepared.layout.states).astype(float)
