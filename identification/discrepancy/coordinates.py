@@ -244,7 +244,7 @@ def _parities(prepared: Prepared, at: Linearised) -> np.ndarray:
     frequency = np.array([record.excitation_frequency or 0.0 for record in prepared.experiment.records])[at.record, None]
     own = np.broadcast_to(np.arange(len(at.record))[:, None], at.ts.shape)
     period = np.where(frequency > 0, np.floor(frequency * (at.ts - at.ts.min())), own).astype(np.int64)
-    return np.bitwise_count(period) % 2
+    return np.bitwise_count(period).astype(np.int64) % 2
 
 
 def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"]) -> tuple[float, float]:

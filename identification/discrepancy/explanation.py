@@ -10,6 +10,8 @@ from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search
 
+_ADDS = 0.05
+"""Share of the first misfit that an effect must add to be asserted although more than noise is left."""
 _FINDING = 0.5
 """Share of the misfit that a learned term must explain to be shown."""
 _MOSTLY = 0.75
@@ -55,9 +57,16 @@ def explanation(
         return Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed))
     progress("learning a free-form term")
     learned = learn(found.first, allowed, deadline=deadline, progress=progress)
-    share, by_term = found.share(allowed), 0.0 if learned is None else learned.explained
-    if share >= max(_MOSTLY, by_term) and found.ended != BUDGET:
-        return Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed), share=share)
+    (most, share), by_term = _mostly(found, allowed), 0.0 if learned is None else learned.explained
+    if most is not None and share >= max(_MOSTLY, by_term) and found.ended != BUDGET:
+        return Explanation(verdict=MISSING, fitted=pruned(most, allowed), share=share)
     if learned is None or by_term < _FINDING:
         return Explanation(verdict=UNLISTED, fitted=start)
     return Explanation(verdict=UNLISTED, fitted=learned.fitted, formula=learned.formula)
+
+
+def _mostly(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
+    """The last model of the search whose newest effect adds a fair share, and what it explains; trifles are not told from what is left."""
+    shares = [0.0, *(found.share(fitted, allowed) for fitted in found.stages)]
+    worth = [k for k in range(1, len(shares)) if shares[k] - shares[k - 1] >= _ADDS]
+    return (found.stages[worth[-1] - 1], shares[worth[-1]]) if worth else (None, 0.0)

@@ -119,13 +119,16 @@ class Search:
         """Whether nothing but noise is left, or a trifle beside what has been explained."""
         return self.ended == EXPLAINED
 
-    def share(self, allowed: Tolerance) -> float:
-        """Of the first misfit beyond noise, what the effects found explain."""
-        if not self.rounds:
-            return 0.0
-        before, after = self.rounds[0].scored.fitted.outcome.equations.cost, self.fitted.outcome.equations.cost
-        torn = continuity_cost(self.fitted) / max(self.rounds[0].cost - allowed.noise, 1e-300)
-        return max(allowed.explained(before, after) - torn, 0.0)
+    @property
+    def stages(self) -> tuple[Fitted, ...]:
+        """The model after each round."""
+        return tuple(one.rivals[0].fitted for one in self.rounds)
+
+    def share(self, fitted: Fitted, allowed: Tolerance) -> float:
+        """Of the first misfit beyond noise, what the effects of one of the stages explain."""
+        first = self.rounds[0]
+        torn = continuity_cost(fitted) / max(first.cost - allowed.noise, 1e-300)
+        return max(allowed.explained(first.scored.fitted.outcome.equations.cost, fitted.outcome.equations.cost) - torn, 0.0)
 
     def dispersion(self, allowed: Tolerance) -> float:
         """What is left over what noise alone would leave, 1 where all is explained: differences of cost count so much less."""

@@ -11,7 +11,7 @@ from identification.discrepancy.explanation import explanation
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from tests.identification.discrepancy.test_search import fitted, round_of
-from vibrojax.effects import CoulombFriction
+from vibrojax.effects import CoulombFriction, QuadraticDrag
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,12 +29,28 @@ def allowed(motion) -> Tolerance:
 @pytest.fixture(scope="module")
 def found(motion, allowed) -> Search:
     """Friction has been found; a tenth of the misfit is left."""
+    return Search(
+        rounds=(stage(motion, allowed, 11.0, 2.0),),
+        fitted=model(motion, allowed, 2.0),
+        last=round_of(motion, allowed, 0.5 * allowed.samples.astype(float), {}).scored,
+        ended=HELPLESS,
+    )
+
+
+def model(motion, allowed, level: float, *effects):
+    """Fitted, with costs of so many times the noise."""
+    found = fitted(motion, level * 0.5 * allowed.samples.astype(float))
+    nominal = dataclasses.replace(motion.prepared.model, effects=effects or (CoulombFriction(friction_force=0.1),))
+    return dataclasses.replace(found, prepared=dataclasses.replace(found.prepared, model=nominal))
+
+
+def stage(motion, allowed, before: float, after: float, *effects):
+    """A round that lowers the costs from so many times the noise to so many."""
     noise = 0.5 * allowed.samples.astype(float)
-    first = dataclasses.replace(round_of(motion, allowed, noise, {"coulomb_friction": 1.0}), cost=11.0 * noise.sum())
-    after = fitted(motion, 2.0 * noise)
-    model = dataclasses.replace(motion.prepared.model, effects=(CoulombFriction(friction_force=0.1),))
-    after = dataclasses.replace(after, prepared=dataclasses.replace(after.prepared, model=model))
-    return Search(rounds=(first,), fitted=after, last=first.scored, ended=HELPLESS)
+    one = round_of(motion, allowed, noise, {"coulomb_friction": 1.0})
+    rival = dataclasses.replace(one.rivals[0], fitted=model(motion, allowed, after, *effects))
+    scored = dataclasses.replace(one.scored, fitted=fitted(motion, before * noise))
+    return dataclasses.replace(one, cost=before * noise.sum(), scored=scored, rivals=(rival,))
 
 
 @pytest.fixture
@@ -51,7 +67,7 @@ def told(monkeypatch, found, allowed):
 
 
 def test_the_share_is_that_of_the_misfit_beyond_noise(found, allowed):
-    assert found.share(allowed) == pytest.approx(0.9)
+    assert found.share(found.fitted, allowed) == pytest.approx(0.9)
     assert found.dispersion(allowed) == pytest.approx(2.0)
     assert dataclasses.replace(found, ended=EXPLAINED).dispersion(allowed) == 1.0
 
@@ -62,6 +78,18 @@ def test_effects_that_leave_little_are_asserted_where_no_term_leaves_less(told, 
     assert (result.verdict, result.formula) == (MISSING, "")
     assert result.share == pytest.approx(0.9)
     assert result.fitted.names == ("coulomb_friction",)
+
+
+@pytest.mark.parametrize(("left", "names"), [(1.4, ("coulomb_friction", "quadratic_drag")), (1.6, ("coulomb_friction",))])
+def test_an_effect_that_adds_a_trifle_is_not_asserted_where_more_than_noise_is_left(told, found, motion, allowed, left, names):
+    both = (CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=1e-3))
+    more = dataclasses.replace(
+        found, rounds=(*found.rounds, stage(motion, allowed, 2.0, left, *both)), fitted=model(motion, allowed, left, *both)
+    )
+    result = told(more, 0.3)
+    assert (result.verdict, result.fitted.names) == (MISSING, names)
+    assert result.share == pytest.approx(0.9 if len(names) == 1 else 0.96)
+    assert told(dataclasses.replace(more, ended=EXPLAINED), 0.3).fitted.names == ("coulomb_friction", "quadratic_drag")
 
 
 def test_a_term_that_leaves_less_than_the_effects_is_what_is_shown(told, found):

@@ -104,3 +104,17 @@ def test_noise_alone_does_not_break_it(motion):
     found = located(motion, motion.shown())
     assert max(p.explained for p in found.profiles) < 0.5
     assert found.sentence.endswith(".")
+
+
+def test_many_records_are_told_apart(motion, friction):
+    """As many as a drop test has heights: bins of all records together are more than a byte counts."""
+    experiment, times = motion.prepared.experiment, 8
+    records = tuple(dataclasses.replace(r, file=f"{k}-{r.file}") for k in range(times) for r in experiment.records)
+    prepared = dataclasses.replace(
+        motion.prepared, experiment=dataclasses.replace(experiment, records=records), motions=motion.prepared.motions * times
+    )
+    estimate = dataclasses.replace(motion.estimate, nuisances=np.tile(motion.estimate.nuisances, (times, 1)))
+    at = motion.shown(force=friction(0.1))
+    late = dataclasses.replace(at, record=at.record + (times - 1) * len(experiment.records))
+    found = locate(prepared, estimate, late)
+    assert (found.phase, found.coordinate) == ("free flight", "velocity")

@@ -21,6 +21,9 @@ _WIDEST = 2.2
 _NOTHING = "#dddddd"
 _LEAST_REACH = 3.0
 """Times the noise at the dark end of the scale, at least: noise alone stays pale."""
+_FEW_TICKS, _DECADES = (1, 2, 3, 5, 10), tuple(10**k for k in range(16))
+"""Of the scale, where it is short and where it is long."""
+_LONG = 50.0
 
 
 def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
@@ -30,7 +33,7 @@ def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
         return
     columns = 2 if len(shown) in (2, 4) else min(len(shown), _COLUMNS)
     rows = -(-len(shown) // columns)
-    left, right, below, above, tall, gap_x, gap_y = 0.55, 0.85, 0.48, 0.28, 1.45, 0.42, 0.68
+    left, right, below, above, tall, gap_x, gap_y = 0.72, 0.85, 0.48, 0.28, 1.45, 0.52, 0.68
     wide = min((WIDTH - left - right - (columns - 1) * gap_x) / columns, _WIDEST)
     width = left + right + columns * wide + (columns - 1) * gap_x
     height = below + above + rows * tall + (rows - 1) * gap_y
@@ -45,8 +48,8 @@ def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
             axes.set_ylabel("time t (s)")
     bar_axes = figure.add_axes(((width - right + 0.12) / width, below / height, 0.11 / width, (height - below - above) / height))
     bar = figure.colorbar(image, cax=bar_axes)
-    ticks = [tick for tick in (1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if tick <= top]
-    bar.set_ticks([float(tick) for tick in ticks], labels=[str(tick) for tick in ticks])
+    ticks = [float(tick) for tick in (_FEW_TICKS if top < _LONG else _DECADES) if tick <= top]
+    bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     bar.ax.minorticks_off()
     bar.set_label("rms residual / noise")
     worst = max(shown, key=lambda item: float(np.nanmax(item[1])))
@@ -86,6 +89,7 @@ def _panel(axes: Axes, diagnosis: Diagnosis, record: RecordFit, values: np.ndarr
         extent=(0.0, 360.0, float(record.time[0]), float(record.time[-1])),
     )
     axes.grid(False)
+    axes.locator_params(axis="y", nbins=5)
     axes.set_xticks([0, 180, 360])
     axes.set_xlabel("phase φ (°)" if driven else "time within the row")
     axes.tick_params(labelbottom=driven)
