@@ -49,6 +49,11 @@ def while_leaving(run: Run) -> Points:
     return -_MM * run.indentation[chosen], run.missing_force[chosen]
 
 
+def over_indentation(run: Run) -> Points:
+    """Missing force over the indentation, mm, in contact."""
+    return _MM * run.indentation[run.in_contact], run.missing_force[run.in_contact]
+
+
 def beyond_gap(run: Run) -> Points:
     """Missing force over u, mm, all samples."""
     return _MM * run.u, run.missing_force

@@ -13,6 +13,7 @@ from benchmarks.fingerprints.coordinates import (
     force_over_force,
     missing_force_after_impacts,
     over_displacement,
+    over_indentation,
     over_rate,
     over_reading,
     over_time,
@@ -198,6 +199,14 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         over=_MISSING,
         points=over_displacement,
         shows="A ramp through the place of rest that becomes level; the same way out and back.",
+    ),
+    "deep_stop": Fingerprint(
+        effect={"stiffness": 2e7, "depth": 4e-4, "damping": 0.3},
+        along="indentation, mm",
+        over=_MISSING,
+        points=over_indentation,
+        sampling=5e-5,
+        shows="No force up to one depth in the stop, and a steep push away from it beyond.",
     ),
 }
 """One for each listed effect."""

@@ -25,6 +25,7 @@ PARAMETERS = (
     *("foreign_force", "foreign_omega", "foreign_phase", "warming_rate", "position_damping"),
     *("parametric_share", "parametric_phase", "wear_impulse", "magnet_force", "magnet_reach"),
     *("knock_force", "knock_width", "knock_start", "knock_period"),
+    *("deep_stiffness", "deep_depth", "deep_damping"),
 )
 """Order of the parameter vector; SI. What each means stands in `effects/`."""
 M, C, K, K_I, N, LAMBDA_I, GAP, A0, OMEGA, PHASE = range(len(NOMINAL))
@@ -37,6 +38,7 @@ MODE_MASS, MODE_STIFFNESS, MODE_DAMPING = range(36, 39)
 FOREIGN, FOREIGN_OMEGA, FOREIGN_PHASE, WARMING, POSITION_DAMPING = range(39, 44)
 PARAMETRIC, PARAMETRIC_PHASE, WEAR, MAGNET, MAGNET_REACH = range(44, 49)
 KNOCK, KNOCK_WIDTH, KNOCK_START, KNOCK_PERIOD = range(49, 53)
+DEEP_STIFFNESS, DEEP_DEPTH, DEEP_DAMPING = range(53, 56)
 
 PLAIN = 2
 """States of a rig whose effects have no memory: hammer position x and velocity x', absolute."""
@@ -84,10 +86,16 @@ def gap_at(t, p):
 
 @njit(cache=True)
 def contact_force(indentation, rate, p):
-    """Hunt and Crossley (1975): k_i delta^n (1 + lambda_i delta'), never negative, nothing out of contact; N."""
+    """Hunt and Crossley (1975): k_i delta^n (1 + lambda_i delta'), never negative, nothing out of contact; N.
+
+    Where a deep stop is concealed, the same from its depth on, with its own numbers and the exponent 1.5, comes on top.
+    """
     if indentation <= 0.0:
         return 0.0
-    return p[K_I] * indentation ** p[N] * max(1.0 + p[LAMBDA_I] * rate, 0.0)
+    force = p[K_I] * indentation ** p[N] * max(1.0 + p[LAMBDA_I] * rate, 0.0)
+    if p[DEEP_STIFFNESS] > 0.0 and indentation > p[DEEP_DEPTH]:
+        force += p[DEEP_STIFFNESS] * (indentation - p[DEEP_DEPTH]) ** 1.5 * max(1.0 + p[DEEP_DAMPING] * rate, 0.0)
+    return force
 
 
 @njit(cache=True)
@@ -124,7 +132,7 @@ def extra_force(t, u, v, p):
         since = (t - p[KNOCK_START]) % p[KNOCK_PERIOD]
         if since < p[KNOCK_WIDTH]:
             force += p[KNOCK] * math.sin(math.pi * since / p[KNOCK_WIDTH])
-    for i in range(KNOCK_PERIOD + 1, p.size, 3):
+    for i in range(DEEP_DAMPING + 1, p.size, 3):
         force += p[i] * math.sin(p[i + 1] * t + p[i + 2])
     return force
 

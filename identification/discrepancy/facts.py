@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.discrepancy.linearised import Linearised
-from identification.layout import Estimate
+from identification.layout import NUISANCES, Estimate
 from identification.prepare import Prepared
 from vibrojax.effects import Facts
 
@@ -35,6 +35,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         lowest=_lowest(prepared, at),
         speed=float(np.abs(at.v[inside]).max()),
         force=float(at.push[inside].max()),
+        deepest=_deepest(prepared, at, estimate, inside),
         ceilings=_ceilings(prepared, channels),
         lines={name: _lines(prepared, at, channel) for channel, name in enumerate(at.channels) if used[channel]},
         sampling=float(np.median(np.diff(experiment.records[0].time))),
@@ -46,6 +47,12 @@ def _lowest(prepared: Prepared, at: Linearised) -> float:
     """Least u as recorded, or as fitted where that was not recorded, m."""
     recorded = [float(motion.u.min()) for motion in prepared.motions if motion is not None]
     return min(recorded) if recorded else float(at.u.min())
+
+
+def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.ndarray) -> float:
+    """Largest indentation of the stop where it stands by the fit, m."""
+    gaps = np.array([record.gap for record in prepared.experiment.records]) + estimate.nuisances[:, NUISANCES.index("gap_error")]
+    return float(np.max(at.u - gaps[at.record][:, None], where=inside & at.in_contact, initial=0.0))
 
 
 def _flights(at: Linearised, record: int, time: np.ndarray) -> tuple[float, ...]:

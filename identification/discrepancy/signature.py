@@ -128,8 +128,9 @@ def _one(course: Course, substeps: Int[Array, ""], effect: AbstractEffect):
     own = _own(course, effect, motion, substeps)
     moved = effect.base(system.base)
     read = effect.read(course.readings, motion, own)
+    further = _further_push(system, effect, motion)
     parts = {
-        "force": effect.force(motion, own) + _second_stop(system, effect, motion) - _missing_stop(system, effect, motion),
+        "force": effect.force(motion, own) + _second_stop(system, effect, motion) - further,
         "stop_position": effect.stop_position(course.ts, own),
         "stop_velocity": effect.stop_velocity(course.ts, own),
         "base_displacement": moved.displacement(course.ts) - system.base.displacement(course.ts) + effect.base_displacement(own),
@@ -137,25 +138,28 @@ def _one(course: Course, substeps: Int[Array, ""], effect: AbstractEffect):
         - system.base.acceleration(course.ts)
         + effect.base_acceleration(own, course.push),
     }
-    return parts, {name: read[name] - course.readings[name] for name in (*CHANNELS, *SUPPORT_CHANNELS) if name != "applied_force"}
+    shown = {name: read[name] - course.readings[name] for name in (*CHANNELS, *SUPPORT_CHANNELS) if name != "applied_force"}
+    return parts, shown | {"impact_force": shown["impact_force"] + further}
 
 
 def _second_stop(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
     """Push of a stop behind, along a motion that does not know it, N."""
     if effect.back_gap is None or not isinstance(system.law, AbstractCompliantLaw):
         return jnp.zeros_like(motion.u)
-    indentation = -motion.u - effect.back_gap
-    pushed = system.law.force(jnp.maximum(indentation, 0.0), -motion.v, jnp.full_like(motion.u, 0.1))
-    return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
+    return _push(system.law, -motion.u - effect.back_gap, -motion.v)
 
 
-def _missing_stop(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
-    """Push of a stop in front that the nominal model lacks, along a motion that does not know it, N."""
+def _further_push(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
+    """Push of the stop in front as the effect has it, less that of the nominal model, along a motion that does not know it, N."""
     law, gap = effect.stop(system.law, system.gap)
-    if type(law) is type(system.law) or not isinstance(law, AbstractCompliantLaw):
+    if law is system.law or not (isinstance(law, AbstractCompliantLaw) and isinstance(system.law, AbstractCompliantLaw)):
         return jnp.zeros_like(motion.u)
-    indentation = motion.u - gap
-    pushed = law.force(jnp.maximum(indentation, 0.0), motion.v, jnp.full_like(motion.u, 0.1))
+    return _push(law, motion.u - gap, motion.v) - _push(system.law, motion.indentation, motion.v)
+
+
+def _push(law: AbstractCompliantLaw, indentation: Float[Array, " time"], rate: Float[Array, " time"]) -> Float[Array, " time"]:
+    """Push of a stop, of one reached at 0.1 m/s where its law asks for that, N."""
+    pushed = law.force(jnp.maximum(indentation, 0.0), rate, jnp.full_like(indentation, 0.1))
     return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
 
 

@@ -12,7 +12,7 @@ from benchmarks.simulator.kernel import base_motion, vector
 CONTRACT = {
     *("coulomb_friction", "quadratic_drag", "cubic_stiffness", "constant_force", "hysteresis", "stop_compliance", "contact_adhesion"),
     *("back_stop", "base_harmonics", "cart_recoil", "frequency_drift", "gap_drift", "gap_step", "second_mode", "force_lag"),
-    *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset"),
+    *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset", "deep_stop"),
 }
 FREE = RecordPlan(file="free.csv", kind="free-decay", gap=1.0, true_gap=1.0, samples=2001, release=-3e-3)
 DROP = dataclasses.replace(FREE, file="drop.csv", kind="drop-test", gap=0.0, true_gap=0.0)

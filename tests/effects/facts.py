@@ -19,6 +19,7 @@ FACTS = Facts(
     lowest=-6e-3,
     speed=0.2,
     force=40.0,
+    deepest=2e-4,
     ceilings={},
     lines={"hammer_displacement": (50.0,)},
     sampling=5e-4,
@@ -36,6 +37,7 @@ NOTHING = dataclasses.replace(
     lowest=0.0,
     speed=0.0,
     force=0.0,
+    deepest=0.0,
     lines={},
     clock={},
 )

@@ -8,6 +8,7 @@ from vibrojax.effects.constant_force import ConstantForce
 from vibrojax.effects.contact_adhesion import ContactAdhesion
 from vibrojax.effects.coulomb_friction import CoulombFriction
 from vibrojax.effects.cubic_stiffness import CubicStiffness
+from vibrojax.effects.deep_stop import DeepStop
 from vibrojax.effects.force_clipping import ForceClipping
 from vibrojax.effects.force_lag import ForceLag
 from vibrojax.effects.force_saturation import ForceSaturation
@@ -47,6 +48,7 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
         GainError,
         TimeOffset,
         ForceSaturation,
+        DeepStop,
     )
 }
 """Every listed effect by name."""
@@ -61,6 +63,7 @@ __all__ = [
     "ContactAdhesion",
     "CoulombFriction",
     "CubicStiffness",
+    "DeepStop",
     "Facts",
     "ForceClipping",
     "ForceLag",

@@ -75,6 +75,7 @@ class Facts:
         lowest: least u, m.
         speed: largest |u'|, m/s.
         force: largest impact force, N; 0 without impacts.
+        deepest: largest indentation, m; 0 without impacts.
         ceilings: by channel, the value at which its peaks are cut off; absent where they are not.
         lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
         sampling: interval, s.
@@ -94,6 +95,7 @@ class Facts:
     lowest: float
     speed: float
     force: float
+    deepest: float
     ceilings: Mapping[str, float]
     lines: Mapping[str, tuple[float, ...]]
     sampling: float

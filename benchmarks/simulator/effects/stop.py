@@ -26,6 +26,18 @@ def back_stop(rng: np.random.Generator, setting: Setting, strength: float) -> Hi
     return Hidden(motion={"back_gap": (1.0 - 0.3 * strength) * farthest})
 
 
+def deep_stop(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """A harder stop behind the first, at 50 to 75 % of how deep the hammer would go (median of the records).
+
+    There it would push with thrice the highest force of the first one.
+    """
+    deepest = float(np.median([(u - plan.true_gap).max() for u, plan in zip(setting.displacements, setting.driven, strict=True)]))
+    depth = float(rng.uniform(0.5, 0.75)) * deepest
+    stiffness = 3.0 * strength * setting.highest_force / (deepest - depth) ** 1.5
+    damping = rng.uniform(1.0, 3.0) * setting.rig.lambda_i
+    return Hidden(motion={"deep_stiffness": float(stiffness), "deep_depth": depth, "deep_damping": float(damping)})
+
+
 def gap_drift(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
     """The gap grows or shrinks by 0.12 mm/s from each record's first sample on."""
     return Hidden(motion={"gap_rate": either_sign(rng) * 1.2e-4 * strength})
