@@ -63,7 +63,7 @@ class System(eqx.Module):
         """Count of states that the effects add to u and u'."""
         return sum(len(effect.own_states) for effect in self.effects)
 
-    def each(self, own: Own) -> list[tuple[AbstractEffect, Own]]:
+    def each(self, own: Own) -> list[tuple[AbstractEffect, Float[Array, "..."]]]:
         """Every effect with its own part of the states."""
         parts, begin = [], 0
         for effect in self.effects:

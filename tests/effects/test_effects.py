@@ -140,3 +140,12 @@ def test_hooks_take_one_instant_or_many(effect):
         np.testing.assert_allclose(getattr(together, name), np.stack([getattr(one, name) for one in apart]), rtol=1e-12)
     assert np.isfinite(together.acceleration).all()
     assert together.own_rates.shape == (7, count)
+
+
+def test_every_effect_is_handed_its_own_states():
+    """However many each has."""
+    members = [candidates(EFFECTS[name])[0][0] for name in ("hysteresis", "coulomb_friction", "second_mode")]
+    system = dataclasses.replace(rig.system(members[0]), effects=tuple(members))
+    own = jnp.arange(6.0).reshape(2, 3)
+    found = {effect.name: part.tolist() for effect, part in system.each(own)}
+    assert found == {"hysteresis": [[0.0], [3.0]], "coulomb_friction": [[], []], "second_mode": [[1.0, 2.0], [4.0, 5.0]]}
