@@ -94,10 +94,12 @@ def _step_within(reduced: Reduced, shared: int, longest: float) -> Float[np.ndar
     """The Newton step, its longest shared components one after another cut and taken as given."""
     step, free = np.zeros(len(reduced.gradient)), reduced.active.copy()
     while True:
-        gradient = reduced.gradient[free] + reduced.hessian[np.ix_(free, ~free)] @ step[~free]
+        held = step != 0
+        held[free] = False
+        gradient = reduced.gradient[free] + reduced.hessian[np.ix_(free, held)] @ step[held]
         step[free] = -covariance(reduced.hessian[np.ix_(free, free)]) @ gradient
-        lengths = np.abs(step[:shared]) * free[:shared]
-        if lengths.max(initial=0.0) <= longest:
+        lengths = np.where(free[:shared], np.abs(step[:shared]), 0.0)
+        if not lengths.max(initial=0.0) > longest:  # what is not a number goes on to the caller
             return step
         far = int(np.argmax(lengths))
         step[far], free[far] = np.copysign(longest, step[far]), False

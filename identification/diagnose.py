@@ -45,6 +45,8 @@ _IN_PART = (
     "more than noise is left, and neither a further listed effect nor a learned term explains it: a rig that does not repeat itself looks"
     " so; the parameters may be off by more than their errors"
 )
+_TRIFLE = "beside that, too little to be told from what the named effect's own equation leaves"
+_NO_EVIDENCE = "promised more than white noise would, but does not hold it once fitted, or no more than noise that remembers would"
 _MOST_ITERATIONS = 15
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
@@ -164,10 +166,10 @@ def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, re
     after = cause.fitted
     said = [refuted] if refuted else []
     said += [] if ground.sound else [_TOLERANT]
-    if cause.share < 1.0:
-        said.append(_IN_PART)
-    elif found.ended in _ENDED:
+    if found.ended in _ENDED:
         said.append(_ENDED[found.ended])
+    elif cause.share < 1.0:
+        said.append(_IN_PART)
     if not after.outcome.converged:
         said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
     held = after.prepared.fixed
@@ -176,7 +178,7 @@ def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, re
     if found.explained and (left := significant(found.last.found)):
         most = max(left.values(), key=lambda one: one.gain)
         words = f"{most.name} (chi-square {most.gain:.3g} of {2.0 * ground.allowed.total(ground.fitted.outcome.equations.cost):.3g})"
-        said.append(f"beside that, too little to be told from what the named effect's own equation leaves: {words}")
+        said.append(f"{_TRIFLE if found.fitted.names else _NO_EVIDENCE}: {words}")
     return tuple(said)
 
 

@@ -15,7 +15,8 @@ def overstatement(before: np.ndarray, after: np.ndarray) -> float:
     """Factor c by which coloured noise inflates the drop of chi-square from one model to the next; 1 where the noise is white.
 
     With x = before - after, what the new model predicts otherwise, the drop is |x|^2. In noise of autocovariance R it is c times as
-    large as in white noise of variance 1, c = x' R x / x' x, on average over the added parameters. R is that of the residuals of the
+    large as in white noise of variance 1, c = x' R x / x' x, for one added number; of several, those that colour favours weigh most, so
+    that c is rather too large. Channels count as independent. R is that of the residuals of the
     new model, so that what it explains does not count, from all windows together, and tapered (Bartlett). White noise, which a
     portmanteau test of the first lags tells once in a thousand times to be coloured, gives exactly 1.
 
@@ -36,7 +37,7 @@ def overstatement(before: np.ndarray, after: np.ndarray) -> float:
     noise = _products(after, lags) / pairs
     white = np.maximum(noise[0], 1e-300)
     told = float(np.sum(pairs[1 : _TOLD_BY + 1] * (noise[1 : _TOLD_BY + 1] / white) ** 2))
-    if told <= float(chdtri(_TOLD_BY * after.shape[2], _FALSE_ALARM)):
+    if told <= float(chdtri(_TOLD_BY * np.count_nonzero(noise[0]), _FALSE_ALARM)):
         return 1.0
     shape = _products(changed, lags)
     inflated = shape[0] * noise[0] + 2.0 * np.sum(taper[1:, None] * shape[1:] * noise[1:], axis=0)

@@ -5,7 +5,7 @@ from scipy.special import chdtrc
 from identification.discrepancy.score import Candidate
 
 FALSE_ALARM = 1e-4
-"""Chance of noise passing, for each kind of effect; twenty kinds are tried."""
+"""Chance of noise passing, for each kind of effect; two dozen kinds are tried."""
 
 
 def chance(gain: float, degrees: int, trials: int) -> float:

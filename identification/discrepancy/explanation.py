@@ -57,7 +57,8 @@ def explanation(
         return Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed))
     progress("learning a free-form term")
     learned = learn(found.first, allowed, deadline=deadline, progress=progress)
-    (most, share), by_term = _mostly(found, allowed), 0.0 if learned is None else learned.explained
+    most, share = _mostly(found, allowed)
+    by_term = 0.0 if learned is None else learned.explained
     if most is not None and share >= max(_MOSTLY, by_term) and found.ended != BUDGET:
         return Explanation(verdict=MISSING, fitted=pruned(most, allowed), share=share)
     if learned is None or by_term < _FINDING:
@@ -66,7 +67,10 @@ def explanation(
 
 
 def _mostly(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
-    """The last model of the search whose newest effect adds a fair share, and what it explains; trifles are not told from what is left."""
-    shares = [0.0, *(found.share(fitted, allowed) for fitted in found.stages)]
-    worth = [k for k in range(1, len(shares)) if shares[k] - shares[k - 1] >= _ADDS]
-    return (found.stages[worth[-1] - 1], shares[worth[-1]]) if worth else (None, 0.0)
+    """The last model of the search that explains a fair share more than those before it; trifles are not told from what is left."""
+    most, explained = None, 0.0
+    for fitted in found.stages:
+        share = found.share(fitted, allowed)
+        if share - explained >= _ADDS:
+            most, explained = fitted, share
+    return most, explained

@@ -38,13 +38,17 @@ def held_out(fitted: Fitted, allowed: Tolerance) -> HeldOut:
     """Every fourth window is predicted by the fit to the other three, in turn; a window's initial state is its own.
 
     What the fit would be without a fold follows by one Gauss-Newton step of its tolerant cost from the whole fit, which lies close by.
+    Fewer windows than folds are left out one by one; of a single window nothing can be left out, and its error is not a number.
     """
+    if len(fitted.prepared.record) < 2:
+        return HeldOut(nrmse=float("nan"), chi2=float("nan"))
     prepared, estimate = fitted.prepared, fitted.outcome.estimate
     equations, (low, high) = allowed.evaluator(lambda _: fitted.outcome.equations)(estimate), bounds(prepared)
-    fold = np.arange(len(prepared.record)) % FOLDS
+    folds = min(FOLDS, len(prepared.record))
+    fold = np.arange(len(prepared.record)) % folds
     states, shared, nuisances = estimate.states.copy(), [], []
     chi2 = 0.0
-    for left_out in range(FOLDS):
+    for left_out in range(folds):
         kept = _without(equations, fold == left_out)
         step, step_nuisances, _ = solve(reduce(kept, estimate, free_unknowns(prepared), 1e-9), kept, estimate)
         at = dataclasses.replace(estimate, shared=np.clip(estimate.shared + step, low, high), nuisances=estimate.nuisances + step_nuisances)

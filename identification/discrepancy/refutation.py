@@ -1,7 +1,12 @@
 """What lowers the misfit where it was fitted, and raises the error where it was not, is no explanation."""
 
+import math
+
 from identification.discrepancy.diagnosis import Side
 from identification.discrepancy.explanation import Explanation
+
+_BEYOND_ROUNDING = 1.02
+"""Rise of the error that the way it is estimated may bring about."""
 
 
 def refutation(cause: Explanation, before: Side, after: Side) -> str:
@@ -12,7 +17,7 @@ def refutation(cause: Explanation, before: Side, after: Side) -> str:
         before: the nominal model.
         after: with what was found.
     """
-    if not after.held_out_nrmse > before.held_out_nrmse:
+    if math.isnan(before.held_out_nrmse) or after.held_out_nrmse <= _BEYOND_ROUNDING * before.held_out_nrmse:
         return ""
     what = f"a learned term, {cause.formula}," if cause.formula else " and ".join(cause.fitted.names)
     return (

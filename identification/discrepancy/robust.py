@@ -58,13 +58,13 @@ class Tolerance:
         """Share of the misfit beyond noise that another model of the same windows removes, 0 to 1.
 
         In every window by its plain chi-square, and each window weighed with its tolerant misfit: those that are badly wrong count little,
-        but what explains them is not measured on the logarithm.
+        but what explains them is not measured on the logarithm. One that could not be integrated before is measured tolerantly after.
         """
         noise = 0.5 * self.samples
         misfit, left = self.cost(before) - noise, self.cost(after) - noise
         if misfit.sum() <= 0:
             return 0.0
-        better = (misfit > 0) & (after < before)
+        better = (misfit > 0) & np.isfinite(before) & (after < before)
         ratio = np.divide(after - noise, before - noise, out=np.ones_like(misfit), where=better)
         return float(np.clip(1.0 - np.where(better, misfit * ratio, left).sum() / misfit.sum(), 0.0, 1.0))
 

@@ -125,7 +125,7 @@ class Search:
         return tuple(one.rivals[0].fitted for one in self.rounds)
 
     def share(self, fitted: Fitted, allowed: Tolerance) -> float:
-        """Of the first misfit beyond noise, what the effects of one of the stages explain."""
+        """Of the first misfit beyond noise, what the effects of one of the stages explain; there is one at least."""
         first = self.rounds[0]
         torn = continuity_cost(fitted) / max(first.cost - allowed.noise, 1e-300)
         return max(allowed.explained(first.scored.fitted.outcome.equations.cost, fitted.outcome.equations.cost) - torn, 0.0)

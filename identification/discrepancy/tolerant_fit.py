@@ -30,8 +30,9 @@ def fit_tolerantly(
 ) -> Fitted | None:
     """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
 
-    Where an effect is the `newest`, all else first gives way to it as it stands: beside numbers that have made up for its lack, it looks
-    worse than none. None where the rough fit leaves a tolerant cost above `give_up_above`. At most so many rounds follow it.
+    Where an effect is the `newest`, all else first gives way to it, its shared parameters held as proposed: beside numbers that have made
+    up for its lack, it looks worse than none. None where the rough fit leaves a tolerant cost above `give_up_above`. At most so many
+    rounds follow it.
     """
     evaluate = evaluator(prepared, integrator_for(prepared))
     tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)

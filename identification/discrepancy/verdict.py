@@ -1,5 +1,6 @@
 """The verdict in words that a test engineer understands."""
 
+import math
 from collections.abc import Sequence
 
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Location, Number, Side
@@ -28,11 +29,15 @@ def sentences(
     if verdict == ADEQUATE:
         return (
             f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f}).",
-            f"Its error on {unseen} is {_percent(before.held_out_nrmse)}.",
+            "There was too little to leave anything out of the fit."
+            if math.isnan(before.held_out_nrmse)
+            else f"Its error on {unseen} is {_percent(before.held_out_nrmse)}.",
         )
     where = (location.sentence,) if location is not None else ()
     falls = (
-        f"The error on {unseen} {_moves(before, after)} from {_percent(before.held_out_nrmse)} to {_percent(after.held_out_nrmse)}"
+        f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; too little to leave anything out of the fit."
+        if math.isnan(before.held_out_nrmse)
+        else f"The error on {unseen} {_moves(before, after)} from {_percent(before.held_out_nrmse)} to {_percent(after.held_out_nrmse)}"
         f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
     )
     if verdict == MISSING:

@@ -1,5 +1,7 @@
 """Elimination of the window states against the dense system that it stands for."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,15 @@ def test_a_parameter_that_would_go_too_far_is_held_and_the_others_follow(problem
     shared, nuisances, states = solve(reduced, equations, estimate, longest=longest)
     assert np.abs(expected[:SHARED]).max() <= longest
     np.testing.assert_allclose(np.concatenate([shared, nuisances.ravel(), states.ravel()]), expected, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("longest", [0.5, np.inf])
+def test_a_step_that_is_no_number_is_told_and_not_made_up(problem, longest):
+    _, equations, estimate, active = problem
+    broken = dataclasses.replace(equations, gradient=np.full_like(equations.gradient, np.nan))
+    shared, _, _ = solve(reduce(broken, estimate, active, 0.0), broken, estimate, longest=longest)
+    assert np.isnan(shared[active.shared]).all()
+    np.testing.assert_array_equal(shared[~active.shared], 0.0)
 
 
 def test_no_shared_step_is_longer_than_allowed(problem):

@@ -55,3 +55,20 @@ def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
     assert learned is not None
     assert float(learned.group(1)) == pytest.approx(frequency, abs=2e-3)
     assert found.augmented.chi2_reduced < 1.1
+
+
+def test_a_single_short_record_is_diagnosed_although_nothing_can_be_left_out(tmp_path):
+    """One free decay of one window."""
+    t, omega = np.arange(400) / 2000.0, 2.0 * np.pi * 6.0
+    x = 5e-3 * np.cos(omega * t) * np.exp(-0.02 * omega * t) + 1e-6 * np.random.default_rng(0).standard_normal(len(t))
+    np.savetxt(tmp_path / "free.csv", np.stack([t, x], axis=1), delimiter=",", header="t,x", comments="")
+    (tmp_path / "experiment.toml").write_text(
+        'schema = 1\n[experiment]\nname = "short"\n[hammer]\nmass = 0.5\n[suspension]\nkind = "linear"\n[contact]\nlaw = "none"\n'
+        '[sensors.hammer_displacement]\nunit = "m"\nnoise = 1e-6\n[[record]]\nfile = "free.csv"\nkind = "free-decay"\ngap = 1.0\n'
+        'columns = { time = "t", hammer_displacement = "x" }\n'
+    )
+    found = diagnose_experiment(load_experiment(tmp_path))
+    assert found.verdict == ADEQUATE
+    assert found.sentences[1] == "There was too little to leave anything out of the fit."
+    assert np.isnan(found.nominal.held_out_nrmse)
+    assert {p.name: p.value for p in found.nominal.parameters}["zeta"] == pytest.approx(0.02, rel=1e-2)

@@ -82,7 +82,7 @@ class DeepStop(AbstractEffect):
             upper=1e13,
             meaning="stiffness of the stop behind",
         ),
-        Parameter(name="depth", field="depth", symbol="d", unit="m", start=1e-3, lower=1e-7, upper=10.0, meaning="depth at which it begins"),
+        Parameter(name="depth", field="depth", symbol="d", unit="m", start=1e-3, lower=1e-7, upper=10.0, meaning="depth where it begins"),
         Parameter(
             name="deep_damping",
             field="damping",

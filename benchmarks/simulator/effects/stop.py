@@ -32,6 +32,8 @@ def deep_stop(rng: np.random.Generator, setting: Setting, strength: float) -> Hi
     There it would push with thrice the highest force of the first one.
     """
     deepest = float(np.median([(u - plan.true_gap).max() for u, plan in zip(setting.displacements, setting.driven, strict=True)]))
+    if deepest <= 0:
+        raise ValueError("a deep stop needs records that reach the first one: take another seed")
     depth = float(rng.uniform(0.5, 0.75)) * deepest
     stiffness = 3.0 * strength * setting.highest_force / (deepest - depth) ** 1.5
     damping = rng.uniform(1.0, 3.0) * setting.rig.lambda_i

@@ -86,6 +86,15 @@ def test_an_effect_that_adds_a_trifle_is_not_asserted_where_more_than_noise_is_l
     assert told(dataclasses.replace(more, ended=EXPLAINED), 0.3).fitted.names == ("coulomb_friction", "quadratic_drag")
 
 
+def test_an_effect_that_explains_less_than_the_one_before_it_is_not_asserted(told, found, motion, allowed):
+    """Stages are chosen by another measure than that of the share."""
+    both = (CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=1e-3))
+    worse = stage(motion, allowed, 2.0, 2.9, *both)
+    again = stage(motion, allowed, 2.9, 2.2, *both)
+    more = dataclasses.replace(found, rounds=(*found.rounds, worse, again), fitted=model(motion, allowed, 2.2, *both))
+    assert told(more, 0.3).fitted.names == ("coulomb_friction",)
+
+
 def test_a_term_that_leaves_less_than_the_effects_is_what_is_shown(told, found):
     result = told(found, 0.95)
     assert (result.verdict, result.formula) == (UNLISTED, "c1 u")

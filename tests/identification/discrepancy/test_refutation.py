@@ -35,6 +35,8 @@ def test_a_learned_term_that_predicts_worse_is_dropped_with_its_formula(sides, n
     learned = dataclasses.replace(named, verdict=UNLISTED, formula="force = c1 u")
     assert "force = c1 u" in refutation(learned, before, dataclasses.replace(after, held_out_nrmse=1.0))
     assert refutation(learned, before, dataclasses.replace(after, held_out_nrmse=before.held_out_nrmse)) == ""
+    assert refutation(learned, before, dataclasses.replace(after, held_out_nrmse=float("nan"))) != ""
+    assert refutation(learned, dataclasses.replace(before, held_out_nrmse=float("nan")), after) == ""
 
 
 @pytest.fixture(scope="module")

@@ -27,6 +27,7 @@ def test_one_lost_window_neither_makes_nor_spoils_an_explanation():
     regained = ALLOWED.explained(before, np.full(4, 50.0))
     assert regained == pytest.approx(1.0)
     assert ALLOWED.explained(np.full(4, 1000.0), after) < 0.2
+    assert ALLOWED.explained(before, np.array([50.0, 50.0, 50.0, 1e9])) < 0.7
 
 
 def test_a_worse_model_explains_nothing():
