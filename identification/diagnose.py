@@ -127,7 +127,7 @@ def ordinary(prepared: Prepared) -> Fitted | None:
 
 def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _Course) -> Diagnosis:
     """The verdict and its evidence."""
-    start, allowed, progress = ground.fitted, ground.allowed, course.progress
+    start, allowed, progress = found.first.fitted, ground.allowed, course.progress
     with course.stage("model"):
         cause = explanation(start, found, allowed, deadline=course.deadline, progress=progress)
     with course.stage("evidence"):

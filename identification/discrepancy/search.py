@@ -17,7 +17,7 @@ from identification.discrepancy.refit import Fitted, extended, windows_of
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate, projector, score
 from identification.discrepancy.signature import Course, courses
-from identification.discrepancy.tolerant_fit import fit_tolerantly
+from identification.discrepancy.tolerant_fit import fit_tolerantly, settled_like
 from identification.fit import free_unknowns, integrator_for
 from identification.prepare import Prepared
 from vibrojax.effects import EFFECTS, AbstractEffect
@@ -144,6 +144,9 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         cost = whole_cost(fitted, allowed)
         ended = why_ended(scored, allowed, rounds, deadline)
         rivals = [] if ended else _refitted(scored, allowed, progress)
+        if rivals and len(rivals[0].fitted.prepared.record) == len(fitted.prepared.record):
+            fitted = settled_like(fitted, rivals[0].fitted)
+            scored, cost = dataclasses.replace(scored, fitted=fitted), min(cost, whole_cost(fitted, allowed))
         if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
         if ended:
@@ -280,7 +283,8 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
         prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
         try:
             limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
-            fitted = fit_tolerantly(prepared, thin.allowed, newest=candidate.name, give_up_above=limit, rounds=1)
+            newest = "" if candidate.members[0].is_stop else candidate.name
+            fitted = fit_tolerantly(prepared, thin.allowed, newest=newest, give_up_above=limit, rounds=1)
         except NoConvergenceError:
             continue
         if fitted is not None:

@@ -21,6 +21,8 @@ _WORSE = 3.0
 """Chi-square over the median of the windows from which one of them resists."""
 _FEW = 0.1
 """Share of the windows that resist up to which they are tried from more states."""
+_TELLS = 8.0
+"""Half chi-square by which a fuller model must fit a window better for the window to be tried from its state there."""
 _ASIDE = 0.05
 """Of the rms displacement and velocity."""
 
@@ -78,6 +80,29 @@ def resettled(
         better = cost < lowest[resisting]
         states[resisting[better]], lowest[resisting[better]] = trial.states[better], cost[better]
     return dataclasses.replace(estimate, states=states), lowest
+
+
+def settled_like(fitted: Fitted, fuller: Fitted) -> Fitted:
+    """The model where the few windows that a fuller one fits better have also settled from the states that they have there.
+
+    A window that has settled on a wrong motion may find the right one when an effect is added, whatever the effect: that is no evidence
+    for it. `fuller` has the same windows, and the same states before those of its newest effect.
+    """
+    estimate, cost = fitted.outcome.estimate, fitted.outcome.equations.cost
+    better = np.flatnonzero(~(cost - fuller.outcome.equations.cost < _TELLS))
+    if not 0 < len(better) <= _FEW * len(cost):
+        return fitted
+    part = windows_of(fitted.prepared, better)
+    states = fuller.outcome.estimate.states[better, : estimate.states.shape[1]]
+    trial, found = settle(evaluator(part, integrator_for(part)), dataclasses.replace(estimate, states=states), iterations=8)
+    lower = found < cost[better]
+    if not lower.any():
+        return fitted
+    states = estimate.states.copy()
+    states[better[lower]] = trial.states[lower]
+    estimate = dataclasses.replace(estimate, states=states)
+    equations = evaluator(fitted.prepared, integrator_for(fitted.prepared))(estimate)
+    return dataclasses.replace(fitted, outcome=dataclasses.replace(fitted.outcome, estimate=estimate, equations=equations))
 
 
 def _resisting(cost: np.ndarray, samples: np.ndarray) -> np.ndarray:

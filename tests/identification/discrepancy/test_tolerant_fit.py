@@ -1,13 +1,14 @@
-"""What a fit holds while all else gives way to a new effect."""
+"""What a fit holds while all else gives way to a new effect, and how windows astray find back."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
-from identification.discrepancy.refit import with_model
-from identification.discrepancy.tolerant_fit import fit_tolerantly
-from identification.levenberg_marquardt import LevenbergMarquardt
+from identification.discrepancy.refit import Fitted, with_model
+from identification.discrepancy.tolerant_fit import fit_tolerantly, settled_like
+from identification.fit import evaluator, integrator_for
+from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from vibrojax.effects import CoulombFriction
 
 
@@ -28,3 +29,39 @@ def test_all_else_gives_way_to_the_newest_effect_before_it_moves(motion, allowed
     assert all(free[1:])
     assert fitted is not None
     assert np.isfinite(fitted.chi2)
+
+
+@pytest.fixture(scope="module")
+def settled(motion) -> Fitted:
+    """Every window where it belongs."""
+    estimate, _ = settle(evaluator(motion.prepared, integrator_for(motion.prepared)), motion.estimate, iterations=8)
+    return evaluated(motion.prepared, estimate)
+
+
+def evaluated(prepared, estimate) -> Fitted:
+    equations = evaluator(prepared, integrator_for(prepared))(estimate)
+    outcome = Outcome(estimate=estimate, equations=equations, cost=equations.total(estimate), converged=True, iterations=1, decrement=0.0)
+    return Fitted(prepared=prepared, outcome=outcome)
+
+
+def moved(fitted: Fitted, windows: np.ndarray) -> Fitted:
+    """Some of the windows begin 0.3 mm and 20 mm/s beside where they should."""
+    states = fitted.outcome.estimate.states.copy()
+    states[windows] += [3e-4, 2e-2]
+    return evaluated(fitted.prepared, dataclasses.replace(fitted.outcome.estimate, states=states))
+
+
+def test_a_window_astray_finds_back_from_where_a_fuller_model_has_it(settled):
+    windows = np.argsort(settled.outcome.equations.cost)[:2]
+    cost = settled.outcome.equations.cost[windows]
+    astray = moved(settled, windows)
+    assert np.all(astray.outcome.equations.cost[windows] > 10.0 * cost)
+    back = settled_like(astray, settled)
+    assert np.all(back.outcome.equations.cost[windows] <= 1.01 * cost)
+    np.testing.assert_array_equal(back.outcome.estimate.shared, astray.outcome.estimate.shared)
+
+
+def test_windows_are_left_alone_where_nothing_or_nearly_everything_improves(settled):
+    assert settled_like(settled, settled) is settled
+    whole = moved(settled, np.arange(len(settled.prepared.record)))
+    assert settled_like(whole, settled) is whole
