@@ -43,7 +43,8 @@ def sentences(
     if verdict == MISSING:
         named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
         part = "" if share == 1.0 else f"{_percent(share)} of "
-        first = f"{named[0].upper()}{named[1:]} explains {part}what the nominal model leaves out."
+        explain = "explains" if len(effects) == 1 else "explain"
+        first = f"{named[0].upper()}{named[1:]} {explain} {part}what the nominal model leaves out."
         doubt = (f"These records cannot tell it from {', '.join(ambiguous)}.",) if ambiguous else ()
         return (first, *where, falls, *doubt, *_unsteady(after))
     first = "Something real is missing, and no listed effect explains it."
