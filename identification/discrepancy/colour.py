@@ -1,7 +1,7 @@
 """How far noise that remembers makes a drop of chi-square look like evidence."""
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import next_fast_len
 from scipy.special import chdtri
 
 _LAGS = 60
@@ -47,5 +47,5 @@ def overstatement(before: np.ndarray, after: np.ndarray) -> float:
 def _products(values: np.ndarray, lags: int) -> np.ndarray:
     """(lags + 1, channels): sum of products of samples so far apart in one window."""
     size = next_fast_len(values.shape[1] + lags + 1)
-    spectrum = np.abs(rfft(values, size, axis=1)) ** 2
-    return irfft(spectrum.sum(axis=0), size, axis=0)[: lags + 1]
+    spectrum = np.abs(np.fft.rfft(values, size, axis=1)) ** 2
+    return np.fft.irfft(spectrum.sum(axis=0), size, axis=0)[: lags + 1]
