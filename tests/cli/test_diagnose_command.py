@@ -103,8 +103,9 @@ def test_bad_sources_are_one_line(engine, monkeypatch, capsys, tmp_path, argumen
 
 
 SLOW = """
-import sys, time
+import signal, sys, time
 from types import ModuleType
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts the tests in the background has it ignored
 module = ModuleType("identification.diagnose")
 def diagnose_experiment(experiment, **options):
     options["progress"]("at work")
