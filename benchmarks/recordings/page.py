@@ -10,8 +10,8 @@ from identification.report.numbers import rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
-_HEAD = """| recording | held-back error, nominal | augmented | the diagnosis | what is known | agrees | seconds (of a core) | peak, MB |
-|---|---|---|---|---|---|---|---|"""
+_HEAD = """| recording | held-back error, nominal → augmented | the diagnosis | what is known | agrees |
+|---|---|---|---|---|"""
 
 
 def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
@@ -27,12 +27,11 @@ def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
 
 def row(known: Known, run: Run) -> str:
     """One line of the table."""
-    cost = f"{_whole(run.seconds)} ({_whole(run.cpu_seconds)}) | {_whole(run.peak_mb)} |"
     if run.document is None:
-        return f"| `{run.recipe}` | – | – | failed: {run.failure} | {known.truth} | no | {cost}"
+        return f"| `{run.recipe}` | – | failed: {run.failure} | {known.truth} | no |"
     before, after = (run.document[side]["held_out_nrmse"] for side in ("nominal", "augmented"))
     named = {effect["name"] for effect in run.document["effects"]}
-    return f"| `{run.recipe}` | {_error(before)} | {_error(after)} | {said(run)} | {known.truth} | {known.agreement(named)} | {cost}"
+    return f"| `{run.recipe}` | {_error(before)} → {_error(after)} | {said(run)} | {known.truth} | {known.agreement(named)} |"
 
 
 def said(run: Run) -> str:
@@ -63,7 +62,8 @@ def section(known: Known, run: Run, pictures: Path) -> str:
     if told := picture(run, pictures):
         lines += [told, ""]
     lines += [*errors(run), f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""]
-    return "\n".join([*lines, "```", f"vibrojax {' '.join(arguments(run.recipe, 'FOLDER'))}", "```", ""])
+    lines += ["```", f"vibrojax {' '.join(arguments(run.recipe, 'FOLDER'))}", "```", ""]
+    return "\n".join([*lines, f"{_whole(run.seconds)} s ({_whole(run.cpu_seconds)} s of a core), at most {_whole(run.peak_mb)} MB.", ""])
 
 
 def errors(run: Run) -> list[str]:

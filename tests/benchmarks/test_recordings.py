@@ -35,11 +35,11 @@ def test_what_no_effect_stands_for_is_not_held_against_a_diagnosis():
     assert next(known for known in KNOWN if not known.expected).agreement({"coulomb_friction"}) == "not on the list"
 
 
-def test_a_row_holds_errors_effects_and_cost(tmp_path):
+def test_a_row_holds_errors_effects_and_what_is_known(tmp_path):
     cells = [cell.strip() for cell in row(FRICTION, made(tmp_path)).strip("|").split("|")]
-    assert cells[:3] == ["`friction_backlash`", "0.64", "0.21"]
-    assert cells[3].startswith("missing: coulomb_friction (F_c = 9400 ± 120 N")
-    assert cells[5:] == ["yes", "61 (40)", "903"]
+    assert cells[:2] == ["`friction_backlash`", "0.64 → 0.21"]
+    assert cells[2].startswith("missing: coulomb_friction (F_c = 9400 ± 120 N")
+    assert cells[3:] == [FRICTION.truth, "yes"]
 
 
 def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_path):
@@ -49,7 +49,7 @@ def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_p
 
 def test_a_failure_stays_in_the_table(tmp_path):
     cells = row(FRICTION, made(tmp_path, document=None, failure="no convergence")).split("|")
-    assert "failed: no convergence" in cells[4] and cells[6].strip() == "no"
+    assert "failed: no convergence" in cells[3] and cells[5].strip() == "no"
 
 
 def test_the_page_is_written_between_its_marks_and_again(tmp_path):
@@ -65,6 +65,7 @@ def test_the_page_is_written_between_its_marks_and_again(tmp_path):
     assert "> Dry friction explains 80 % of it. The error falls." in text
     assert "| later.npz | reaction force | 0.64 | – |" in text
     assert "vibrojax diagnose --recipe friction_backlash --data FOLDER/friction_backlash" in text
+    assert "61 s (40 s of a core), at most 903 MB." in text
     assert (page.parent / "images" / "recordings" / "friction_backlash.png").read_bytes() == b"a picture"
     page.write_text("no marks")
     with pytest.raises(SystemExit, match="lacks the lines"):
