@@ -75,12 +75,21 @@ def _channel(location: Location, quantity: str) -> str:
     return f"seen most in {spoken}"
 
 
+def _most(shares: dict[str, float]) -> str:
+    """Where there are so many records that none of them stands out."""
+    return f"in {sum(share > 0.1 / len(shares) for share in shares.values())} of {len(shares)} records"
+
+
 def _records(shares: dict[str, float]) -> str:
     """Those with a part worth naming."""
     fair = 1.0 / len(shares)
     loud = {file: share for file, share in shares.items() if share >= _NAMED * max(1.0, 4.0 * fair)}
     if max(shares.values()) < _EVEN * fair:
-        return "in all records" if min(shares.values()) > 0.1 * fair else f"in {_listed(list(loud))} alike"
+        if min(shares.values()) > 0.1 * fair:
+            return "in all records"
+        return f"in {_listed(list(loud))} alike" if loud else _most(shares)
+    if not loud:
+        return _most(shares)
     ranked = sorted(loud.items(), key=lambda item: -item[1])
     shown = _listed([f"{100 * share:.0f} %" for _, share in ranked])
     return f"in {_listed([file for file, _ in ranked])} ({shown})" if len(ranked) > 1 else f"in {ranked[0][0]}"

@@ -144,7 +144,7 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         cost = whole_cost(fitted, allowed)
         ended = why_ended(scored, allowed, rounds, deadline)
         rivals = [] if ended else _refitted(scored, allowed, progress)
-        if rivals and len(rivals[0].fitted.prepared.record) == len(fitted.prepared.record):
+        if rivals:
             fitted = settled_like(fitted, rivals[0].fitted)
             scored, cost = dataclasses.replace(scored, fitted=fitted), min(cost, whole_cost(fitted, allowed))
         if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
@@ -175,7 +175,7 @@ def _helps(best: Rival, cost: float, scored: Scored, allowed: Tolerance) -> bool
 
 def _overstated(fitted: Fitted, scored: Scored, allowed: Tolerance) -> float:
     """Factor that coloured noise puts on the drop of chi-square; 1 where more than noise is left, whose colour is then that of a misfit."""
-    if not adequate(fitted, allowed) or len(fitted.prepared.record) != len(scored.at.record):
+    if not adequate(fitted, allowed):
         return 1.0
     at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
     whole = (at.finite & scored.at.finite)[:, None, None]
