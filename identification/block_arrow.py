@@ -20,6 +20,7 @@ class Equations:
     cost: np.ndarray
     record: np.ndarray
     onward: np.ndarray
+    onward_jacobian: np.ndarray
 
     def total(self, estimate: Estimate) -> float:
         """Cost of all windows and of the prior on the gap errors."""

@@ -19,7 +19,8 @@ from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.refutation import refutation
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
-from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search, search
+from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search
+from identification.discrepancy.steadiness import steady_search
 from identification.discrepancy.verdict import sentences
 from identification.experiment import Experiment
 from identification.fit import bounds, fit, integrator_for
@@ -47,6 +48,7 @@ _IN_PART = (
 )
 _TRIFLE = "beside that, too little to be told from what the named effect's own equation leaves"
 _NO_EVIDENCE = "promised more than white noise would, but does not hold it once fitted, or no more than noise that remembers would"
+_STANDS_IN = "would lower the misfit, but with strengths that will not hold still from record to record, and is not considered"
 _MOST_ITERATIONS = 15
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
@@ -96,7 +98,7 @@ def diagnose_experiment(
     with course.stage("nominal"):
         ground = _ground(experiment, law, progress)
     with course.stage("search"):
-        found = search(ground.fitted, ground.allowed, course.deadline, progress)
+        found = steady_search(ground.fitted, ground.allowed, course.deadline, progress)
     return _concluded(experiment, ground, found, course)
 
 
@@ -166,6 +168,8 @@ def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, re
     after = cause.fitted
     said = [refuted] if refuted else []
     said += [] if ground.sound else [_TOLERANT]
+    if found.without:
+        said.append(f"{' and '.join(found.without)} {_STANDS_IN}")
     if found.ended in _ENDED:
         said.append(_ENDED[found.ended])
     elif cause.share < 1.0:

@@ -8,19 +8,18 @@ from identification.block_arrow import covariance, reduce
 from identification.experiment import Experiment
 from identification.fit import evaluator, free_unknowns, integrator_for
 from identification.layout import Active, Estimate, layout_of
-from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
+from identification.levenberg_marquardt import LevenbergMarquardt, Outcome
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
 from identification.result import RecordFit
-from identification.windows import WindowLength, Windows
+from identification.settling import settled_gradually
+from identification.windows import WindowLength
 from vibrojax.model import MASS, Model
 
 LONG = WindowLength(longest=4096)
 """Held-back records go through in windows of two impacts, or of so many samples where there are none: a record that fits is one piece."""
 _SIDE_BY_SIDE = 1
 """Such windows are too long and too few to be padded to a chunk."""
-_SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
-"""Of a window: so much of it tells its initial state, one after the other."""
 
 
 def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength = LONG) -> tuple[RecordFit, ...]:
@@ -49,7 +48,7 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
     prepared = _under(prepared, model, weighed=experiment.mass_is_known)
     integrator = integrator_for(prepared)
     evaluate = evaluator(prepared, integrator, side_by_side=_SIDE_BY_SIDE)
-    estimate, cost = _settled(prepared)
+    estimate, cost = settled_gradually(prepared, side_by_side=_SIDE_BY_SIDE)
     active = Active(shared=np.zeros(prepared.layout.shared, bool), nuisances=free_unknowns(prepared).nuisances)
     errors = np.full(estimate.nuisances.shape, np.nan)
     if active.nuisances.any() and np.isfinite(cost).all():
@@ -58,25 +57,6 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
         estimate = outcome.estimate
         errors = _nuisance_errors(outcome, active)
     return record_fits(prepared, integrator, estimate, errors)
-
-
-def _settled(prepared: Prepared) -> tuple[Estimate, np.ndarray]:
-    """Initial states, found on the beginning of every window and then on ever more of it; with the windows' costs.
-
-    A state that is a little wrong misses an impact far along the window, from where no derivative leads back.
-    """
-    estimate, cost = prepared.start, np.zeros(len(prepared.record))
-    for share in _SHARES:
-        groups = tuple(_beginning(group, share) for group in prepared.groups)
-        part = dataclasses.replace(prepared, groups=groups)
-        estimate, cost = settle(evaluator(part, integrator_for(part), side_by_side=_SIDE_BY_SIDE), estimate)
-    return estimate, cost
-
-
-def _beginning(group: Windows, share: float) -> Windows:
-    """The windows with what comes later without weight."""
-    counts = np.arange(group.weight.shape[1]) < np.ceil(share * group.lengths)[:, None]
-    return dataclasses.replace(group, weight=np.where(counts[..., None], group.weight, 0.0))
 
 
 def _nuisance_errors(outcome: Outcome, active: Active) -> np.ndarray:

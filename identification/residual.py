@@ -1,7 +1,5 @@
 """Residuals of all windows and their derivatives: the only place where the fit meets the solver."""
 
-from functools import partial
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -25,6 +23,8 @@ class Normal(eqx.Module):
     """Half the sum of squared residuals; infinite where the integration failed."""
     onward: Float[Array, "lanes states"]
     """State one sample after the window's last: where the next window of the record begins."""
+    onward_jacobian: Float[Array, "lanes states size"]
+    """Its derivatives in the window's vector."""
 
 
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
@@ -98,17 +98,21 @@ def normal_equations(model: Model, layout: Layout, integrator: Landing, windows:
     Windows share no state, so one sweep with `size` tangents gives the derivatives of all of them.
     """
 
-    def along(direction):
-        tangent = jnp.broadcast_to(direction, local.shape)
-        return jax.jvp(partial(weighted_residual, model, layout, integrator, windows), (local,), (tangent,), has_aux=True)
+    def motion(vector):
+        residual, trajectory = weighted_residual(model, layout, integrator, windows, vector)
+        return (residual, _onward(layout, windows, trajectory)), trajectory.result
 
-    residual, derivative, trajectory = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
+    def along(direction):
+        return jax.jvp(motion, (local,), (jnp.broadcast_to(direction, local.shape),), has_aux=True)
+
+    (residual, onward), (derivative, onward_jacobian), result = jax.vmap(along, out_axes=(None, (1, 2), None))(jnp.eye(layout.size))
     lanes = residual.shape[0]
     flat, jacobian = residual.reshape(lanes, -1), derivative.reshape(lanes, layout.size, -1)
-    cost = jnp.where(trajectory.result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
+    cost = jnp.where(result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
     return Normal(
         hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian),
         gradient=jnp.einsum("lis,ls->li", jacobian, flat),
         cost=cost,
-        onward=_onward(layout, windows, trajectory),
+        onward=onward,
+        onward_jacobian=onward_jacobian,
     )

@@ -1,18 +1,14 @@
 """Whether the states that an effect has of its own carry on from window to window, as those of a real one do."""
 
-import dataclasses
-
 import numpy as np
 
-from identification.block_arrow import covariance
+from identification.block_arrow import columns, covariance, reduce
 from identification.discrepancy.refit import Fitted
-from identification.fit import evaluator, integrator_for
+from identification.fit import free_unknowns
 from identification.layout import STATES
 
 _ASTRAY = 9.0
 """Cost over the median of the windows from which one has settled wrongly, and says nothing of its neighbours."""
-_STEP = 0.1
-"""Standard deviations, for the derivative of a window's end in its beginning."""
 
 
 def continuity_cost(fitted: Fitted) -> float:
@@ -20,29 +16,18 @@ def continuity_cost(fitted: Fitted) -> float:
 
     Windows are fitted with initial states of their own, which frees an effect with memory from its past: a Bouc-Wen element that hardly
     yields, say, becomes a constant force that each window chooses anew. To second order the price of continuity is half of j' S^-1 j
-    (Wald), with the jumps j = z_(w+1) - end of z_w and their covariance S, in which neighbours share a window; about half a unit each
-    for a real effect. Where only some windows have their neighbour beside them, it is scaled up to all.
+    (Wald), with the jumps j = z_(w+1) - end of z_w and their covariance S: neighbours share a window, and all of them the parameters,
+    which may be off by their errors and move every jump together. About half a unit each for a real effect. Where only some windows have
+    their neighbour beside them, it is scaled up to all.
     """
-    columns = _carried(fitted)
+    own = _carried(fitted)
     before, after = _neighbours(fitted)
-    if not len(columns) or not len(before):
+    if not len(own) or not len(before):
         return 0.0
-    states, own = fitted.prepared.layout.states, len(columns)
-    blocks = fitted.outcome.equations.hessian[:, -states:, -states:]
-    variance = np.stack([covariance(block) for block in blocks])[:, columns[:, None], columns]
-    slope = _slope(fitted, columns, np.sqrt(np.maximum(np.einsum("lss->ls", variance), 0.0)))
-    jump = fitted.outcome.estimate.states[after][:, columns] - fitted.outcome.equations.onward[before][:, columns]
-    place = {window: index for index, window in enumerate(before)}
-    joint = np.zeros((len(before), own, len(before), own))
-    for index, (left, right) in enumerate(zip(before, after, strict=True)):
-        joint[index, :, index] = variance[right] + slope[left] @ variance[left] @ slope[left].T
-        following = place.get(right)
-        if following is not None:
-            shared = -variance[right] @ slope[right].T
-            joint[index, :, following], joint[following, :, index] = shared, shared.T
-    flat = jump.ravel()
-    squared = float(flat @ covariance(joint.reshape(flat.size, flat.size)) @ flat)
-    return 0.5 * squared * len(blocks) / len(before)
+    estimate, equations = fitted.outcome.estimate, fitted.outcome.equations
+    jump = (estimate.states[after][:, own] - equations.onward[before][:, own]).ravel()
+    squared = float(jump @ covariance(_covariance_of_jumps(fitted, own, before, after)) @ jump)
+    return 0.5 * squared * len(equations.cost) / len(before)
 
 
 def jump_variance(fitted: Fitted) -> float:
@@ -57,17 +42,30 @@ def _carried(fitted: Fitted) -> np.ndarray:
     return len(STATES) + np.array([k for k, index in enumerate(layout.free_own) if layout.own_states[index].carried], int)
 
 
-def _slope(fitted: Fitted, columns: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """(windows, own, own): derivative of the states at a window's end in those at its beginning."""
-    prepared, outcome = fitted.prepared, fitted.outcome
-    evaluate, found = evaluator(prepared, integrator_for(prepared)), np.zeros((len(sigma), len(columns), len(columns)))
-    for k, column in enumerate(columns):
-        step = _STEP * np.maximum(sigma[:, k], 1e-300)
-        states = outcome.estimate.states.copy()
-        states[:, column] += step
-        moved = evaluate(dataclasses.replace(outcome.estimate, states=states)).onward - outcome.equations.onward
-        found[:, :, k] = np.nan_to_num(moved[:, columns] / step[:, None])
-    return found
+def _covariance_of_jumps(fitted: Fitted, own: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """(jumps, jumps): of the windows' own states at fixed parameters, and of these."""
+    estimate, equations = fitted.outcome.estimate, fitted.outcome.equations
+    reduced = reduce(equations, estimate, free_unknowns(fitted.prepared), 0.0)
+    variance, coupling = reduced.eliminated
+    others = coupling.shape[2]
+    ends = np.nan_to_num(equations.onward_jacobian[:, own])
+    ahead = ends[:, :, others:] @ variance
+    place, size = {window: index for index, window in enumerate(before)}, len(own)
+    joint = np.zeros((len(before), size, len(before), size))
+    for index, (left, right) in enumerate(zip(before, after, strict=True)):
+        joint[index, :, index] = variance[right][np.ix_(own, own)] + ahead[left] @ ends[left, :, others:].T
+        following = place.get(right)
+        if following is not None:
+            shared = -ahead[right][:, own].T
+            joint[index, :, following], joint[following, :, index] = shared, shared.T
+    along = ahead @ coupling - ends[:, :, :others]  # of an end, less that at its beginning, in the other unknowns
+    moved = along[before] - (variance @ coupling)[after][:, own]
+    where = np.broadcast_to(columns(estimate, equations.record)[before][:, None], moved.shape)
+    slope = np.zeros((*moved.shape[:2], len(reduced.active)))
+    np.put_along_axis(slope, where, moved, axis=2)
+    slope = slope.reshape(-1, len(reduced.active))[:, reduced.active]
+    of_others = covariance(reduced.hessian[np.ix_(reduced.active, reduced.active)])
+    return joint.reshape(len(slope), len(slope)) + slope @ of_others @ slope.T
 
 
 def _neighbours(fitted: Fitted) -> tuple[np.ndarray, np.ndarray]:

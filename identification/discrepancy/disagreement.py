@@ -13,6 +13,8 @@ from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.fit import free_unknowns
 
+BY_CHANCE = 1e-6
+"""Chance of noise below which a parameter is said to differ between records."""
 _WIDE = 10.0
 """Standard deviation of what is known of a parameter without any record, in its internal coordinate."""
 _TOLD = 1.0

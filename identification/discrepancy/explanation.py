@@ -9,6 +9,7 @@ from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search
+from identification.discrepancy.steadiness import unsteady
 
 _ADDS = 0.05
 """Share of the first misfit that an effect must add to be asserted although more than noise is left."""
@@ -67,9 +68,14 @@ def explanation(
 
 
 def _mostly(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
-    """The last model of the search that explains a fair share more than those before it; trifles are not told from what is left."""
+    """The last model of the search that explains a fair share more than those before it; trifles are not told from what is left.
+
+    What stands in for the cause will not hold still from record to record: no model from there on counts.
+    """
     most, explained = None, 0.0
     for fitted in found.stages:
+        if unsteady(fitted, allowed):
+            break
         share = found.share(fitted, allowed)
         if share - explained >= _ADDS:
             most, explained = fitted, share

@@ -12,8 +12,12 @@ from identification.layout import Estimate, Layout, layout_of
 from identification.levenberg_marquardt import Outcome
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
+from vibrojax.effects.base import OwnState
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
+
+_ROOM = 3.0
+"""Scale of an effect's own state over its root mean square in the windows."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -64,7 +68,9 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
     extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
     layout = layout_of(model, *extra, files=prepared.layout.files, zeros=prepared.layout.zeros)
-    layout = dataclasses.replace(layout, parameters=tuple(_in_size(p, values[p.name]) for p in layout.parameters))
+    layout = dataclasses.replace(
+        layout, parameters=tuple(_in_size(p, values[p.name]) for p in layout.parameters), own_states=_with_room(layout, states)
+    )
     searched = {p.name: values[p.name] for p in model.parameters if p.searched}
     shared = layout.internal({p.name: values[p.name] for p in layout.parameters})
     return dataclasses.replace(
@@ -81,6 +87,16 @@ def _in_size(p: Parameter, value: float) -> Parameter:
     if p.logarithmic or not abs(value) > p.scale:
         return p
     return dataclasses.replace(p, scale=10.0 ** np.ceil(np.log10(abs(value))))
+
+
+def _with_room(layout: Layout, states: np.ndarray) -> tuple[OwnState, ...]:
+    """The effects' own states with a scale that leaves room for the windows' initial ones: it is the size of a prior on them."""
+    found = list(layout.own_states)
+    for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
+        size = _ROOM * float(np.sqrt(np.mean(states[:, column] ** 2)))
+        if size > found[index].scale:
+            found[index] = dataclasses.replace(found[index], scale=10.0 ** np.ceil(np.log10(size)))
+    return tuple(found)
 
 
 def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect, np.ndarray]:

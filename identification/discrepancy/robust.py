@@ -85,6 +85,7 @@ class Tolerance:
                 cost=self.cost(found.cost),
                 record=found.record,
                 onward=found.onward,
+                onward_jacobian=found.onward_jacobian,
             )
 
         return tolerant

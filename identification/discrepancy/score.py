@@ -80,6 +80,7 @@ def projector(prepared: Prepared, at: Linearised, estimate: Estimate, active: Ac
         cost=0.5 * np.sum(residual**2, axis=1),
         record=at.record,
         onward=estimate.states,
+        onward_jacobian=np.zeros((lanes, layout.states, layout.size)),
     )
     found = with_prior(unweighted, layout, estimate)
     found = dataclasses.replace(found, hessian=found.hessian * weights[:, None, None], gradient=found.gradient * weights[:, None])

@@ -108,6 +108,8 @@ class Search:
     last: Scored
     ended: str
     """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS` or `BUDGET`."""
+    without: tuple[str, ...] = ()
+    """Names of effects that were not to be tried."""
 
     @property
     def first(self) -> Scored:
@@ -135,12 +137,14 @@ class Search:
         return 1.0 if self.explained else max(1.0, whole_cost(self.fitted, allowed) / allowed.noise)
 
 
-def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progress = lambda stage: None) -> Search:
-    """Add effects to a model until nothing but noise is left, or none of them helps any more."""
+def search(
+    start: Fitted, allowed: Tolerance, deadline: float, progress: Progress = lambda stage: None, *, without: tuple[str, ...] = ()
+) -> Search:
+    """Add effects, but for some, to a model until nothing but noise is left, or none of them helps any more."""
     fitted, rounds = start, []
     while True:
         progress(f"scoring all candidates beside {_words(fitted)}")
-        scored = look(fitted, allowed)
+        scored = look(fitted, allowed, without=without)
         cost = whole_cost(fitted, allowed)
         ended = why_ended(scored, allowed, rounds, deadline)
         rivals = [] if ended else _refitted(scored, allowed, progress)
@@ -150,7 +154,7 @@ def search(start: Fitted, allowed: Tolerance, deadline: float, progress: Progres
         if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
         if ended:
-            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended)
+            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
 
@@ -183,14 +187,15 @@ def _overstated(fitted: Fitted, scored: Scored, allowed: Tolerance) -> float:
     return overstatement(root * scored.at.residual, root * at.residual)
 
 
-def look(fitted: Fitted, allowed: Tolerance) -> Scored:
-    """Score every candidate that the model does not have yet."""
+def look(fitted: Fitted, allowed: Tolerance, *, without: tuple[str, ...] = ()) -> Scored:
+    """Score every candidate that the model does not have yet, but for those that are not to be tried."""
     prepared, estimate = fitted.prepared, fitted.outcome.estimate
     at = linearised(prepared, integrator_for(prepared), estimate)
     along, known = courses(prepared, at, estimate), facts(prepared, at, estimate)
     weights = allowed.weights(fitted.outcome.equations.cost) * at.finite
     by = projector(prepared, at, estimate, free_unknowns(prepared), weights)
-    candidates = [one for kind in EFFECTS.values() if kind.name not in fitted.names for one in blank(kind).probes(known)]
+    kinds = [kind for name, kind in EFFECTS.items() if name not in (*fitted.names, *without)]
+    candidates = [one for kind in kinds for one in blank(kind).probes(known)]
     found = score(prepared, by, along, candidates, known.mass)
     return Scored(fitted=fitted, at=at, courses=along, found=found, significant=significant(found))
 

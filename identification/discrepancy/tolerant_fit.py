@@ -13,6 +13,7 @@ from identification.lanes import initial_states
 from identification.layout import Estimate
 from identification.levenberg_marquardt import LevenbergMarquardt, settle
 from identification.prepare import Prepared
+from identification.settling import settled_gradually
 
 _ROUNDS = 3
 _GIVES_WAY = 3
@@ -61,7 +62,8 @@ def resettled(
 ) -> tuple[Estimate, np.ndarray]:
     """Windows that resist settle from where they are, from the recorded state, and from where the window before them ends.
 
-    Where only a few resist, also from states around the recorded one. Each keeps the best; with the windows' costs.
+    Where only a few resist, also from states around the recorded one, and from the recorded one on ever more of the window. Each keeps
+    the best; with the windows' costs.
     """
     found = evaluate(estimate)
     resisting = _resisting(found.cost, allowed.samples)
@@ -73,7 +75,8 @@ def resettled(
     read = np.concatenate([read, estimate.states[resisting, read.shape[1] :]], axis=1)
     starts, iterations = [estimate.states[resisting], read, _continued(prepared, estimate, found)[resisting]], 4
     if len(resisting) <= _FEW * len(found.cost):
-        starts, iterations = [*starts, *_around(read, estimate.states)], 8
+        gradually, _ = settled_gradually(dataclasses.replace(part, start=dataclasses.replace(estimate, states=read)))
+        starts, iterations = [*starts, gradually.states, *_around(read, estimate.states)], 8
     states, lowest = estimate.states.copy(), found.cost.copy()
     for start in starts:
         trial, cost = settle(evaluate_part, dataclasses.replace(estimate, states=start), iterations=iterations)

@@ -4,11 +4,9 @@ import math
 from collections.abc import Sequence
 
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Location, Number, Side
+from identification.discrepancy.disagreement import BY_CHANCE
 from identification.report.channel_labels import spoken
 from identification.report.numbers import rounded, with_unit
-
-_BY_CHANCE = 1e-6
-"""Chance of noise below which a parameter is said to differ between records."""
 
 
 def sentences(
@@ -54,7 +52,7 @@ def sentences(
 
 def _unsteady(side: Side) -> tuple[str, ...]:
     """The parameter that still will not hold still, from the record with its least to that with its largest value."""
-    differ = [one for one in side.disagreements if one.chance < _BY_CHANCE / len(side.disagreements)]
+    differ = [one for one in side.disagreements if one.chance < BY_CHANCE / len(side.disagreements)]
     if not differ:
         return ()
     worst = min(differ, key=lambda one: (one.chance, -one.chi2 / one.degrees))

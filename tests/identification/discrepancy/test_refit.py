@@ -35,6 +35,7 @@ def test_an_effect_found_earlier_keeps_its_fitted_strength_when_another_one_is_a
         cost=np.zeros(windows),
         record=prepared.record,
         onward=estimate.states,
+        onward_jacobian=np.zeros((*estimate.states.shape, size)),
     )
     outcome = Outcome(estimate=estimate, equations=none, cost=0.0, converged=True, iterations=1, decrement=0.0)
     drag = Candidate(members=(QuadraticDrag(drag_coefficient=1e-3),), factors=np.array([3.0]), gain=1.0, degrees=1)

@@ -24,6 +24,7 @@ def fitted(motion, cost: np.ndarray) -> Fitted:
         cost=cost,
         record=motion.prepared.record,
         onward=motion.estimate.states,
+        onward_jacobian=np.zeros((windows, 2, size)),
     )
     outcome = Outcome(estimate=motion.estimate, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
     return Fitted(prepared=motion.prepared, outcome=outcome)

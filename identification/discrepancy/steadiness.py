@@ -1,0 +1,48 @@
+"""Effects that will not hold still from record to record are not the cause; the search then begins again without them."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.discrepancy.diagnosis import Disagreement
+from identification.discrepancy.disagreement import BY_CHANCE, disagreements
+from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
+from identification.discrepancy.search import BUDGET, Search, search
+
+_NO_CONSTANT = 0.25
+"""Scatter between records, beyond their errors and relative to the value, from which a strength is none."""
+
+
+def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
+    """The search; where it ends with more than noise left and an effect that will not hold still, once more without that effect.
+
+    What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
+    either, so that small differences, however sure, say nothing.
+    """
+    without: tuple[str, ...] = ()
+    while True:
+        begin = time.monotonic()
+        found = search(start, allowed, deadline, progress, without=without)
+        once_more = 2.0 * time.monotonic() - begin
+        loose = () if found.explained or found.ended == BUDGET else unsteady(found.fitted, allowed)
+        if not loose or once_more > deadline:
+            return found
+        progress(f"{loose[0]} will not hold still from record to record; searching without it")
+        without = (*without, loose[0])
+
+
+def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
+    """Names of the model's effects with a parameter that is another one from record to record, in the order in which they were found."""
+    differ = {one.name.partition(".")[0] for one in disagreements(fitted, allowed) if _is_no_constant(one, fitted)}
+    return tuple(name for name in fitted.names if name in differ)
+
+
+def _is_no_constant(one: Disagreement, fitted: Fitted) -> bool:
+    """Whether a parameter's scatter, by the method of moments (DerSimonian and Laird 1986), is sure and large beside its value."""
+    if one.chance >= BY_CHANCE:
+        return False
+    weight = np.array([stderr**-2.0 for _, stderr in one.records.values()])
+    scatter = np.sqrt((one.chi2 - one.degrees) / (weight.sum() - (weight**2).sum() / weight.sum()))
+    return bool(scatter > _NO_CONSTANT * abs(float(fitted.model.values()[one.name])))
