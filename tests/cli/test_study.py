@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from tests.batch.rigs import model
-from tests.studies.test_draws import written_fit
+from tests.studies.made_fit import written_fit
 from vibrojax.cli import main, study
 from vibrojax.model_file import write_model
 from vibrojax.studies.draws import read_fit

@@ -6,13 +6,16 @@ import io
 import pytest
 from rich.console import Console
 
+from identification.discrepancy import assertion
 from identification.discrepancy.diagnosis import MISSING, Asserted, Number
 from identification.discrepancy.report import diagnosis_summary, write_diagnosis_report
 from identification.discrepancy.report.rows import change_rows
+from identification.discrepancy.search import EXPLAINED, Search
 from identification.discrepancy.verdict import sentences
 from tests.identification.discrepancy.made_diagnosis import made_diagnosis
+from tests.identification.discrepancy.made_search import model, round_of
 from tests.identification.made_result import made_result
-from tests.identification.report.test_write import read
+from tests.identification.report.page_reader import read
 from vibrojax.effects import MissingStop
 
 STOP = MissingStop(impact_stiffness=3.6e5, impact_exponent=0.8, impact_damping=1e-6, gap_offset=-0.9938645)
@@ -47,6 +50,18 @@ def test_a_stop_stands_on_the_axis_of_u_where_all_records_have_one_gap():
 
 def test_it_stays_beyond_the_gap_where_gaps_differ():
     assert asserted(None).told == asserted(None).parameters
+
+
+def test_the_gap_is_that_of_all_records_if_they_have_one(motion, allowed):
+    found = model(motion, allowed, 1.0)
+    none = round_of(motion, found.outcome.equations.cost, {}).scored
+    ended = Search(rounds=(), fitted=found, last=none, ended=EXPLAINED)
+    for gaps, expected in (((0.0, 1e-3), None), ((1.0, 1.0), 1.0)):
+        records = tuple(dataclasses.replace(record, gap=gaps[k % 2]) for k, record in enumerate(motion.prepared.experiment.records))
+        experiment = dataclasses.replace(motion.prepared.experiment, records=records)
+        whole = dataclasses.replace(found, prepared=dataclasses.replace(found.prepared, experiment=experiment))
+        (one,) = assertion.asserted(ended, whole, (), allowed)
+        assert one.gap == expected
 
 
 def test_the_sentence_says_where_the_stop_is(diagnosis):
