@@ -36,36 +36,29 @@ def fit_experiment(
         seed: of the random starts.
         progress: told each stage by a line of text.
     """
-    seconds, clock = {}, _Clock()
+    clock = _Clock()
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
-    seconds["prepare"] = clock.lap()
-    outcome = _fitted(prepared, progress)
-    seconds["fit"] = clock.lap()
+    clock.lap("prepare")
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
-    tried: tuple[StartOutcome, ...] = ()
-    if starts is not None or not outcome.converged or 2.0 * outcome.cost / degrees > chi2_limit(degrees, OVERALL):
-        search = Multistart() if starts is None else Multistart(count=starts)
-        outcome, tried = _from_other_starts(prepared, outcome, search, seed, progress)
-        seconds["starts"] = clock.lap()
+    outcome, tried = _optimum(prepared, degrees, starts, seed, clock, progress)
     progress("standard errors and intervals")
-    evaluate = evaluator(prepared, integrator_for(prepared))
     reduced_chi2 = 2.0 * outcome.cost / max(degrees, 1)
     spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=chi2_limit(degrees, OVERALL))
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
-    parameters = tuple(_parameter(prepared, outcome, known, spread, index, evaluate) for index in range(prepared.layout.shared))
-    seconds["errors"] = clock.lap()
+    parameters = _parameters(prepared, outcome, known, spread)
+    clock.lap("errors")
     progress("checking the step size")
     shift = discretisation_shift(prepared, outcome, known, spread)
     records = record_fits(prepared, integrator_for(prepared), outcome.estimate, _nuisance_errors(prepared, spread, active))
-    seconds["records"] = clock.lap()
+    clock.lap("records")
     values = prepared.layout.physical(outcome.estimate.shared)
     model = prepared.model.replace(values)
     if experiment.held_back:
         progress("predicting the held-back records")
     held_back = held_back_fits(experiment, model)
-    seconds["held back"] = clock.lap()
+    clock.lap("held back")
     chosen = np.flatnonzero(known.shared)
     return FitResult(
         experiment=experiment,
@@ -83,9 +76,24 @@ def fit_experiment(
         discretisation=shift,
         warnings=(*_warnings(outcome, spread, reduced_chi2, shift), *_implausible_gaps(prepared)),
         seed=seed,
-        seconds=seconds,
+        seconds=clock.seconds,
         held_back=held_back,
     )
+
+
+def _optimum(
+    prepared: Prepared, degrees: int, starts: int | None, seed: int, clock: "_Clock", progress: Progress
+) -> tuple[Outcome, tuple[StartOutcome, ...]]:
+    """The fit from the first guesses; where it leaves a misfit, or so many starts are asked for, the best of several."""
+    outcome = _fitted(prepared, progress)
+    clock.lap("fit")
+    misfit = not outcome.converged or 2.0 * outcome.cost / degrees > chi2_limit(degrees, OVERALL)
+    if starts is None and not misfit:
+        return outcome, ()
+    search = Multistart() if starts is None else Multistart(count=starts)
+    found = _from_other_starts(prepared, outcome, search, seed, progress)
+    clock.lap("starts")
+    return found
 
 
 def _fitted(prepared: Prepared, progress: Progress) -> Outcome:
@@ -121,6 +129,12 @@ def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, s
     sigma = spread.stderr[: prepared.layout.shared]
     moved = np.abs(finer - coarse)[active.shared]
     return float(np.max(moved / sigma[active.shared], initial=0.0))
+
+
+def _parameters(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
+    """The table."""
+    evaluate = evaluator(prepared, integrator_for(prepared))
+    return tuple(_parameter(prepared, outcome, active, spread, index, evaluate) for index in range(prepared.layout.shared))
 
 
 def _parameter(
@@ -210,12 +224,13 @@ def _implausible_gaps(prepared: Prepared) -> tuple[str, ...]:
 
 
 class _Clock:
-    """Seconds between laps."""
+    """Seconds by stage."""
 
     def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
-    def lap(self) -> float:
-        """Seconds since the last lap."""
+    def lap(self, stage: str) -> None:
+        """End a stage; the next one begins."""
         last, self._last = self._last, time.perf_counter()
-        return self._last - last
+        self.seconds[stage] = self._last - last

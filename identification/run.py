@@ -16,7 +16,7 @@ from identification.report import fit_summary, write_report
 from identification.result_file import FILE_NAME, StoredFit, read_result, write_result
 from identification.result_json import provenance, write_fit_json
 from identification.simulate import simulate_record
-from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.errors import NoConvergenceError
 from vibrojax.model import MASS
 from vibrojax.model_file import read_model, write_model
 
@@ -82,8 +82,6 @@ def run_report(fitted: Path, folder: Path) -> RenderableType:
 
     Raises `InputError` where there is no such result.
     """
-    if not (fitted / FILE_NAME).is_file() and (fitted / "diagnosis.json").is_file():
-        raise InputError(f"{fitted} holds a diagnosis: expected the results of a fit; only a fit's page can be drawn again")
     stored = read_result(fitted / FILE_NAME)
     write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance)
     return fit_summary(stored.result, stored.reference)

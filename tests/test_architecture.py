@@ -49,6 +49,19 @@ def test_imports_go_one_way(module):
         assert not packages & {"tests", "benchmarks", "data"}, f"{module} imports what is not installed with it"
 
 
+def test_tests_share_through_plain_modules():
+    """A module of tests that is imported for its helpers runs whatever else it holds, and hides who uses them."""
+    tests = sorted((ROOT / "tests").rglob("*.py"))
+    borrowed = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in tests
+        for name in imported(ast.parse(path.read_text(encoding="utf-8")))
+        if name.startswith("tests.") and name.rpartition(".")[2].startswith("test_")
+    }
+    assert len(tests) > 100
+    assert not borrowed
+
+
 @each_module
 def test_a_module_fits_one_sitting(module):
     assert len((ROOT / module).read_text(encoding="utf-8").splitlines()) <= MODULE_LINES

@@ -36,6 +36,8 @@ class Parameter:
     searched: bool = False
     """Found by trying values, because the records have no derivative in it; a fit leaves it alone."""
     meaning: str = ""
+    from_gap: str = ""
+    """Of one that counts from the gap as set: symbol of the place u that both make, which readers are told in its stead."""
 
     def to_internal(self, value: float) -> float:
         """Value in SI -> the coordinate in which the fit moves."""

@@ -133,11 +133,14 @@ def detail(candidate: Candidate) -> str:
 def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...], allowed: Tolerance) -> tuple[Asserted, ...]:
     """The effects of the final model, by probability."""
     dispersion = search.dispersion(allowed)
+    gaps = {record.gap for record in fitted.prepared.experiment.records}
+    gap = gaps.pop() if len(gaps) == 1 else None
     found = [
         Asserted(
             effect=effect,
             probability=probability(search.rounds, effect.name, allowed, dispersion=dispersion),
             parameters=of_effect(effect, shared, fitted),
+            gap=gap,
         )
         for effect in fitted.model.effects
     ]

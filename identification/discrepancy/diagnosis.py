@@ -32,11 +32,22 @@ class Asserted:
         effect: with its estimated numbers.
         probability: of being the cause among everything considered.
         parameters: estimated.
+        gap: as set, m, where all records have the same; else None.
     """
 
     effect: AbstractEffect
     probability: float
     parameters: tuple[Number, ...]
+    gap: float | None = None
+
+    @property
+    def told(self) -> tuple[Number, ...]:
+        """The parameters as readers are told them: a place that counts from the gap as set stands on the axis of u, if there is one gap."""
+        symbols = {p.name: p.from_gap for p in self.effect.parameters if p.from_gap} if self.gap is not None else {}
+        return tuple(self._place(one, symbols[one.name]) if one.name in symbols else one for one in self.parameters)
+
+    def _place(self, one: Number, symbol: str) -> Number:
+        return dataclasses.replace(one, name="position_of_the_stop", symbol=symbol, value=(self.gap or 0.0) + one.value)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

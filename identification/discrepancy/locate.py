@@ -70,8 +70,7 @@ def locate(
     record, time = _of_effect(named) if named is not None else onset
     loud = _loud(at, records, time)
     smoothed = missing.quantity == "force" and "hammer_acceleration" not in residuals
-    narrow = ("contact",) if smoothed else ("contact", "separation", "after impact")
-    phase = _phase(missing, {name: part & loud for name, part in regions.items()}, narrow)
+    phase = _phase(missing, {name: part & loud for name, part in regions.items()}, smoothed=smoothed)
     region = ~at.in_contact & regions["all"] if phase == "free flight" else regions[phase]
     near = at.in_contact | regions["separation"]
     among = coordinates(prepared, at, estimate, hits, near, drifting=missing.quantity.startswith("cart_"))
@@ -80,18 +79,13 @@ def locate(
     if hum is not None or time is not None:
         best = next(one for one in among if one.name == "time")
         profiles = tuple(sorted(profiles, key=lambda one: one.coordinate != "time"))
-    alone = files.index(record) if record in files else None
-    interval = None if hum is not None else _interval(at, missing, region, best, alone)
-    if time is not None:
-        interval = time, float(prepared.experiment.records[alone or 0].time[-1])
-    channel = max(channels, key=lambda name: channels[name])
     found = Location(
-        channel=channel,
+        channel=max(channels, key=lambda name: channels[name]),
         channels=channels,
         records=records,
         phase=phase,
         coordinate=best.name,
-        interval=interval,
+        interval=_span(prepared, at, missing, region, best, files.index(record) if record in files else None, time=time, hum=hum),
         time=time,
         record=record,
         sentence="",
@@ -179,11 +173,12 @@ def _regions(prepared: Prepared, at: Linearised, hits: Impacts) -> dict[str, np.
     return {"contact": contact, "separation": separation, "after impact": after, "free flight": flight, "all": inside}
 
 
-def _phase(missing: Missing, regions: dict[str, np.ndarray], narrow: tuple[str, ...]) -> str:
+def _phase(missing: Missing, regions: dict[str, np.ndarray], *, smoothed: bool) -> str:
     """The narrow phase with the densest excess if it stands out; else free flight if contacts are free of it; else all.
 
     A smoothed force does not tell a contact from what follows within milliseconds.
     """
+    narrow = ("contact",) if smoothed else ("contact", "separation", "after impact")
     excess, everywhere = missing.excess, regions["all"] & missing.known
     total = float(excess[everywhere].sum())
     if total <= 0:
@@ -246,6 +241,23 @@ def _of_effect(named: AbstractEffect) -> tuple[str | None, float | None]:
     """Record in which an effect acts alone, and when it begins."""
     instants = [float(getattr(named, p.field)) for p in named.parameters if p.name == "instant"]
     return named.record, instants[0] if instants else None
+
+
+def _span(
+    prepared: Prepared,
+    at: Linearised,
+    missing: Missing,
+    region: np.ndarray,
+    along: Coordinate,
+    record: int | None,
+    *,
+    time: float | None,
+    hum: Line | None,
+) -> tuple[float, float] | None:
+    """Where along the coordinate: from its instant to the end of the record for what begins, everywhere for a hum, else `_interval`."""
+    if time is not None:
+        return time, float(prepared.experiment.records[record or 0].time[-1])
+    return None if hum is not None else _interval(at, missing, region, along, record)
 
 
 def _interval(at: Linearised, missing: Missing, region: np.ndarray, along: Coordinate, record: int | None) -> tuple[float, float] | None:

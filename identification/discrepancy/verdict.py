@@ -66,7 +66,7 @@ def _main(one: Asserted) -> str:
     """The effect's numbers."""
     channel = one.effect.channel
     places = [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
-    return ", ".join([*places, *(_number(p) for p in one.parameters)])
+    return ", ".join([*places, *(_number(p) for p in one.told)])
 
 
 def _number(p: Number) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from typer.main import get_command
 
 from identification.experiment import ExperimentError
 from vibrojax.cli import fit, main
@@ -32,6 +33,7 @@ def jobs(monkeypatch, tmp_path):
     monkeypatch.setattr("vibrojax.cli.simulate.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.chdir(tmp_path)
+    experiment_file(tmp_path / "rig")
     return module
 
 
@@ -43,12 +45,13 @@ def call(monkeypatch, entry, *arguments: str) -> int:
 
 
 def experiment_file(folder: Path, name: str = "rig-B, March") -> Path:
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     (folder / "experiment.toml").write_text(f'schema = 1\n[experiment]\nname = "{name}"\n')
     return folder
 
 
-def test_options_are_handed_on(jobs, monkeypatch, capsys):
+def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
+    (tmp_path / "known.json").touch()
     status = call(
         monkeypatch, fit.main, "rig", "--out", "results", "--law", "hertz", "--reference", "known.json", "--starts", "4", "--seed", "7"
     )
@@ -81,7 +84,9 @@ def test_vibrojax_fit_is_the_same_command(jobs, monkeypatch):
     assert jobs.calls[0][0][0] == Path("rig")
 
 
-def test_simulate_hands_on_its_files(jobs, monkeypatch):
+def test_simulate_hands_on_its_files(jobs, monkeypatch, tmp_path):
+    for name in ("model.json", "e.toml"):
+        (tmp_path / name).touch()
     assert call(monkeypatch, main.main, "simulate", "--model", "model.json", "--experiment", "e.toml", "--out", "results") == 0
     assert jobs.calls[0][0][:2] == (Path("model.json"), Path("e.toml"))
     assert Path("results").is_dir()
@@ -104,7 +109,7 @@ def test_expected_errors_are_one_line_and_leave_nothing(jobs, monkeypatch, capsy
     jobs.error = error
     assert call(monkeypatch, fit.main, "rig", "--out", "results", "--quiet") == status
     assert capsys.readouterr() == ("", "error: gap is -1; expected >= 0\n")
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["rig"]
 
 
 @pytest.mark.parametrize("error", [ValueError("shapes differ"), RuntimeError("bug")])
@@ -115,11 +120,87 @@ def test_unexpected_errors_keep_their_traceback(jobs, monkeypatch, error):
         fit.main()
 
 
-@pytest.mark.parametrize("arguments", [["--starts", "0"], ["--nonsense"], ["one", "two"]])
-def test_usage_errors_exit_with_2(jobs, monkeypatch, capsys, arguments):
-    assert call(monkeypatch, fit.main, *arguments) == 2
-    assert "Usage" in capsys.readouterr().err
-    assert jobs.calls == []
+USAGE = [
+    (["--starts", "0"], "Invalid value for '--starts': "),
+    (["--starts", "few"], "Invalid value for '--starts': "),
+    (["--nonsense"], "No such option: --nonsense"),
+    (["--out"], "Option '--out' requires an argument; see "),
+    (["rig", "two"], "Got unexpected extra argument"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), USAGE)
+def test_bad_usage_is_one_line_that_says_where_to_read_on(jobs, monkeypatch, capsys, arguments, message):
+    """Of both entry points."""
+    for entry, command in ((fit.main, ()), (main.main, ("fit",))):
+        assert call(monkeypatch, entry, *command, *arguments) == 2
+        out, error = capsys.readouterr()
+        assert error.startswith(f"error: {message}") and error.endswith(" --help\n")
+        assert (out, error.count("\n"), jobs.calls) == ("", 1, [])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["diagnos"], "No such command 'diagnos'. Did you mean 'diagnose'"),
+        (["simulate", "--model", "m.json"], "Missing option '--experiment'; expected EXPERIMENT.toml (The experiment whose records are"),
+        (["report"], "Missing argument 'DIR'; expected DIR (Folder that"),
+        (["continue", "--from", "low"], "Invalid value for '--from': "),
+    ],
+)
+def test_what_a_command_lacks_is_one_line(jobs, monkeypatch, capsys, arguments, message):
+    assert call(monkeypatch, main.main, *arguments) == 2
+    out, error = capsys.readouterr()
+    assert error.startswith(f"error: {message}") and error.endswith(" --help\n")
+    assert (out, error.count("\n")) == ("", 1)
+
+
+def test_without_a_command_there_is_the_help(monkeypatch, capsys):
+    assert call(monkeypatch, main.main) == 2
+    out, error = capsys.readouterr()
+    assert "Commands" in out + error and "error" not in error
+
+
+def test_every_argument_and_option_says_what_it_is():
+    """Errors quote it."""
+
+    def commands(command):
+        yield command
+        for below in getattr(command, "commands", {}).values():
+            yield from commands(below)
+
+    parameters = [parameter for one in commands(get_command(main.app)) for parameter in one.params]
+    assert len(parameters) > 50
+    assert all(parameter.help for parameter in parameters)
+
+
+ABSENT = [
+    (["fit", "nowhere"], "nowhere does not exist: expected an experiment's folder"),
+    (["fit", "."], "the folder . holds no experiment.toml: expected"),
+    (["fit", "rig", "--reference", "known.toml"], "known.toml cannot be read (no such file): expected a table of reference values"),
+    (["diagnose", "nowhere"], "nowhere does not exist: expected an experiment's folder"),
+    (["simulate", "--model", "m.json", "--experiment", "rig", "--out", "o"], "m.json cannot be read (no such file): expected the model"),
+    (["simulate", "--model", "rig", "--experiment", "rig", "--out", "o"], "rig cannot be read (a folder): expected the model.json"),
+    (["continue", "--model", "m.json", "--from", "1", "--to", "2", "--out", "o"], "m.json cannot be read"),
+    (["section", "--model", "m.json", *"--base-amplitude 1e-3 --gap 0 --frequency 5 --out o".split()], "m.json cannot be read"),
+    (["section", "--fit", "rig", *"--base-amplitude 1e-3 --gap 0 --frequency 5 --out o".split()], "rig/model.json cannot be read"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), ABSENT)
+def test_what_is_not_there_is_found_before_jax_is_loaded(jobs, monkeypatch, capsys, tmp_path, arguments, message):
+    for module in ("fit", "diagnose", "simulate", "continuation", "study"):
+        monkeypatch.setattr(f"vibrojax.cli.{module}.prepare_jax", lambda: pytest.fail("JAX was loaded"))
+    assert call(monkeypatch, main.main, *arguments) == 2
+    out, error = capsys.readouterr()
+    assert error.startswith(f"error: {message}")
+    assert (out, error.count("\n"), [path.name for path in tmp_path.iterdir()]) == ("", 1, ["rig"])
+
+
+def test_a_path_that_is_not_there_needs_no_jax(tmp_path):
+    code = "import sys\nfrom vibrojax.cli.fit import main\ntry: main()\nfinally: assert 'jax' not in sys.modules"
+    done = subprocess.run([sys.executable, "-c", code, "nowhere"], capture_output=True, text=True, timeout=300, cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
 
 
 COMMANDS = ("fit", "diagnose", "simulate", "report", "inspect", "new", "datasets", "continue", "presets")

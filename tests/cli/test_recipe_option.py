@@ -1,7 +1,6 @@
 """`--recipe NAME --data DIR`: half of it, too much of it, unknown names and missing recordings end in one line and status 2."""
 
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -37,7 +36,8 @@ def test_bad_sources_are_one_line(monkeypatch, capsys, tmp_path, arguments, mess
 
 
 def test_without_a_recipe_the_path_is_handed_on():
-    with experiment_source(Path("rig"), None, None) as source:
-        assert source == Path("rig")
+    rig = data_path("example") / "experiment.toml"
+    with experiment_source(rig, None, None) as source:
+        assert source == rig
     with experiment_source(None, None, None) as source:
         assert source == data_path("example")

@@ -9,8 +9,8 @@ from tests.identification.made_result import made_result
 from vibrojax.cli import main
 
 
-def call(monkeypatch, *arguments):
-    monkeypatch.setattr("vibrojax.cli.report.prepare_jax", lambda: None)
+def call(monkeypatch, *arguments, prepare_jax=lambda: None):
+    monkeypatch.setattr("vibrojax.cli.report.prepare_jax", prepare_jax)
     monkeypatch.setattr(sys, "argv", ["vibrojax", "report", *map(str, arguments)])
     with pytest.raises(SystemExit) as ended:
         main.main()
@@ -29,11 +29,21 @@ def test_page_and_plots_appear_beside_the_result_or_elsewhere(tmp_path, monkeypa
     assert {path.name for path in tmp_path.iterdir()} == drawn | {"result.nc", "fit.json", "page"}
 
 
-def test_a_folder_without_a_result_is_one_line_and_nothing_written(tmp_path, monkeypatch, capsys):
-    assert call(monkeypatch, tmp_path, "--quiet") == 2
+@pytest.mark.parametrize(
+    ("there", "message"),
+    [
+        ([], "result.nc cannot be read (no such file): expected the result.nc that a fit writes beside fit.json"),
+        (["fit.json"], "result.nc cannot be read"),
+        (["diagnosis.json", "model.json", "report.html"], "expected the folder of a fit; run vibrojax diagnose EXPERIMENT --out "),
+    ],
+)
+def test_a_folder_without_a_result_is_one_line_and_nothing_written(tmp_path, monkeypatch, capsys, there, message):
+    for name in there:
+        (tmp_path / name).write_text("{}")
+    assert call(monkeypatch, tmp_path, prepare_jax=lambda: pytest.fail("JAX was loaded")) == 2
     told = capsys.readouterr()
     assert told.out == ""
     assert told.err.startswith("error: ")
-    assert "result.nc does not exist: expected the result.nc that a fit writes" in told.err
+    assert message in told.err
     assert len(told.err.splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(there)

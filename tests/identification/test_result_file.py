@@ -78,9 +78,6 @@ def test_other_programs_read_the_series(stored):
 def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
     with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc that a fit writes"):
         run_report(tmp_path, tmp_path)
-    (tmp_path / "diagnosis.json").write_text("{}")
-    with pytest.raises(InputError, match=r"holds a diagnosis: expected the results of a fit"):
-        run_report(tmp_path, tmp_path)
     whole = (stored[1] / "result.nc").read_bytes()
     for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 1,', b'"schema": 9,', 1)):
         (tmp_path / "result.nc").write_bytes(content)

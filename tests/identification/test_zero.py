@@ -13,7 +13,7 @@ from identification.held_back import held_back_fits
 from identification.layout import Estimate, free_nuisances
 from identification.prepare import prepare
 from tests.identification.experiment.malformed import edit, write_valid
-from tests.identification.test_prescribed import DAMPING, MASS, NOISE, STIFFNESS, experiment, machine
+from tests.identification.testing_machine import DAMPING, MASS, NOISE, STIFFNESS, experiment, machine
 
 ZEROS = (30.0, -12.0, 8.0)
 """N"""

@@ -1,14 +1,12 @@
 """Draws of a fit, and what they leave of a study."""
 
-import json
-
 import numpy as np
 import pytest
 
 from tests.batch.rigs import AMPLITUDE, GAP, model
+from tests.studies.made_fit import written_fit
 from vibrojax.batch import Span
 from vibrojax.errors import InputError
-from vibrojax.model_file import write_model
 from vibrojax.studies import basins, bifurcation, frequency_response, lyapunov, peterka, section
 from vibrojax.studies.classify import PERIODIC
 from vibrojax.studies.draws import Draws, read_fit
@@ -18,19 +16,6 @@ from vibrojax.studies.run import make
 from vibrojax.studies.write import write_study
 
 SHORT = Span(transient=24, recorded=8)
-ERRORS = {"k_i": 1e5, "n": 0.01, "zeta": 2e-3}
-
-
-def written_fit(folder, *, errors=ERRORS, names=("k_i", "n", "zeta"), k_i: float = 1e6) -> None:
-    """A folder as fit-parameters writes it."""
-    write_model(model(), folder / "model.json")
-    values = {"k_i": k_i, "n": 1.5, "lambda_i": 0.3, "zeta": 0.02, "f_n": 4.0}
-    parameters = {name: {"value": value, "stderr": errors.get(name)} for name, value in values.items()}
-    matrix = np.eye(len(names)) + 0.9 * (np.eye(len(names), k=1) + np.eye(len(names), k=-1)) * (np.arange(len(names)) < 2)[:, None] * (
-        np.arange(len(names)) < 2
-    )
-    document = {"schema": 1, "parameters": parameters, "correlation": {"names": list(names), "matrix": matrix.tolist()}}
-    (folder / "fit.json").write_text(json.dumps(document))
 
 
 def drawn() -> Draws:

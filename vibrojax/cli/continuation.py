@@ -10,6 +10,7 @@ from rich.table import Table
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
+from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
 from vibrojax.errors import InputError
 
@@ -42,6 +43,7 @@ def continue_(
     Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
     at = begin if at is None else at
+    check_file(model, "the model.json that a fit or a preset wrote")
     settings = _settings({"gap": gap, "amplitude": amplitude, "frequency": frequency}, parameter, at)
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")

@@ -1,7 +1,7 @@
 """How a command ends: every expected error becomes one line on standard error and an exit status."""
 
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 
@@ -9,6 +9,8 @@ from vibrojax.errors import InputError, NoConvergenceError
 
 BAD_INPUT = 2
 NO_CONVERGENCE = 3
+_BAD_USAGE: type[Exception] = typer.BadParameter.mro()[1]
+"""A command line that cannot be read; Typer gives this class no public name."""
 
 
 def run(app: typer.Typer) -> NoReturn:
@@ -17,24 +19,46 @@ def run(app: typer.Typer) -> NoReturn:
     Errors that nobody expects keep their traceback.
     """
     try:
-        app()
+        status = app(standalone_mode=False)  # else Typer draws errors itself, as a box of several lines
+    except _BAD_USAGE as error:
+        _fail(_usage_text(error), BAD_INPUT)
     except ValueError as error:
         if not _is_bad_input(error):
             raise
-        _fail(error, BAD_INPUT)
+        _fail(str(error), BAD_INPUT)
     except NoConvergenceError as error:
-        _fail(error, NO_CONVERGENCE)
-    sys.exit(0)
+        _fail(str(error), NO_CONVERGENCE)
+    sys.exit(status or 0)
+
+
+def _usage_text(error: Any) -> str:
+    """What was given, what was expected, where to read on; empty where the help has been printed instead."""
+    given = error.format_message().rstrip(".")
+    if not given:
+        return ""
+    if error.ctx is None:
+        return f"{given}; see the same command with --help"
+    parameter: Any = error.param if isinstance(error, typer.BadParameter) else None
+    if parameter is None:
+        expected = error.ctx.get_usage().partition(": ")[2]
+    else:
+        about = parameter.help.partition(". ")[0].rstrip(".")
+        expected = f"{parameter.metavar or parameter.name.upper()} ({about})"
+    stop = "" if given.endswith("?") else ";"
+    return f"{given}{stop} expected {expected}; see {error.ctx.command_path} --help"
 
 
 def _is_bad_input(error: ValueError) -> bool:
-    """Only now is the reader of experiments worth importing."""
+    """Only now is the reader of experiments worth importing, and only where it may have been at work."""
+    if isinstance(error, InputError):
+        return True
     from identification.experiment import ExperimentError
 
-    return isinstance(error, InputError | ExperimentError)
+    return isinstance(error, ExperimentError)
 
 
-def _fail(error: Exception, status: int) -> NoReturn:
+def _fail(message: str, status: int) -> NoReturn:
     """One line, whatever the message holds."""
-    typer.echo(f"error: {' '.join(str(error).split())}", err=True)
+    if message:
+        typer.echo(f"error: {' '.join(message.split())}", err=True)
     sys.exit(status)

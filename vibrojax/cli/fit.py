@@ -11,6 +11,7 @@ from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe
 from vibrojax.cli.output import output_folder
+from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
 
@@ -42,6 +43,8 @@ def fit(
     Exit status: 0 fitted, 2 bad input, 3 no convergence.
     """
     check_source(experiment, recipe, data)
+    if reference is not None:
+        check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
     with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source, stages(quiet=quiet) as say:
         say("loading JAX")

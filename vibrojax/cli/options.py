@@ -7,7 +7,9 @@ import typer
 
 Experiment = Annotated[
     Path | None,
-    typer.Argument(help="Folder of the experiment, or its experiment.toml. Left out: the embedded example.", show_default=False),
+    typer.Argument(
+        metavar="[EXPERIMENT]", help="Folder of the experiment, or its experiment.toml. Left out: the embedded example.", show_default=False
+    ),
 ]
 Recipe = Annotated[
     str | None,

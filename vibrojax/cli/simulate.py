@@ -7,6 +7,7 @@ import typer
 
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.output import output_folder
+from vibrojax.cli.paths import check_experiment, check_file
 
 EXAMPLE = "Example:  vibrojax simulate --model rig-B-fit/model.json --experiment rig-B/experiment.toml --out rig-B-model"
 
@@ -26,6 +27,8 @@ def simulate(
     Writes one CSV file per record with time and all channels, in SI units, on the record's own time stamps where it has them.
     Exit status: 0 done, 2 bad input, 3 the integration failed.
     """
+    check_file(model, "the model.json that a fit wrote")
+    check_experiment(experiment)
     with output_folder(out) as folder:
         prepare_jax()
         from identification.run import run_simulate

@@ -4,12 +4,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from vibrojax.cli.paths import check_experiment
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
 
 def check_source(experiment: Path | None, recipe: str | None, data: Path | None) -> None:
-    """Refuse a command line that names two experiments or half of one; quick, since nothing is imported for it.
+    """Refuse a command line that names two experiments, half of one, or one that is not there; quick, since JAX is not imported for it.
 
     Args:
         experiment: the argument.
@@ -18,6 +19,7 @@ def check_source(experiment: Path | None, recipe: str | None, data: Path | None)
 
     Raises:
         InputError: EXPERIMENT beside `--recipe`, or one of `--recipe` and `--data` without the other.
+        ExperimentError: there is no experiment at EXPERIMENT.
 
     Example:
         >>> check_source(None, "silverbox", None)
@@ -30,6 +32,8 @@ def check_source(experiment: Path | None, recipe: str | None, data: Path | None)
         raise InputError(f"--recipe {recipe} needs the folder of its recordings: add --data DIR")
     if data is not None and recipe is None:
         raise InputError(f"--data {data} is given without --recipe NAME: expected both or neither; add the recipe's name")
+    if experiment is not None:
+        check_experiment(experiment)
 
 
 @contextmanager
@@ -46,6 +50,7 @@ def experiment_source(experiment: Path | None, recipe: str | None, data: Path | 
 
     Raises:
         InputError: as for `check_source`; an unknown recipe; recordings that are missing or other than expected.
+        ExperimentError: as for `check_source`.
     """
     check_source(experiment, recipe, data)
     if recipe is None or data is None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vibrojax.cli.paths import check_file
 from vibrojax.errors import InputError
 
 _HELP = "How a long study is carried, and uncertainty"
@@ -46,7 +47,7 @@ class Shared:
         """Refuse what cannot be, before anything is imported.
 
         Raises:
-            InputError: neither or both of --model and --fit, --draws without --fit, --cluster or --tile without --store.
+            InputError: neither or both of --model and --fit, --draws without --fit, --cluster or --tile without --store; no model there.
         """
         if (self.model is None) == (self.fit is None):
             given = "neither --model nor --fit is" if self.model is None else "both --model and --fit are"
@@ -56,6 +57,11 @@ class Shared:
         for name, value in (("--cluster", self.cluster), ("--tile", self.tile)):
             if value is not None and self.store is None:
                 raise InputError(f"{name} is given without --store: expected the place where tiles are put; add --store DIR.zarr")
+        if self.model is not None:
+            check_file(self.model, "the model.json that a fit or a preset wrote")
+        if self.fit is not None:
+            for name in ("model.json", "fit.json"):
+                check_file(self.fit / name, "the folder that a fit wrote, with its model.json and fit.json")
 
 
 def with_shared(command: Callable[..., None]) -> Callable[..., None]:

@@ -39,7 +39,7 @@ class MissingStop(AbstractEffect):
 
     name: ClassVar[str] = "missing_stop"
     summary: ClassVar[str] = "impacts on a stop that the nominal model lacks"
-    equation: ClassVar[str] = "F = k_i delta^n (1 + lambda_i delta'),  delta = u - gap - offset"
+    equation: ClassVar[str] = "F = k_i delta^n (1 + lambda_i delta'),  delta = u - u_stop,  u_stop = gap + gap_0"
     source: ClassVar[str] = "Hunt and Crossley 1975"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         IMPACT_STIFFNESS,
@@ -55,6 +55,7 @@ class MissingStop(AbstractEffect):
             scale=1e-4,
             logarithmic=False,
             meaning="place of the stop beyond the gap as set",
+            from_gap="u_stop",
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()

@@ -62,7 +62,7 @@ def _effect(one: Asserted) -> dict[str, Any]:
         "source": one.effect.source,
         "where": words.where(one),
         "probability": words.probability_text(one.probability),
-        "numbers": rows.number_rows(one.parameters, one.effect.parameters),
+        "numbers": rows.number_rows(one.told, one.effect.parameters),
     }
 
 

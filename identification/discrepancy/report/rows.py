@@ -100,7 +100,7 @@ def learned_rows(diagnosis: Diagnosis) -> list[NumberRow]:
 def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
     """Every parameter of either model, before and after."""
     before = {one.name: one for one in diagnosis.nominal.parameters}
-    after = {one.name: one for one in diagnosis.augmented.parameters}
+    after = {one.name: one for one in _as_told(diagnosis)}
     if diagnosis.verdict == ADEQUATE:
         after = before
     meanings = {p.name: p.meaning for model in (diagnosis.nominal_model, diagnosis.model) for p in (MASS, *model.parameters)}
@@ -115,6 +115,16 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
         )
         for name in (before | after)
     ]
+
+
+def _as_told(diagnosis: Diagnosis) -> tuple[Number, ...]:
+    """Parameters of the augmented model, those of asserted effects as readers are told them."""
+    told = {
+        f"{one.effect.name}.{as_estimated.name}": dataclasses.replace(as_told, name=f"{one.effect.name}.{as_told.name}")
+        for one in diagnosis.effects
+        for as_estimated, as_told in zip(one.parameters, one.told, strict=True)
+    }
+    return tuple(told.get(one.name, one) for one in diagnosis.augmented.parameters)
 
 
 def steadiness_rows(diagnosis: Diagnosis) -> list[SteadinessRow]:

@@ -45,7 +45,7 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
     """A line an asserted effect, with its numbers; or the formula that was learned."""
     lines: list[RenderableType] = []
     for one in diagnosis.effects:
-        numbers = [f"{symbol_text(row.symbol)} = {with_unit(compact(row.value), row.unit)}" for row in number_rows(one.parameters)]
+        numbers = [f"{symbol_text(row.symbol)} = {with_unit(compact(row.value), row.unit)}" for row in number_rows(one.told)]
         place = f" ({where(one)})" if where(one) else ""
         lines.append(Text(f"  {one.effect.name}{place}: {probability_text(one.probability)}; {', '.join(numbers)}"))
     if diagnosis.verdict == UNLISTED and diagnosis.free_form:

@@ -9,7 +9,7 @@ from identification.discrepancy import explanation as module
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.discrepancy.explanation import explanation
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
-from tests.identification.discrepancy.test_search import fitted, round_of
+from tests.identification.discrepancy.made_search import model, round_of, stage
 from vibrojax.effects import CoulombFriction, QuadraticDrag
 
 
@@ -26,25 +26,9 @@ def found(motion, allowed) -> Search:
     return Search(
         rounds=(stage(motion, allowed, 11.0, 2.0),),
         fitted=model(motion, allowed, 2.0),
-        last=round_of(motion, allowed, 0.5 * allowed.samples.astype(float), {}).scored,
+        last=round_of(motion, 0.5 * allowed.samples.astype(float), {}).scored,
         ended=HELPLESS,
     )
-
-
-def model(motion, allowed, level: float, *effects):
-    """Fitted, with costs of so many times the noise."""
-    found = fitted(motion, level * 0.5 * allowed.samples.astype(float))
-    nominal = dataclasses.replace(motion.prepared.model, effects=effects or (CoulombFriction(friction_force=0.1),))
-    return dataclasses.replace(found, prepared=dataclasses.replace(found.prepared, model=nominal))
-
-
-def stage(motion, allowed, before: float, after: float, *effects):
-    """A round that lowers the costs from so many times the noise to so many."""
-    noise = 0.5 * allowed.samples.astype(float)
-    one = round_of(motion, allowed, noise, {"coulomb_friction": 1.0})
-    rival = dataclasses.replace(one.rivals[0], fitted=model(motion, allowed, after, *effects))
-    scored = dataclasses.replace(one.scored, fitted=fitted(motion, before * noise))
-    return dataclasses.replace(one, cost=before * noise.sum(), scored=scored, rivals=(rival,))
 
 
 @pytest.fixture

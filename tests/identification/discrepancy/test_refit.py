@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.block_arrow import Equations
-from identification.discrepancy.refit import Fitted, extended, with_model
+from identification.discrepancy.refit import extended, with_model
 from identification.discrepancy.score import Candidate
-from identification.levenberg_marquardt import Outcome
+from tests.identification.discrepancy.made_search import settled
 from vibrojax.effects import CoulombFriction, QuadraticDrag
 
 
@@ -28,18 +27,9 @@ def test_an_effect_found_earlier_keeps_its_fitted_strength_when_another_one_is_a
     shared = prepared.start.shared.copy()
     shared[index] *= 20.0
     estimate = dataclasses.replace(prepared.start, shared=shared)
-    windows, size = len(prepared.record), prepared.layout.size
-    none = Equations(
-        hessian=np.zeros((windows, size, size)),
-        gradient=np.zeros((windows, size)),
-        cost=np.zeros(windows),
-        record=prepared.record,
-        onward=estimate.states,
-        onward_jacobian=np.zeros((*estimate.states.shape, size)),
-    )
-    outcome = Outcome(estimate=estimate, equations=none, cost=0.0, converged=True, iterations=1, decrement=0.0)
+    found = settled(prepared, estimate, np.zeros(len(prepared.record)))
     drag = Candidate(members=(QuadraticDrag(drag_coefficient=1e-3),), factors=np.array([3.0]), gain=1.0, degrees=1)
-    taken = extended(Fitted(prepared=prepared, outcome=outcome), drag, motion.courses)
+    taken = extended(found, drag, motion.courses)
     start = taken.layout.physical(taken.start.shared)
     assert start["coulomb_friction.friction_force"] == pytest.approx(0.2)
     assert start["quadratic_drag.drag_coefficient"] == pytest.approx(3e-3)

@@ -8,7 +8,7 @@ from identification.discrepancy.diagnosis import MISSING, UNLISTED
 from identification.discrepancy.explanation import Explanation
 from identification.discrepancy.refutation import refutation
 from tests.identification.discrepancy.made_diagnosis import made_diagnosis
-from tests.identification.discrepancy.test_explanation import model
+from tests.identification.discrepancy.made_search import model
 from tests.identification.made_result import made_result
 from vibrojax.effects import CoulombFriction
 

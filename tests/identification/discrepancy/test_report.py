@@ -19,7 +19,7 @@ from identification.discrepancy.report.write import draw
 from identification.report.numbers import NONE
 from tests.identification.discrepancy.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result
-from tests.identification.report.test_write import read
+from tests.identification.report.page_reader import read
 from vibrojax.effects import EFFECTS, GainError, MainsHum
 
 VERDICTS = (MISSING, UNLISTED, ADEQUATE)

@@ -5,29 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.block_arrow import Equations
 from identification.discrepancy.assertion import TWIN, probability, twins
-from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Rival, Round, Scored, adequate, blank, why_ended
-from identification.levenberg_marquardt import Outcome
-from vibrojax.effects import EFFECTS
-
-
-def fitted(motion, cost: np.ndarray) -> Fitted:
-    """The example's windows with these costs."""
-    windows, size = len(motion.prepared.record), motion.prepared.layout.size
-    equations = Equations(
-        hessian=np.zeros((windows, size, size)),
-        gradient=np.zeros((windows, size)),
-        cost=cost,
-        record=motion.prepared.record,
-        onward=motion.estimate.states,
-        onward_jacobian=np.zeros((windows, 2, size)),
-    )
-    outcome = Outcome(estimate=motion.estimate, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
-    return Fitted(prepared=motion.prepared, outcome=outcome)
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, why_ended
+from tests.identification.discrepancy.made_search import fitted, round_of
 
 
 @pytest.fixture(scope="module")
@@ -63,30 +44,21 @@ def test_a_window_without_a_single_good_sample_says_nothing(motion, allowed, noi
     assert not adequate(fitted(motion, 20.0 * cost), Tolerance(samples=samples, cut=25.0))
 
 
-def round_of(motion, allowed, noise, costs: dict[str, float]) -> Round:
-    """One step of the search in which these effects were fitted, with these costs."""
-    candidates = {name: Candidate(members=(blank(EFFECTS[name]),), factors=np.ones(1), gain=100.0, degrees=1) for name in costs}
-    before = fitted(motion, noise)
-    scored = Scored(fitted=before, at=motion.at, courses=motion.courses, found=list(candidates.values()), significant=candidates)
-    rivals = tuple(Rival(candidate=candidates[name], fitted=before, cost=cost) for name, cost in costs.items())
-    return Round(scored=scored, cost=1e4, rivals=rivals)
-
-
 def test_probability_is_that_of_the_information_criterion(motion, allowed, noise):
-    one = round_of(motion, allowed, noise, {"coulomb_friction": 100.0, "hysteresis": 101.0})
+    one = round_of(motion, noise, {"coulomb_friction": 100.0, "hysteresis": 101.0})
     assert probability((one,), "coulomb_friction", allowed) == pytest.approx(1.0 / (1.0 + np.exp(-1.0)))
 
 
 def test_what_fits_about_as_well_is_a_twin(motion, allowed, noise):
     costs = {"coulomb_friction": 100.0, "hysteresis": 100.0 + 0.5 * TWIN, "quadratic_drag": 100.0 + 2.0 * TWIN}
-    one = round_of(motion, allowed, noise, costs)
+    one = round_of(motion, noise, costs)
     assert twins((one,), ("coulomb_friction",)) == ("hysteresis",)
     assert twins((dataclasses.replace(one, rivals=one.rivals[:1]),), ("coulomb_friction",)) == ()
 
 
 def test_the_search_says_why_it_ended(motion, allowed, noise):
     later, over = np.inf, -np.inf
-    weak = round_of(motion, allowed, noise, {"contact_adhesion": 0.9 * noise.sum()})
+    weak = round_of(motion, noise, {"contact_adhesion": 0.9 * noise.sum()})
     weak = dataclasses.replace(weak, cost=float(noise.sum()))  # the free initial states of windows take up more than the effect had left
     bare = dataclasses.replace(weak.scored, significant={}, found=[])
     assert why_ended(bare, allowed, [weak], later) == EXPLAINED

@@ -1,11 +1,12 @@
-"""Force against frequency, a line a gap."""
+"""Force against frequency, a line a gap, however many there are."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.drawing import new_figure
 from vibrojax.studies.figures.base import label
+from vibrojax.studies.figures.curves import gap_curves
 
 
 def draw(data: xr.Dataset) -> Figure:
@@ -15,11 +16,12 @@ def draw(data: xr.Dataset) -> Figure:
     count = panels.sizes["panel"]
     figure = new_figure(2.6 * count + 0.4, layout="constrained")
     rows = np.atleast_1d(figure.subplots(count, 1, sharex=True))
+    curves = gap_curves(data)
     for number, axes in enumerate(rows):
         part = panels.isel(panel=number)
-        for colour, gap in zip(COLOURS, data["gap"].values, strict=False):
+        for gap, colour, name in zip(data["gap"].values, curves.colours, curves.names, strict=True):
             line = part.sel(gap=gap).transpose("frequency_hz", ...)
-            axes.plot(data["frequency_hz"], line["impact_force"], color=colour, label=f"gap {1e3 * gap:g} mm")
+            axes.plot(data["frequency_hz"], line["impact_force"], color=colour, label=name)
         axes.set_ylabel("largest impact force (N)")
         force, ratio = part["impact_force"].values, part["force_over_weight"].values
         if np.any(force > 0):
@@ -28,6 +30,6 @@ def draw(data: xr.Dataset) -> Figure:
             right.set_ylabel("F / (m g)")
         if further:
             axes.set_title(", ".join(f"{dim} = {float(part[dim]):g} {data[dim].attrs['units']}" for dim in further), loc="left", fontsize=9)
-    rows[0].legend()
+    curves.explain(rows[0], list(rows))
     rows[-1].set_xlabel(label(data, "frequency_hz"))
     return figure

@@ -1,6 +1,7 @@
 """The studies over the draws of a fit: median, the middle 50 % and 95 % as bands, probabilities of kinds of motion."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 
 from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.studies.figures.base import label, setting
+from vibrojax.studies.figures.curves import frequency_curves, gap_curves
 
 _BANDS = ((0, 4, 0.18), (1, 3, 0.35))
 """Lower and upper quantile, opacity."""
@@ -19,11 +21,13 @@ def response(data: xr.Dataset) -> Figure:
     """Force against frequency, a colour a gap; below, the probability of z = 1/1."""
     figure = new_figure(5.4)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    for colour, gap in zip(COLOURS, data["gap"].values, strict=False):
+    curves = gap_curves(data)
+    for gap, colour, name in zip(data["gap"].values, curves.colours, curves.names, strict=True):
         part = data.sel(gap=gap)
-        _band(top, data["frequency_hz"], part["impact_force"], colour, f"gap {1e3 * gap:g} mm")
+        _band(top, data["frequency_hz"], part["impact_force"], colour, name)
         bottom.plot(data["frequency_hz"], part["probability_1_1"], color=colour)
     _finish(top, bottom, data, "largest impact force (N)", "probability of z = 1/1", "frequency_hz")
+    curves.explain(top, [top, bottom])
     return figure
 
 
@@ -31,11 +35,13 @@ def design(data: xr.Dataset) -> Figure:
     """Force against the hammer's mass, a colour a frequency; below, the probability of z = 1/1."""
     figure = new_figure(5.4)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    for colour, frequency in zip(COLOURS, data["frequency_hz"].values, strict=False):
+    curves = frequency_curves(data)
+    for frequency, colour, name in zip(data["frequency_hz"].values, curves.colours, curves.names, strict=True):
         part = data.sel(frequency_hz=frequency)
-        _band(top, data["mass_ratio"], part["impact_force"], colour, f"{frequency:g} Hz")
+        _band(top, data["mass_ratio"], part["impact_force"], colour, name)
         bottom.plot(data["mass_ratio"], part["probability_1_1"], color=colour)
     _finish(top, bottom, data, "largest impact force (N)", "probability of z = 1/1", "mass_ratio")
+    curves.explain(top, [top, bottom])
     return figure
 
 
@@ -48,6 +54,7 @@ def lyapunov(data: xr.Dataset) -> Figure:
     top.axhline(0.0, color="#606060", lw=0.8)
     bottom.plot(data[parameter], data["probability_chaos"], color=COLOURS[1])
     _finish(top, bottom, data, "exponent per cycle", "probability of chaos", parameter)
+    top.legend()
     return figure
 
 
@@ -64,6 +71,7 @@ def bifurcation(data: xr.Dataset) -> Figure:
         bottom.plot(data[parameter], part["probability_jump"], color=colour)
     middle.set_ylabel("largest force of a cycle (N)")
     _finish(top, bottom, data, "section points, lowest\nand highest (mm)", "probability\nof a jump", parameter)
+    top.legend()
     return figure
 
 
@@ -133,7 +141,7 @@ UNCERTAIN: dict[str, Callable[[xr.Dataset], Figure]] = {
 """By the name of the command."""
 
 
-def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: str, name: str) -> None:
+def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: Any, name: str) -> None:
     """Median and bands of one line."""
     values = part.transpose("quantile", ...).values
     for low, high, opacity in _BANDS:
@@ -144,5 +152,4 @@ def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: str, name: st
 def _finish(top: Axes, bottom: Axes, data: xr.Dataset, above: str, below: str, along: str) -> None:
     top.set_ylabel(above)
     top.set_title(f"median, middle 50 % and 95 % of {data.attrs['draws']} draws of the fit", loc="left", fontsize=9)
-    top.legend()
     bottom.set(xlabel=label(data, along), ylabel=below, ylim=(-0.03, 1.03))
