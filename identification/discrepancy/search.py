@@ -138,10 +138,19 @@ class Search:
 
 
 def search(
-    start: Fitted, allowed: Tolerance, deadline: float, progress: Progress = lambda stage: None, *, without: tuple[str, ...] = ()
+    start: Fitted,
+    allowed: Tolerance,
+    deadline: float,
+    progress: Progress = lambda stage: None,
+    *,
+    begun: tuple[Round, ...] = (),
+    without: tuple[str, ...] = (),
 ) -> Search:
-    """Add effects, but for some, to a model until nothing but noise is left, or none of them helps any more."""
-    fitted, rounds = start, []
+    """Add effects to a model until nothing but noise is left, or none of them helps any more.
+
+    Goes on from the rounds that have `begun`, and does not try the effects that it is to do `without`.
+    """
+    fitted, rounds = begun[-1].rivals[0].fitted if begun else start, list(begun)
     while True:
         progress(f"scoring all candidates beside {_words(fitted)}")
         scored = look(fitted, allowed, without=without)
@@ -157,6 +166,14 @@ def search(
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
+
+
+def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tuple[Round, ...]:
+    """The round as it ends without some effects; none where no other one helps."""
+    rivals = tuple(rival for rival in one.rivals if rival.name not in without)
+    if not rivals or not _helps(rivals[0], one.cost, one.scored, allowed):
+        return ()
+    return (dataclasses.replace(one, rivals=rivals),)
 
 
 def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:

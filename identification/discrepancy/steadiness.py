@@ -1,6 +1,5 @@
 """Effects that will not hold still from record to record are not the cause; the search then begins again without them."""
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +8,7 @@ from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, Search, search
+from identification.discrepancy.search import BUDGET, Search, reopened, search
 
 _NO_CONSTANT = 0.25
 """Scatter between records, beyond their errors and relative to the value, from which a strength is none."""
@@ -21,16 +20,17 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
     What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
     either, so that small differences, however sure, say nothing.
     """
-    without: tuple[str, ...] = ()
-    while True:
-        begin = time.monotonic()
-        found = search(start, allowed, deadline, progress, without=without)
-        once_more = 2.0 * time.monotonic() - begin
-        loose = () if found.explained or found.ended == BUDGET else unsteady(found.fitted, allowed)
-        if not loose or once_more > deadline:
-            return found
+    found, without = search(start, allowed, deadline, progress), ()
+    while not found.explained and found.ended != BUDGET and (loose := unsteady(found.fitted, allowed)):
         progress(f"{loose[0]} will not hold still from record to record; searching without it")
         without = (*without, loose[0])
+        place = found.fitted.names.index(loose[0])
+        begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
+        again = search(start, allowed, deadline, progress, begun=begun, without=without)
+        if again.ended == BUDGET:
+            break
+        found = again
+    return found
 
 
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:

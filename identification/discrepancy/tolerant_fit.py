@@ -39,7 +39,7 @@ def fit_tolerantly(
     """
     evaluate = evaluator(prepared, integrator_for(prepared))
     tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
-    start, method = prepared.start, LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)
+    start, method = _followed(prepared, evaluate, allowed), LevenbergMarquardt(tolerance=0.5, flat=1e-3, most_iterations=8)
     if newest:
         old = np.array([not p.name.startswith(f"{newest}.") for p in prepared.layout.parameters])
         others = dataclasses.replace(active, shared=active.shared & old)
@@ -55,6 +55,20 @@ def fit_tolerantly(
         if before - allowed.total(cost) < 1e-3 * before:
             break
     return Fitted(prepared=prepared, outcome=dataclasses.replace(outcome, estimate=settled, equations=evaluate(settled)))
+
+
+def _followed(prepared: Prepared, evaluate: Callable[[Estimate], Equations], allowed: Tolerance) -> Estimate:
+    """`prepared.start`, where the windows that a new effect has set astray have settled gradually; the longer they are, the more do."""
+    estimate = prepared.start
+    cost = evaluate(estimate).cost
+    resisting = _resisting(cost, allowed.samples)
+    if not len(resisting):
+        return estimate
+    gradually, found = settled_gradually(windows_of(prepared, resisting))
+    lower = found < cost[resisting]
+    states = estimate.states.copy()
+    states[resisting[lower]] = gradually.states[lower]
+    return dataclasses.replace(estimate, states=states)
 
 
 def resettled(
