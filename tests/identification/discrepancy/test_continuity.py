@@ -7,10 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from identification.block_arrow import GAP_PRIOR_STD, columns
 from identification.discrepancy.continuity import continuity_cost
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.signature import own_states
-from identification.fit import as_arrays, evaluator, integrator_for, on_device
+from identification.fit import as_arrays, evaluator, free_unknowns, integrator_for, on_device
 from identification.levenberg_marquardt import Outcome
 from identification.residual import predict
 from vibrojax.effects import AbstractEffect
@@ -66,3 +67,48 @@ def test_a_model_without_memory_costs_nothing(motion):
     equations = evaluator(motion.prepared, integrator_for(motion.prepared))(motion.estimate)
     outcome = Outcome(estimate=motion.estimate, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
     assert continuity_cost(Fitted(prepared=motion.prepared, outcome=outcome)) == 0.0
+
+
+def test_the_derivatives_of_a_windows_end_are_those_of_its_difference(remembering):
+    fitted = remembering(StopCompliance(1e6, 400.0, 5e-3))
+    start, equations = fitted.prepared.start, fitted.outcome.equations
+    evaluate, layout = evaluator(fitted.prepared, integrator_for(fitted.prepared)), fitted.prepared.layout
+    for column, step in ((1, 1e-6), (3, 1e-6)):
+        states = start.states.copy()
+        states[:, column] += step
+        moved = (evaluate(dataclasses.replace(start, states=states)).onward - equations.onward) / step
+        there = equations.onward_jacobian[:, :, layout.size - layout.states + column]
+        np.testing.assert_allclose(moved, there, rtol=0.02, atol=1e-3 * np.abs(there).max())
+
+
+def test_it_is_the_rise_of_the_cost_when_all_is_free_and_windows_join(remembering):
+    """Of the quadratic approximation with every unknown in one matrix; each jump has its pull, and parameters may follow."""
+    fitted = remembering(Hysteresis(0.01, 5e-4), 0.05 * np.random.default_rng(3).standard_normal((1, 1)))
+    prepared, estimate = fitted.prepared, fitted.outcome.estimate
+    equations = dataclasses.replace(fitted.outcome.equations, cost=np.ones(len(prepared.record)))  # none astray
+    fitted = dataclasses.replace(fitted, outcome=dataclasses.replace(fitted.outcome, equations=equations))
+    active, states = free_unknowns(prepared), prepared.layout.states
+    place = columns(estimate, equations.record)
+    unknowns = active.shared.size + active.nuisances.size
+    size = unknowns + states * len(place)
+    local = np.concatenate([place, unknowns + states * np.arange(len(place))[:, None] + np.arange(states)], axis=1)
+    hessian, free = np.zeros((size, size)), np.concatenate([active.shared, active.nuisances.ravel(), np.ones(size - unknowns, bool)])
+    np.add.at(hessian, (local[:, :, None], local[:, None, :]), equations.hessian)
+    gaps = active.shared.size + active.nuisances.shape[1] * np.arange(len(active.nuisances)) + 2
+    hessian[gaps, gaps] += GAP_PRIOR_STD**-2
+    first = np.concatenate([group.first for group in prepared.groups])
+    ends = {
+        (r, b): w
+        for w, (r, b) in enumerate(zip(prepared.record, first + np.concatenate([g.lengths for g in prepared.groups]), strict=True))
+    }
+    pairs = [(ends[key], right) for right, key in enumerate(zip(prepared.record, first, strict=True)) if key in ends]
+    slope = np.zeros((len(pairs), size))
+    for row, (left, right) in enumerate(pairs):
+        slope[row, local[right, -1]] += 1.0
+        slope[row, local[left]] -= equations.onward_jacobian[left, 2]
+    jump = np.array([estimate.states[right, 2] - equations.onward[left, 2] for left, right in pairs])
+    scale = 1.0 / np.sqrt(np.diag(hessian)[free])
+    inverse = np.linalg.pinv(hessian[np.ix_(free, free)] * np.outer(scale, scale), rcond=1e-12, hermitian=True) * np.outer(scale, scale)
+    rise = 0.5 * jump @ np.linalg.pinv(slope[:, free] @ inverse @ slope[:, free].T, rcond=1e-12, hermitian=True) @ jump
+    assert continuity_cost(fitted) == pytest.approx(rise * len(place) / len(pairs), rel=1e-3)
+    assert rise > 1.0

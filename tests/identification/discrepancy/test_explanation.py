@@ -44,6 +44,12 @@ def told(monkeypatch, found, allowed):
     return of
 
 
+def test_effects_that_will_not_hold_still_are_not_asserted_where_more_than_noise_is_left(told, found, monkeypatch):
+    monkeypatch.setattr(module, "unsteady", lambda fitted, allowed: fitted.names)
+    assert told(found, None).verdict == UNLISTED
+    assert told(dataclasses.replace(found, ended=EXPLAINED), None).verdict == MISSING
+
+
 def test_the_share_is_that_of_the_misfit_beyond_noise(found, allowed):
     assert found.share(found.fitted, allowed) == pytest.approx(0.9)
     assert found.dispersion(allowed) == pytest.approx(2.0)

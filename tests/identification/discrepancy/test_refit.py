@@ -8,7 +8,7 @@ import pytest
 from identification.discrepancy.refit import extended, with_model
 from identification.discrepancy.score import Candidate
 from tests.identification.discrepancy.made_search import settled
-from vibrojax.effects import CoulombFriction, QuadraticDrag
+from vibrojax.effects import CoulombFriction, QuadraticDrag, SecondMode
 
 
 @pytest.mark.parametrize("force", [0.03, 9.4e3])
@@ -18,6 +18,16 @@ def test_a_parameter_is_in_proportion_whatever_the_size_of_the_rig(motion, force
     index = taken.layout.index("coulomb_friction.friction_force")
     assert abs(taken.start.shared[index]) <= 1.0
     assert taken.layout.physical(taken.start.shared)["coulomb_friction.friction_force"] == pytest.approx(force)
+
+
+@pytest.mark.parametrize(("velocity", "scale"), [(0.001, 0.05), (0.9, 10.0)])
+def test_an_own_state_has_room_for_its_motion_whatever_the_size_of_the_rig(motion, velocity, scale):
+    mode = SecondMode(mode_mass=0.02, mode_frequency_hz=21.0, mode_damping_ratio=0.03)
+    model = dataclasses.replace(motion.prepared.model, effects=(mode,))
+    signs = np.where(np.arange(len(motion.estimate.states)) % 2, 1.0, -1.0)[:, None]
+    states = np.concatenate([motion.estimate.states, 1e-5 * signs, velocity * signs], axis=1)
+    taken = with_model(motion.prepared, model, motion.estimate.nuisances, states)
+    assert [state.scale for state in taken.layout.own_states] == pytest.approx([1e-3, scale])
 
 
 def test_an_effect_found_earlier_keeps_its_fitted_strength_when_another_one_is_added(motion):

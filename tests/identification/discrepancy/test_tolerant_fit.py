@@ -61,6 +61,21 @@ def test_a_window_astray_finds_back_from_where_a_fuller_model_has_it(settled):
     np.testing.assert_array_equal(back.outcome.estimate.shared, astray.outcome.estimate.shared)
 
 
+def test_windows_that_a_new_effect_sets_astray_settle_before_anything_else_moves(settled, allowed, monkeypatch):
+    astray, first = moved(settled, np.arange(0, len(settled.prepared.record), 3)), []
+    minimise = LevenbergMarquardt.__call__
+
+    def watched(self, evaluate, start, active, limits):
+        first.append(start)
+        return minimise(self, evaluate, start, active, limits)
+
+    monkeypatch.setattr(LevenbergMarquardt, "__call__", watched)
+    fit_tolerantly(dataclasses.replace(astray.prepared, start=astray.outcome.estimate), allowed, rounds=1)
+    begun = evaluated(settled.prepared, first[0]).outcome.equations.cost
+    assert astray.outcome.equations.cost.sum() > 10.0 * settled.outcome.equations.cost.sum()
+    assert begun.sum() < 1.1 * settled.outcome.equations.cost.sum()
+
+
 def test_windows_are_left_alone_where_nothing_or_nearly_everything_improves(settled):
     assert settled_like(settled, settled) is settled
     whole = moved(settled, np.arange(len(settled.prepared.record)))

@@ -1,0 +1,82 @@
+"""An effect whose strength is another one in every record stands in for something else."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.discrepancy import steadiness
+from identification.discrepancy.diagnosis import Disagreement
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
+from identification.discrepancy.steadiness import steady_search, unsteady
+from tests.identification.discrepancy.made_search import model, round_of, stage
+from vibrojax.effects import CoulombFriction, QuadraticDrag
+
+FRICTION, DRAG = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
+
+
+def differing(name: str, values: list[float], stderr: float) -> Disagreement:
+    """A parameter as each record would have it, all with the same error."""
+    chi2 = float(np.sum((np.array(values) - np.mean(values)) ** 2)) / stderr**2
+    records = {f"cart{index}.csv": (value, stderr) for index, value in enumerate(values)}
+    return Disagreement(name=name, chi2=chi2, degrees=len(values) - 1, chance=float(np.exp(-0.5 * chi2)), records=records)
+
+
+@pytest.mark.parametrize(
+    ("values", "stderr", "loose"),
+    [
+        ([0.05, 0.1, 0.15], 0.002, True),  # half of the value, and sure
+        ([0.095, 0.1, 0.105], 0.0005, False),  # as sure, but a twentieth
+        ([0.05, 0.1, 0.15], 0.05, False),  # half, but not sure
+    ],
+)
+def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, monkeypatch, values, stderr, loose):
+    found = [differing("f_n", [1.0, 9.0], 0.01), differing("coulomb_friction.friction_force", values, stderr)]
+    monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: tuple(found))
+    fitted = model(motion, allowed, 2.0, DRAG, FRICTION)
+    assert unsteady(fitted, allowed) == (("coulomb_friction",) if loose else ())
+
+
+@pytest.fixture
+def searches(motion, allowed, monkeypatch):
+    """What every further search ends with, in turn; and the calls. Friction never holds still."""
+    last = round_of(motion, 0.5 * allowed.samples.astype(float), {}).scored
+
+    def ended(how: str, *effects) -> Search:
+        rounds = tuple(stage(motion, allowed, 11.0, 2.0, *effects[: count + 1]) for count in range(len(effects)))
+        return Search(rounds=rounds, fitted=model(motion, allowed, 2.0, *effects), last=last, ended=how)
+
+    def given(*results: tuple) -> tuple[list[Search], list[dict]]:
+        found, calls = [ended(*result) for result in results], []
+
+        def search(start, allowed, deadline, progress, **options):
+            calls.append(options)
+            return dataclasses.replace(found[len(calls) - 1], without=options.get("without", ()))
+
+        monkeypatch.setattr(steadiness, "search", search)
+        monkeypatch.setattr(steadiness, "reopened", lambda one, allowed, *, without: ())
+        monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: tuple(n for n in fitted.names if n == "coulomb_friction"))
+        return found, calls
+
+    return given
+
+
+def test_the_search_goes_back_to_where_the_unsteady_effect_came_in(motion, allowed, searches):
+    found, calls = searches((HELPLESS, DRAG, FRICTION), (HELPLESS, DRAG))
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    assert result.fitted.names == ("quadratic_drag",)
+    assert result.without == ("coulomb_friction",)
+    assert [call.get("begun") for call in calls] == [None, found[0].rounds[:1]]
+
+
+@pytest.mark.parametrize("ended", [EXPLAINED, BUDGET])
+def test_what_explains_all_stands_and_no_second_search_is_begun_without_time(motion, allowed, searches, ended):
+    found, calls = searches((ended, FRICTION))
+    assert steady_search(found[0].fitted, allowed, np.inf).fitted.names == ("coulomb_friction",)
+    assert len(calls) == 1
+
+
+def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, searches):
+    found, _ = searches((HELPLESS, DRAG, FRICTION), (BUDGET, DRAG))
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    assert (result.ended, result.fitted.names) == (HELPLESS, ("quadratic_drag", "coulomb_friction"))
