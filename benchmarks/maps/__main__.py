@@ -19,12 +19,12 @@ from benchmarks.machine import machine
 from vibrojax.cli.environment import prepare_jax
 
 _MEMORY = """
-import resource
 from vibrojax.cli.environment import prepare_jax
 prepare_jax()
+from benchmarks.machine import peak_mb
 from benchmarks.maps.cases import whole_map
 whole_map(60, transient={cycles}, closed=None)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(peak_mb())
 """
 
 
@@ -69,7 +69,7 @@ def memory(console: Console) -> dict[str, float]:
     found = {}
     for cycles in (100, 1000):
         done = subprocess.run([sys.executable, "-c", _MEMORY.format(cycles=cycles)], capture_output=True, text=True, check=True)
-        found[str(cycles)] = int(done.stdout.split()[-1]) * (1.0 if sys.platform == "darwin" else 1024.0) / 1e6
+        found[str(cycles)] = float(done.stdout.split()[-1])
     console.print(f"peak memory, MB, by cycles: {found}")
     return found
 

@@ -29,7 +29,7 @@ def work_precision(problems: dict[str, dict], stated: float, path: Path) -> None
             axes.axvline(stated, color="#b0b0b0", lw=1, zorder=0)
             problem = found["problem"]
             axes.set(xlabel="error of section points / A0, median of periodic lanes")
-            axes.set_title(f"{name}: k_i = {problem['k_i']:g}, n = {problem['n']}, {problem['lanes']} × {problem['cycles']} cycles")
+            axes.set_title(f"{name}: $k_i$ = {problem['k_i']:g}, n = {problem['n']}, {problem['lanes']} × {problem['cycles']} cycles")
         panels[0].set_ylabel("seconds")
-        panels[0].legend()
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(_LOOK))
         save(figure, path)
