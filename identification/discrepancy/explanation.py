@@ -39,10 +39,11 @@ class Explanation:
 def explanation(
     start: Fitted, found: Search, allowed: Tolerance, *, deadline: float, progress: Callable[[str], None] = lambda stage: None
 ) -> Explanation:
-    """Listed effects that leave nothing but noise; else those that leave little, if no learned term leaves less; else a learned term.
+    """Listed effects that leave nothing but noise; else those that leave little, if no learned term leaves much less; else a learned term.
 
     A real rig never repeats itself exactly, and no effect is modelled to the last digit: what is left is then more than the sensors'
-    noise although the cause has been found. A cause that is not listed shows in that a term free in its form explains more.
+    noise although the cause has been found. A cause that is not listed shows in that a term free in its form explains more, by a share that
+    would be asserted of a further effect.
 
     Args:
         start: the nominal model, where the search began.
@@ -60,7 +61,7 @@ def explanation(
     learned = learn(found.first, allowed, deadline=deadline, progress=progress)
     most, share = _mostly(found, allowed)
     by_term = 0.0 if learned is None else learned.explained
-    if most is not None and share >= max(_MOSTLY, by_term) and found.ended != BUDGET:
+    if most is not None and share >= max(_MOSTLY, by_term - _ADDS) and found.ended != BUDGET:
         return Explanation(verdict=MISSING, fitted=pruned(most, allowed), share=share)
     if learned is None or by_term < _FINDING:
         return Explanation(verdict=UNLISTED, fitted=start)

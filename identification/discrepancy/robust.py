@@ -93,10 +93,10 @@ class Tolerance:
 
 def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
     """From the costs of the windows: the orderly share of them sets what is usual. A free decay has no impact to miss: all are orderly."""
-    decays = all(record.kind == "free-decay" for record in prepared.experiment.records)
     samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
-    usual = float(np.quantile(np.where(np.isfinite(cost), 2.0 * cost / np.maximum(samples, 1), 1e12), 1.0 if decays else _ORDERLY))
-    return Tolerance(samples=samples, cut=max(_LEAST_CUT, 2.0 * usual))
+    x = np.where(np.isfinite(cost), 2.0 * cost / np.maximum(samples, 1), 1e12)
+    orderly = 1.0 if prepared.experiment.only_decays else _ORDERLY
+    return Tolerance(samples=samples, cut=max(_LEAST_CUT, 2.0 * float(np.quantile(x, orderly))))
 
 
 def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:

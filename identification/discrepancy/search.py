@@ -338,7 +338,7 @@ def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
 def _beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
     """Stops that the nominal motion passes through: no derivative tells what they would do, so they are tried where windows resist."""
     resisting = float(np.mean(scored.fitted.outcome.equations.cost > 2.0 * np.median(scored.fitted.outcome.equations.cost) + 100.0))
-    if resisting < 0.02:
+    if resisting < 0.02 or scored.fitted.prepared.experiment.only_decays:
         return []
     listed = {candidate.name for candidate in short}
     stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed]

@@ -1,7 +1,9 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
-from identification.discrepancy.robust import Tolerance
+from identification.discrepancy.robust import Tolerance, tolerance
 
 SAMPLES = np.full(4, 100)
 NOISE = 50.0
@@ -33,3 +35,13 @@ def test_one_lost_window_neither_makes_nor_spoils_an_explanation():
 def test_a_worse_model_explains_nothing():
     assert ALLOWED.explained(np.full(4, 500.0), np.full(4, 5000.0)) == 0.0
     assert ALLOWED.explained(np.full(4, NOISE), np.full(4, NOISE)) == 0.0
+
+
+def test_windows_of_free_decays_are_all_orderly(motion):
+    """Elsewhere a good part of the windows may have missed an impact, and the others say what is usual."""
+    experiment = motion.prepared.experiment
+    decays = dataclasses.replace(experiment, records=tuple(dataclasses.replace(one, kind="free-decay") for one in experiment.records))
+    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in motion.prepared.groups])
+    cost = 0.5 * samples * np.linspace(1.0, 1000.0, len(samples))
+    assert tolerance(motion.prepared, cost).cut == pytest.approx(2.0 * 300.7, rel=0.02)
+    assert tolerance(dataclasses.replace(motion.prepared, experiment=decays), cost).cut == pytest.approx(2000.0)
