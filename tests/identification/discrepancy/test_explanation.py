@@ -50,6 +50,15 @@ def test_effects_that_will_not_hold_still_are_not_asserted_where_more_than_noise
     assert told(dataclasses.replace(found, ended=EXPLAINED), None).verdict == MISSING
 
 
+def test_a_part_of_the_cause_that_holds_still_only_beside_the_other_part_is_asserted_with_it(told, found, motion, allowed, monkeypatch):
+    both = (CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=1e-3))
+    more = dataclasses.replace(
+        found, rounds=(*found.rounds, stage(motion, allowed, 2.0, 1.9, *both)), fitted=model(motion, allowed, 1.9, *both)
+    )
+    monkeypatch.setattr(module, "unsteady", lambda fitted, allowed: fitted.names if len(fitted.names) == 1 else ())
+    assert told(more, None).fitted.names == ("coulomb_friction", "quadratic_drag")
+
+
 def test_the_share_is_that_of_the_misfit_beyond_noise(found, allowed):
     assert found.share(found.fitted, allowed) == pytest.approx(0.9)
     assert found.dispersion(allowed) == pytest.approx(2.0)
