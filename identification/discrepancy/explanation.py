@@ -71,8 +71,8 @@ def explanation(
 def _mostly(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
     """The last model of the search that explains a fair share more than those before it; trifles are not told from what is left.
 
-    What stands in for the cause will not hold still from record to record: a model with such an effect does not count. Nor will a part of the
-    cause, alone: the next one may.
+    What stands in for the cause will not hold still from record to record: a model with such an effect does not count. Nor will a part of
+    the cause alone; one with all of it may.
     """
     most, explained = None, 0.0
     for fitted in found.stages:
