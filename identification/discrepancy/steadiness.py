@@ -35,14 +35,12 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
 
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     """Names of the model's effects with a parameter that is another one from record to record, in the order in which they were found."""
-    differ = {one.name.partition(".")[0] for one in disagreements(fitted, allowed) if _is_no_constant(one, fitted)}
-    return tuple(name for name in fitted.names if name in differ)
+    differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
+    return tuple(name for name in fitted.names if any(_is_no_constant(one, fitted) for one in differ if one.name.startswith(f"{name}.")))
 
 
 def _is_no_constant(one: Disagreement, fitted: Fitted) -> bool:
-    """Whether a parameter's scatter, by the method of moments (DerSimonian and Laird 1986), is sure and large beside its value."""
-    if one.chance >= BY_CHANCE:
-        return False
+    """Whether a parameter's scatter, by the method of moments (DerSimonian and Laird 1986), is large beside its value."""
     weight = np.array([stderr**-2.0 for _, stderr in one.records.values()])
     scatter = np.sqrt((one.chi2 - one.degrees) / (weight.sum() - (weight**2).sum() / weight.sum()))
     return bool(scatter > _NO_CONSTANT * abs(float(fitted.model.values()[one.name])))

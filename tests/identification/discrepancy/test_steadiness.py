@@ -31,7 +31,7 @@ def differing(name: str, values: list[float], stderr: float) -> Disagreement:
     ],
 )
 def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, monkeypatch, values, stderr, loose):
-    found = [differing("f_n", [1.0, 9.0], 0.01), differing("coulomb_friction.friction_force", values, stderr)]
+    found = [differing("m", [1.0, 9.0], 0.01), differing("coulomb_friction.friction_force", values, stderr)]
     monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: tuple(found))
     fitted = model(motion, allowed, 2.0, DRAG, FRICTION)
     assert unsteady(fitted, allowed) == (("coulomb_friction",) if loose else ())
