@@ -34,3 +34,11 @@ def test_members_of_its_candidate_are_sine_and_cosine():
 def test_multiples_of_the_drive_are_no_hum_unless_they_are_the_mains(line, heard):
     facts = dataclasses.replace(FACTS, drives=(2 * np.pi * 7.3, 2 * np.pi * 12.5), lines={"hammer_displacement": (line,)})
     assert bool(HUM.probes(facts)) == heard
+
+
+@pytest.mark.parametrize(("seconds", "heard"), [(0.19, False), (0.6, True)])
+def test_a_line_of_a_few_cycles_is_none(seconds, heard):
+    """An impact on an air track takes a fifth of a second."""
+    clock = {"a.csv": (0.0, seconds), "b.csv": (1.0, 1.0 + seconds), "c.csv": (0.0, 100.0)}
+    facts = dataclasses.replace(FACTS, drives=(), clock=clock, lines={"hammer_displacement": (30.0,)})
+    assert bool(HUM.probes(facts)) == heard

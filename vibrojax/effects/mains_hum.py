@@ -14,6 +14,8 @@ from vibrojax.shapes import Value
 
 _LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
 _MAINS_HZ = (50.0, 60.0, 100.0, 120.0)
+_FEWEST_CYCLES = 10.0
+"""In a record of middling length: three cycles with phases of their own fit any oscillation."""
 _LINES_IN_A_SPECTRUM = 5000
 _NEAR = 0.02
 """Distance of a line from a multiple of the excitation, relative to the excitation, within which it is taken for that."""
@@ -75,7 +77,9 @@ class MainsHum(AbstractChannelFault):
 
     def probes(self, facts: Facts) -> tuple[tuple["MainsHum", ...], ...]:
         """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
-        lines = [(channel, line) for channel in facts.channels for line in facts.lines.get(channel, ()) if _foreign(line, facts.drives)]
+        lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in facts.clock.values()]))
+        strong = [(channel, line) for channel in facts.channels for line in facts.lines.get(channel, ()) if line >= lowest]
+        lines = [(channel, line) for channel, line in strong if _foreign(line, facts.drives)]
         found = []
         for channel, line in lines:
             size = facts.noise[channel]
