@@ -21,6 +21,7 @@ from identification.discrepancy.refutation import refutation
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
 from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search
 from identification.discrepancy.steadiness import steady_search
+from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.discrepancy.verdict import sentences
 from identification.experiment import Experiment
 from identification.fit import bounds, fit, integrator_for
@@ -29,6 +30,7 @@ from identification.levenberg_marquardt import LevenbergMarquardt
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
 from identification.result import RecordFit
+from identification.settling import settled_gradually
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
@@ -99,6 +101,11 @@ def diagnose_experiment(
         ground = _ground(experiment, law, progress)
     with course.stage("search"):
         found = steady_search(ground.fitted, ground.allowed, course.deadline, progress)
+    if not ground.sound and found.explained and not found.fitted.names:
+        with course.stage("nominal, longer windows"):
+            ground = _longer(experiment, law, ground, progress)
+        with course.stage("search, longer windows"):
+            found = steady_search(ground.fitted, ground.allowed, course.deadline, progress)
     return _concluded(experiment, ground, found, course)
 
 
@@ -114,6 +121,17 @@ def _ground(experiment: Experiment, law: str | None, progress: Progress) -> _Gro
     progress("fitting the nominal model to short windows")
     fitted, allowed = robust_fit(prepared)
     return _Ground(fitted=fitted, allowed=allowed, sound=False)
+
+
+def _longer(experiment: Experiment, law: str | None, short: _Ground, progress: Progress) -> _Ground:
+    """The ordinary windows, fitted from where the short ones ended: what these forgive, a slow force say, longer ones may not."""
+    progress("fitting the nominal model to longer windows")
+    prepared, found = prepare(experiment, law=law), short.fitted.outcome.estimate
+    start = dataclasses.replace(prepared.start, shared=found.shared, nuisances=found.nuisances)
+    estimate, cost = settled_gradually(dataclasses.replace(prepared, start=start))
+    allowed = dataclasses.replace(tolerance(prepared, cost), cut=_CUT)
+    fitted = fit_tolerantly(dataclasses.replace(prepared, start=estimate), allowed)
+    return short if fitted is None else _Ground(fitted=fitted, allowed=allowed, sound=True)
 
 
 def ordinary(prepared: Prepared) -> Fitted | None:

@@ -39,5 +39,5 @@ NOTHING = dataclasses.replace(
     force=0.0,
     deepest=0.0,
     lines={},
-    clock={},
+    clock={"drop.csv": (0.0, 1.0)},
 )
