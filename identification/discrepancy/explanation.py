@@ -9,14 +9,10 @@ from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search
-from identification.discrepancy.steadiness import unsteady
+from identification.discrepancy.steadiness import ADDS, MOSTLY, steadily
 
-_ADDS = 0.05
-"""Share of the first misfit that an effect must add to be asserted although more than noise is left."""
 _FINDING = 0.5
 """Share of the misfit that a learned term must explain to be shown."""
-_MOSTLY = 0.75
-"""Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -59,26 +55,10 @@ def explanation(
         return Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed))
     progress("learning a free-form term")
     learned = learn(found.first, allowed, deadline=deadline, progress=progress)
-    most, share = _mostly(found, allowed)
+    most, share = steadily(found, allowed)
     by_term = 0.0 if learned is None else learned.explained
-    if most is not None and share >= max(_MOSTLY, by_term - _ADDS) and found.ended != BUDGET:
+    if most is not None and share >= max(MOSTLY, by_term - ADDS) and found.ended != BUDGET:
         return Explanation(verdict=MISSING, fitted=pruned(most, allowed), share=share)
     if learned is None or by_term < _FINDING:
         return Explanation(verdict=UNLISTED, fitted=start)
     return Explanation(verdict=UNLISTED, fitted=learned.fitted, formula=learned.formula)
-
-
-def _mostly(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
-    """The last model of the search that explains a fair share more than those before it; trifles are not told from what is left.
-
-    What stands in for the cause will not hold still from record to record: a model with such an effect does not count. Nor will a part of
-    the cause alone; one with all of it may.
-    """
-    most, explained = None, 0.0
-    for fitted in found.stages:
-        if unsteady(fitted, allowed):
-            continue
-        share = found.share(fitted, allowed)
-        if share - explained >= _ADDS:
-            most, explained = fitted, share
-    return most, explained

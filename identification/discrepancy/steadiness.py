@@ -10,18 +10,22 @@ from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search, reopened, search
 
+ADDS = 0.05
+"""Share of the first misfit that an effect must add to be asserted although more than noise is left."""
+MOSTLY = 0.75
+"""Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 _NO_CONSTANT = 0.25
 """Scatter between records, beyond their errors and relative to the value, from which a strength is none."""
 
 
 def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
-    """The search; where it ends with more than noise left and an effect that will not hold still, once more without that effect.
+    """The search; where effects that hold still do not explain most of the misfit in the end, once more without one that does not.
 
     What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
     either, so that small differences, however sure, say nothing.
     """
     found, without = search(start, allowed, deadline, progress), ()
-    while not found.explained and found.ended != BUDGET and (loose := unsteady(found.fitted, allowed)):
+    while _doubtful(found, allowed) and (loose := unsteady(found.fitted, allowed)):
         progress(f"{loose[0]} will not hold still from record to record; searching without it")
         without = (*without, loose[0])
         place = found.fitted.names.index(loose[0])
@@ -31,6 +35,24 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
             break
         found = again
     return found
+
+
+def _doubtful(found: Search, allowed: Tolerance) -> bool:
+    """Whether another search may find what this one, which had its time, has not."""
+    return not found.explained and found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
+
+
+def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
+    """The last model of the search that explains a fair share more than those before it, and the share; its effects hold still.
+
+    Trifles are not told from what is left. A part of the cause alone may not hold still; it counts once the model has all of it.
+    """
+    most, explained = None, 0.0
+    for fitted in found.stages:
+        share = found.share(fitted, allowed)
+        if share - explained >= ADDS and not unsteady(fitted, allowed):
+            most, explained = fitted, share
+    return most, explained
 
 
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import explanation as module
+from identification.discrepancy import steadiness
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.discrepancy.explanation import explanation
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
@@ -45,7 +46,7 @@ def told(monkeypatch, found, allowed):
 
 
 def test_effects_that_will_not_hold_still_are_not_asserted_where_more_than_noise_is_left(told, found, monkeypatch):
-    monkeypatch.setattr(module, "unsteady", lambda fitted, allowed: fitted.names)
+    monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: fitted.names)
     assert told(found, None).verdict == UNLISTED
     assert told(dataclasses.replace(found, ended=EXPLAINED), None).verdict == MISSING
 
@@ -55,7 +56,7 @@ def test_a_part_of_the_cause_that_holds_still_only_beside_the_other_part_is_asse
     more = dataclasses.replace(
         found, rounds=(*found.rounds, stage(motion, allowed, 2.0, 1.9, *both)), fitted=model(motion, allowed, 1.9, *both)
     )
-    monkeypatch.setattr(module, "unsteady", lambda fitted, allowed: fitted.names if len(fitted.names) == 1 else ())
+    monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: fitted.names if len(fitted.names) == 1 else ())
     assert told(more, None).fitted.names == ("coulomb_friction", "quadratic_drag")
 
 

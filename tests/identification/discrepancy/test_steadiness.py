@@ -8,7 +8,7 @@ import pytest
 from identification.discrepancy import steadiness
 from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
-from identification.discrepancy.steadiness import steady_search, unsteady
+from identification.discrepancy.steadiness import steadily, steady_search, unsteady
 from tests.identification.discrepancy.made_search import model, round_of, stage
 from vibrojax.effects import CoulombFriction, QuadraticDrag
 
@@ -42,12 +42,13 @@ def searches(motion, allowed, monkeypatch):
     """What every further search ends with, in turn; and the calls. Friction never holds still."""
     last = round_of(motion, 0.5 * allowed.samples.astype(float), {}).scored
 
-    def ended(how: str, *effects) -> Search:
-        rounds = tuple(stage(motion, allowed, 11.0, 2.0, *effects[: count + 1]) for count in range(len(effects)))
+    def ended(how: str, *effects, left: float = 8.0) -> Search:
+        levels = (11.0, *[left] * (len(effects) - 1), 2.0)
+        rounds = tuple(stage(motion, allowed, *levels[count : count + 2], *effects[: count + 1]) for count in range(len(effects)))
         return Search(rounds=rounds, fitted=model(motion, allowed, 2.0, *effects), last=last, ended=how)
 
-    def given(*results: tuple) -> tuple[list[Search], list[dict]]:
-        found, calls = [ended(*result) for result in results], []
+    def given(*results: tuple, left: float = 8.0) -> tuple[list[Search], list[dict]]:
+        found, calls = [ended(*result, left=left) for result in results], []
 
         def search(start, allowed, deadline, progress, **options):
             calls.append(options)
@@ -80,3 +81,14 @@ def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, sear
     found, _ = searches((HELPLESS, DRAG, FRICTION), (BUDGET, DRAG))
     result = steady_search(found[0].fitted, allowed, np.inf)
     assert (result.ended, result.fitted.names) == (HELPLESS, ("quadratic_drag", "coulomb_friction"))
+
+
+def test_what_held_still_before_trifles_were_added_to_it_is_enough(motion, allowed, searches, monkeypatch):
+    """Friction does not hold still beside drag, but alone it does, and explains nine tenths."""
+    found, calls = searches((HELPLESS, FRICTION, DRAG), left=2.0)
+    monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: fitted.names if len(fitted.names) == 2 else ())
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    assert len(calls) == 1
+    most, share = steadily(result, allowed)
+    assert most is not None
+    assert (most.names, share) == (("coulomb_friction",), pytest.approx(0.9))
