@@ -44,7 +44,10 @@ def run_fit(
         check_reference(table, {p.name: p.unit for p in (*nominal_model(loaded, law).parameters, MASS)})
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
     if not result.converged:
-        raise NoConvergenceError(f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}")
+        raise NoConvergenceError(
+            f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs and gaps, "
+            "or ask `vibrojax diagnose` where model and records differ"
+        )
     progress("drawing the report")
     origin = provenance(result)
     write_fit_json(result, folder / "fit.json", origin)

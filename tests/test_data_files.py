@@ -3,6 +3,8 @@
 import shutil
 import subprocess
 import sys
+import tarfile
+import tomllib
 
 import pytest
 
@@ -37,3 +39,19 @@ def test_a_wheel_carries_the_data(root, tmp_path):
     assert {path.relative_to(carried) for path in carried.rglob("*")} == {
         path.relative_to(source / "data") for path in (source / "data").rglob("*")
     }
+
+
+def test_a_source_distribution_carries_what_its_tests_need(root, tmp_path):
+    build = [sys.executable, "-m", "hatchling", "build", "--target", "sdist", "--directory", str(tmp_path)]
+    subprocess.run(build, cwd=root, check=True, capture_output=True, timeout=120)
+    (source,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(source) as archive:
+        carried = {name.partition("/")[2] for name in archive.getnames()}
+    for folder in ("vibrojax", "identification", "data", "tests", "benchmarks", "docs", "notebooks"):
+        files = [path for path in (root / folder).rglob("*") if path.suffix in (".py", ".ipynb", ".toml", ".html", ".md")]
+        assert files and {path.relative_to(root).as_posix() for path in files} <= carried
+
+
+def test_the_extra_for_tests_brings_what_builds_the_project(root):
+    project = tomllib.loads((root / "pyproject.toml").read_text())
+    assert set(project["build-system"]["requires"]) <= set(project["project"]["optional-dependencies"]["test"])

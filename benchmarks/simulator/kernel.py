@@ -10,7 +10,11 @@ All of it is one file because numba's cache on disk notices changes in the file 
 import math
 
 import numpy as np
-from numba import njit
+
+try:
+    from numba import njit
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError("the simulator needs numba, which vibrojax itself does not: pip install numba") from error
 
 NOMINAL = ("m", "c", "k", "k_i", "n", "lambda_i", "gap", "base_amplitude", "omega_exc", "base_phase")
 """What the nominal model knows; SI. Base motion y = A0 sin(omega_exc t + base_phase)."""

@@ -35,7 +35,7 @@ def _section(name: str, command: TyperCommand | TyperGroup) -> str:
         "|---|---|---|",
         *(_row(f"`{_argument(a)}`", "", getattr(a, "help", "")) for a in arguments),
     ]
-    lines += [_row(f"`{option.opts[0]}`", _value(option), option.help) for option in options]
+    lines += [_row(", ".join(f"`{spelled}`" for spelled in option.opts), _value(option), option.help) for option in options]
     return "\n".join([*lines, "", *_example(command.epilog), ""])
 
 

@@ -269,6 +269,8 @@ def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.n
             order = frequencies / record.excitation_frequency
             own = np.where(np.abs(order - np.round(order)) * record.excitation_frequency < 1.0 / span, 0.0, own)
         power += own
+    if not frequencies.size:  # sampled so slowly that no line can be told from the drive
+        return 0.0, 0.0
     cadence = 1.0 / float(np.median(np.take_along_axis(at.ts, at.lengths[:, None] - 1, axis=1)[:, 0] - at.ts[:, 0]))
     power = np.where(np.abs(frequencies / cadence - np.maximum(np.round(frequencies / cadence), 1.0)) < _OF_WINDOWS, 0.0, power)
     best = int(np.argmax(power))

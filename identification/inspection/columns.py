@@ -10,11 +10,13 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.readers import read_columns
-from identification.experiment.units import FACTORS, same_unit
+from identification.experiment.units import FACTORS, factor_to_si, same_unit
 
 UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 TIME_NAME = re.compile(r"^\W*(time|t|zeit|timestamp|seconds)\W*(\W.*)?$", re.IGNORECASE)
 SAME_TIME = 0.01
+LONG_STEP = 0.05
+"""s: a median step above is more likely written in a smaller unit, for an impact lasts milliseconds."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,16 +43,23 @@ class FileColumns:
     Attributes:
         file: its name.
         time: the column of time stamps.
-        time_factor: s per unit of these stamps.
+        time_unit: of these stamps.
+        time_guessed: why the unit is a guess; empty where it was stated, or is s as it is without a statement.
         columns: the others on the same time axis.
         unusable: why a column cannot be used, by name.
     """
 
     file: str
     time: Column
-    time_factor: float
+    time_unit: str
+    time_guessed: str
     columns: tuple[Column, ...]
     unusable: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def time_factor(self) -> float:
+        """Seconds per unit of the time stamps."""
+        return factor_to_si(self.time_unit, TIME, self.file)
 
     @property
     def seconds(self) -> Float64[np.ndarray, " samples"]:
@@ -73,8 +82,7 @@ def read_file(path: Path) -> FileColumns:
     names = read_columns(path, frozenset(), path.name).names
     found, own_time, unusable = _read_all(path, names)
     time = _time_column(found, path.name, names)
-    unit = time.unit if any(same_unit(time.unit, known, TIME) for known in FACTORS[TIME]) else "s"
-    factor = next(factor for known, factor in FACTORS[TIME].items() if same_unit(known, unit, TIME))
+    unit, guessed = _time_unit(time)
     columns = []
     for column in found:
         stamps = own_time.get(column.name, time.values)
@@ -89,7 +97,7 @@ def read_file(path: Path) -> FileColumns:
         raise ExperimentError(
             f"{shown(path.name)} has no usable column beside the time ({reasons}): expected at least one; export it again"
         )
-    return FileColumns(file=path.name, time=time, time_factor=factor, columns=tuple(columns), unusable=unusable)
+    return FileColumns(file=path.name, time=time, time_unit=unit, time_guessed=guessed, columns=tuple(columns), unusable=unusable)
 
 
 def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str]]:
@@ -131,6 +139,18 @@ def _time_column(columns: list[Column], file: str, names: tuple[str, ...]) -> Co
             "add it to the file"
         )
     return called[0]
+
+
+def _time_unit(time: Column) -> tuple[str, str]:
+    """The unit of the time stamps, and why it is a guess where the steps would be long for seconds."""
+    stated = next((known for known in FACTORS[TIME] if time.unit and same_unit(time.unit, known, TIME)), None)
+    if stated is not None:
+        return stated, ""
+    steps = np.diff(time.values[np.isfinite(time.values)])
+    step = float(np.median(steps)) if steps.size else 0.0
+    unit = next((one for one in ("s", "ms") if step * FACTORS[TIME][one] <= LONG_STEP), "us")
+    statement = f"{time.unit!r} is no known unit of time" if time.unit else "the file states none"
+    return unit, "" if unit == "s" else f"{statement}, and steps of {step:.4g} are long for s"
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

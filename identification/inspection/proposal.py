@@ -106,7 +106,9 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
     if units:
         lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")
-    if found.time_factor != 1.0 and not found.time.in_file:
+    if found.time_guessed:
+        lines.append(f"time_unit = {_text(found.time_unit)} # guess: {found.time_guessed}")
+    elif found.time_factor != 1.0 and not found.time.in_file:
         lines.append(f"time_unit = {_text(found.time.unit)}")
     return "\n".join(lines) + "\n"
 

@@ -28,20 +28,24 @@ def summary(inspection: Inspection) -> Group:
 
 
 def _file(one: Inspected) -> list[RenderableType]:
-    """One file: its time, its columns, and what seems to have been recorded."""
+    """One file: its time, its columns, and what seems to have been recorded; narrow enough for a terminal of 80 characters."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for heading, side in {"column": "left", "unit": "left", "smallest": "right", "largest": "right", "noise": "right"}.items():
         table.add_column(heading, justify="right" if side == "right" else "left", overflow="fold")
     table.add_column("seems to be", overflow="fold")
-    table.add_column("remarks", overflow="fold")
-    channels = {each.column.name: each.channel for each in one.mapped}
-    for facts in one.columns:
+    remarks = [_remarks(facts) for facts in one.columns]
+    if any(remarks):
+        table.add_column("remarks", overflow="fold")
+    channels = {each.column.name: "as named" if each.exact else each.channel for each in one.mapped}
+    for facts, remark in zip(one.columns, remarks, strict=True):
         noise = "" if facts.noise is None else f"{facts.noise:.2g}"
         numbers = (_number(facts.low), _number(facts.high), noise)
-        cells = (facts.column, facts.unit or "not stated", *numbers, channels.get(facts.column, ""), _remarks(facts))
-        table.add_row(*(Text(cell) for cell in cells))
+        cells = (facts.column, facts.unit or "not stated", *numbers, channels.get(facts.column, ""))
+        table.add_row(*(Text(cell) for cell in cells), *([Text(remark)] if any(remarks) else []))
     head = Text(one.found.file, style="bold")
     head.append(f": {_time(one.time)}", "not bold")
+    if one.found.time_guessed:
+        head.append(f"; time taken to be in {one.found.time_unit}: {one.found.time_guessed}", "not bold")
     lines: list[RenderableType] = [head, table]
     if one.time.problem:
         lines.append(Text(f"a fit would refuse it: {one.time.problem}", style="bold"))

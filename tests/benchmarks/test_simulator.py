@@ -1,5 +1,7 @@
 import dataclasses
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -28,6 +30,13 @@ def test_restitution_of_one_impact(speed, n):
     flight = 1e-3
     states, _, _ = sampled(0.0, SAMPLING_STEP, 400, np.array([-speed * flight, speed]), p)
     assert -states[-1, 1] / speed == pytest.approx(hunt_crossley_restitution(0.6, speed), rel=1e-7)
+
+
+def test_without_numba_the_remedy_is_told():
+    code = "import sys; sys.modules['numba'] = None; import benchmarks.simulator"
+    ended = subprocess.run([sys.executable, "-c", code], cwd=FOLDER.parents[1], capture_output=True, text=True)
+    assert ended.returncode == 1
+    assert ended.stderr.splitlines()[-1].endswith("the simulator needs numba, which vibrojax itself does not: pip install numba")
 
 
 def test_flight_is_a_damped_vibration():

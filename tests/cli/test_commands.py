@@ -92,6 +92,14 @@ def test_simulate_hands_on_its_files(jobs, monkeypatch, tmp_path):
     assert Path("results").is_dir()
 
 
+@pytest.mark.parametrize(("more", "told"), [((), "1 table in results\n"), (("--quiet",), "")])
+def test_simulate_says_what_it_wrote(more, told, jobs, monkeypatch, capsys, tmp_path):
+    for name in ("model.json", "e.toml"):
+        (tmp_path / name).touch()
+    assert call(monkeypatch, main.main, "simulate", "--model", "model.json", "--experiment", "e.toml", "--out", "results", *more) == 0
+    assert capsys.readouterr() == (told, "")
+
+
 def test_quiet_says_nothing(jobs, monkeypatch, capsys):
     assert call(monkeypatch, fit.main, "rig", "--out", "results", "--quiet") == 0
     assert capsys.readouterr() == ("", "")

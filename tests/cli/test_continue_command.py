@@ -30,9 +30,10 @@ def call(monkeypatch, *arguments: str) -> int:
     return ended.value.code
 
 
-def test_a_branch_is_written(model, monkeypatch, tmp_path, capsys):
+@pytest.mark.parametrize("option", ["--amplitude", "--base-amplitude"])
+def test_a_branch_is_written(option, model, monkeypatch, tmp_path, capsys):
     out = tmp_path / "branch"
-    options = ["--gap", "3e-3", "--amplitude", "1e-3", "--from", "4.2", "--to", "4.5", "--quiet"]
+    options = ["--gap", "3e-3", option, "1e-3", "--from", "4.2", "--to", "4.5", "--quiet"]
     assert call(monkeypatch, "continue", "--model", str(model), "--out", str(out), *options) == 0
     assert sorted(path.name for path in out.iterdir()) == ["branch.csv", "branch.png", "special.json"]
     document = json.loads((out / "special.json").read_text())
@@ -64,10 +65,18 @@ def test_a_preset_says_where_its_numbers_come_from(model, monkeypatch, capsys):
     assert "stated in the thesis front matter" in printed and "assumed" in printed
 
 
+def test_names_and_values_of_a_preset_are_whole_on_80_characters(model, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert call(monkeypatch, "presets", "show", "wires") == 0
+    cells = [[cell.strip() for cell in line.split("│")] for line in capsys.readouterr().out.splitlines()]
+    rows = {cell[1]: cell[2] for cell in cells if len(cell) > 2}
+    assert rows["natural_frequency_hz"] == "1.82 Hz" and rows["damping_ratio"] == "0.01"
+
+
 def test_a_preset_becomes_a_model_file(model, monkeypatch, tmp_path, capsys):
     assert call(monkeypatch, "presets", "write", "wires", "--out", str(tmp_path / "wires.json")) == 0
     assert read_model(tmp_path / "wires.json").values() == read_preset("wires").model().values()
-    assert "--amplitude 0.000179 --gap 0 or 0.001 or 0.0024" in capsys.readouterr().out
+    assert "the rig: --base-amplitude 0.000179 --gap 0 or 0.001 or 0.0024" in capsys.readouterr().out
     assert "estimated" in (tmp_path / "wires.json").read_text()
 
 

@@ -40,6 +40,20 @@ def test_a_file_is_shown_and_an_experiment_proposed(rig, monkeypatch, capsys):
     assert sorted(path.name for path in rig.iterdir()) == ["cart1.csv.gz", "drop.csv.gz"]
 
 
+def test_the_table_fits_a_terminal_of_80_characters(rig, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert call(monkeypatch, "inspect", rig / "drop.csv.gz") == 0
+    table = capsys.readouterr().out.partition("# Proposed")[0]
+    assert sum(line.split()[:1] == ["hammer_acceleration"] for line in table.splitlines()) == 1
+    assert table.count("as named") == 4 and "remarks" not in table
+
+
+def test_a_guessed_unit_of_time_is_told(rig, monkeypatch, capsys):
+    (rig / "slow.csv").write_text("t,x\n" + "\n".join(f"{0.25 * i},{i % 7}" for i in range(400)))
+    assert call(monkeypatch, "inspect", rig / "slow.csv") == 0
+    assert "time taken to be in ms: the file states none, and steps of 0.25 are long for s" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(("out", "file"), [("rig", "cart1.csv.gz"), ("rig/e.toml", "cart1.csv.gz"), ("e.toml", "rig/cart1.csv.gz")])
 def test_the_proposal_is_written_beside_or_above_the_records(out, file, rig, monkeypatch, capsys):
     assert call(monkeypatch, "inspect", rig, "--out", out, "--quiet") == 0

@@ -1,6 +1,7 @@
 """The study commands: what they hand on, and how they refuse."""
 
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -93,6 +94,19 @@ def test_a_study_lands_in_its_store_and_another_is_refused(monkeypatch, capsys, 
     assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["response.nc", "response.png"]
     assert call(monkeypatch, "response", "--frequencies", "5:8:3", *store, *rest) == 2
     assert "begun with other settings: axes.frequency_hz is [5.0, 6.0, 7.0] in the store, [5.0, 6.5, 8.0] now" in capsys.readouterr().err
+
+
+def test_stages_are_told_with_the_seconds_since_the_command_began(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    facts = {"title": "map", "engine": "none", "lanes_that_failed": "{}"}
+    monkeypatch.setattr("vibrojax.studies.run.make", lambda job: time.sleep(0.3) or xr.Dataset(attrs=facts))
+    monkeypatch.setattr("vibrojax.studies.write.write_study", lambda name, data, folder: [])
+    write_model(model(), tmp_path / "model.json")
+    rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--out", str(tmp_path / "out"))
+    assert call(monkeypatch, "peterka", *rest) == 0
+    told = {line.split(" s  ")[1]: float(line.split(" s  ")[0]) for line in capsys.readouterr().err.splitlines()}
+    assert list(told) == ["loading JAX", "integrating", "drawing"]
+    assert told["drawing"] >= told["integrating"] + 0.2
 
 
 def test_a_scheduler_that_does_not_answer_ends_in_one_line(monkeypatch, capsys, tmp_path):

@@ -23,7 +23,9 @@ def continue_(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.", show_default=False)],
     model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json that a fit or a preset wrote.", show_default=False)],
     gap: Annotated[float | None, typer.Option(metavar="M", help="Gap, m.", show_default=False)] = None,
-    amplitude: Annotated[float | None, typer.Option(metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)] = None,
+    amplitude: Annotated[
+        float | None, typer.Option("--amplitude", "--base-amplitude", metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)
+    ] = None,
     frequency: Annotated[float | None, typer.Option(metavar="HZ", help="Frequency of the cart, Hz.", show_default=False)] = None,
     parameter: Annotated[
         str, typer.Option(metavar="NAME", help="What varies: frequency, gap, amplitude, m, or a parameter of the model.")
@@ -61,9 +63,8 @@ def continue_(
         table.add_row(place.kind.value, f"{place.parameter:.6g}", str(place.orbit.touches), number)
     console = Console(quiet=quiet, highlight=False)
     console.print(table)
-    console.print(
-        f"{len(branch.parameter)} orbits of {branch.cycles} cycles; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}"
-    )
+    cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
+    console.print(f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}")
     console.print(f"results in {out}; start with {out / 'branch.png'}", soft_wrap=True)
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.progress import stages
@@ -23,9 +23,10 @@ def show(name: Name) -> None:
     from vibrojax.presets import read_preset
 
     preset = read_preset(name)
-    table = Table("number", "value", "where it comes from", "why", title=preset.title)
+    table = Table(Column("number", no_wrap=True), Column("value", no_wrap=True), "where it comes from", "why", title=preset.title)
     for key, number in preset.numbers.items():
-        table.add_row(key, f"{number.value:g} {number.unit}", number.origin.value, number.why)
+        unit = "" if number.unit == "1" else f" {number.unit}"
+        table.add_row(key, f"{number.value:g}{unit}", number.origin.value, number.why)
     console = Console(highlight=False)
     console.print(table)
     console.print(f"gaps: {', '.join(f'{1e3 * gap:g} mm' for gap in preset.gaps)}; law {preset.law}; suspension {preset.suspension}")
@@ -46,7 +47,7 @@ def write(name: Name, out: Annotated[Path, typer.Option(metavar="FILE", help="Th
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}; name another file with --out") from error
     gaps = " or ".join(f"{gap:g}" for gap in preset.gaps)
-    typer.echo(f"{out} written; the rig: --amplitude {preset['base_amplitude']:g} --gap {gaps}")
+    typer.echo(f"{out} written; the rig: --base-amplitude {preset['base_amplitude']:g} --gap {gaps}")
 
 
 @app.command("check", epilog="Example:  vibrojax presets check wires")

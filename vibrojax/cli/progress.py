@@ -15,13 +15,13 @@ _EVERY = 10.0
 
 
 @contextmanager
-def stages(*, quiet: bool) -> Iterator[Progress]:
+def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
     """A function that is told each stage of the work.
 
     On a terminal one line with a spinner is kept up to date; elsewhere (a log file) every stage gets its own line, with the seconds
-    since the start; `quiet` says nothing.
+    since the start, or since `since` of `time.perf_counter` where the work has begun before; `quiet` says nothing.
     """
-    console, start = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter()
+    console, start = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter() if since is None else since
     if not console.is_terminal:
         yield lambda stage: console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True)
         return

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_experiment, check_file
 
@@ -21,6 +22,7 @@ def simulate(
     as_recorded: Annotated[
         bool, typer.Option("--as-recorded", help="With the faults of the recorder that the model knows (lag, clipping, hum, gain, offset).")
     ] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate every record of an experiment with a fitted model.
 
@@ -34,3 +36,6 @@ def simulate(
         from identification.run import run_simulate
 
         run_simulate(model, experiment, folder, as_recorded=as_recorded)
+        tables = len(list(folder.iterdir()))
+    if not quiet:
+        typer.echo(f"{tables} table{'s' if tables != 1 else ''} in {out}")

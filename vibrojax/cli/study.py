@@ -1,5 +1,6 @@
 """`vibrojax response`, `bifurcation`, `peterka`, `section`, `basins`, `lyapunov`, `design`: a model in; a data set and a figure out."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -145,8 +146,9 @@ COMMANDS: dict[str, tuple[Callable[..., None], str]] = {
 def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict[str, Any], span: dict[str, int] | None) -> None:
     if shared.store is not None:
         check_extra(cluster=shared.cluster is not None)
+    begin = time.perf_counter()
     with output_folder(shared.out) as folder:
-        with stages(quiet=shared.quiet) as say:
+        with stages(quiet=shared.quiet, since=begin) as say:
             say("loading JAX")
             prepare_jax()
             from vibrojax.batch import Span
@@ -156,8 +158,8 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
             more = {} if span is None else {"span": Span(**span)}
             model, draws = _rigs(shared)
             job = Job(study=name, model=model, axes=axes, settings=settings | more, draws=draws, points=shared.tile)
-        data = _made(job, shared)
-        with stages(quiet=shared.quiet) as say:
+        data = _made(job, shared, begin)
+        with stages(quiet=shared.quiet, since=begin) as say:
             say("drawing")
             files = [path.name for path in write_study(name, data, folder)]
     console = Console(quiet=shared.quiet, highlight=False)
@@ -168,12 +170,12 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
     console.print(f"{' and '.join(files)} in {shared.out}", soft_wrap=True)
 
 
-def _made(job: Any, shared: Shared) -> Any:
+def _made(job: Any, shared: Shared, begin: float) -> Any:
     """The study; one that is made at once has no points to count on the way."""
     from vibrojax.studies.run import make
 
     if shared.store is None and job.draws is None:
-        with stages(quiet=shared.quiet) as say:
+        with stages(quiet=shared.quiet, since=begin) as say:
             say("integrating")
             return make(job)
     with connected(shared.cluster) as client, points_done(job.lanes, quiet=shared.quiet) as progress:

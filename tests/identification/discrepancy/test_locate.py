@@ -118,3 +118,12 @@ def test_many_records_are_told_apart(motion, friction):
     late = dataclasses.replace(at, record=at.record + (times - 1) * len(experiment.records))
     found = locate(prepared, estimate, late)
     assert (found.phase, found.coordinate) == ("free flight", "velocity")
+
+
+def test_no_tone_is_looked_for_where_samples_are_far_apart(motion, friction):
+    slow, experiment = 1e3, motion.prepared.experiment
+    records = tuple(dataclasses.replace(record, time=slow * record.time) for record in experiment.records)
+    prepared = dataclasses.replace(motion.prepared, experiment=dataclasses.replace(experiment, records=records))
+    at = motion.shown(force=friction(0.1))
+    found = locate(prepared, motion.estimate, dataclasses.replace(at, ts=slow * at.ts))
+    assert found.phase == "free flight" and "steady tone" not in found.sentence

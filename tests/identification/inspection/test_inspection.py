@@ -19,6 +19,12 @@ TIME = np.arange(2048) / RATE
 RNG = np.random.default_rng(5)
 
 
+@pytest.fixture(autouse=True)
+def seeded():
+    """The same noise in a test whichever ran before it."""
+    RNG.bit_generator.state = np.random.default_rng(5).bit_generator.state
+
+
 def noisy(values, noise):
     return values + RNG.normal(0.0, noise, TIME.size)
 
@@ -102,6 +108,23 @@ def test_names_and_units_in_a_header_are_understood(tmp_path):
     np.testing.assert_allclose(record.time, TIME, rtol=1e-12)
     for channel, column in zip(("hammer_displacement", "cart_displacement", "impact_force"), named.values(), strict=True):
         np.testing.assert_allclose(record.channels[channel], column, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize(("unit", "per_second"), [("s", 1.0), ("ms", 1e3), ("us", 1e6)])
+def test_steps_that_are_long_for_seconds_are_taken_in_a_smaller_unit(unit, per_second, tmp_path):
+    write_csv(tmp_path / "a.csv", channels("cart-excitation"), per_second * TIME)
+    (record,) = loaded(tmp_path).records
+    np.testing.assert_allclose(record.time, TIME, rtol=1e-9)
+    assert record.excitation_frequency == 6.25
+    guess = f'time_unit = "{unit}" # guess: the file states none, and steps of '
+    assert (guess in (tmp_path / "experiment.toml").read_text()) == (unit != "s")
+
+
+def test_a_time_unit_that_is_stated_is_believed(tmp_path):
+    columns = {"time [s]": 1e3 * TIME, **channels("drop-test")}
+    np.savetxt(tmp_path / "a.csv", np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="")
+    (record,) = loaded(tmp_path).records
+    np.testing.assert_allclose(record.time, 1e3 * TIME, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("suffix", "write"), [(".tdms", write_tdms), (".unv", write_uff), (".mf4", write_mdf4)])
