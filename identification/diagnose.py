@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.discrepancy.assertion import asserted, considered, numbers, twins
+from identification.discrepancy.continuity import apart
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.errors import degrees
@@ -52,6 +53,9 @@ _TRIFLE = "beside that, too little to be told from what the named effect's own e
 _NO_EVIDENCE = "promised more than white noise would, but does not hold it once fitted, or no more than noise that remembers would"
 _STANDS_IN = "would lower the misfit, but with strengths that will not hold still from record to record, and is not considered"
 _MOST_ITERATIONS = 15
+_APART = 200.0
+"""Mean squared jump from one short window to the next, in standard errors, above which they have forgiven what the model lacks. An effect
+that is right, but not to the last digit, leaves some ten."""
 _CUT = 25.0
 """Mean squared residual, in variances of the noise, from which a long window loses weight."""
 
@@ -101,7 +105,7 @@ def diagnose_experiment(
         ground = _ground(experiment, law, progress)
     with course.stage("search"):
         found = steady_search(ground.fitted, ground.allowed, course.deadline, progress)
-    if not ground.sound and found.explained and not found.fitted.names:
+    if not ground.sound and found.explained and apart(found.fitted) > _APART:
         with course.stage("nominal, longer windows"):
             ground = _longer(experiment, law, ground, progress)
         with course.stage("search, longer windows"):

@@ -21,19 +21,26 @@ def continuity_cost(fitted: Fitted) -> float:
     their neighbour beside them, it is scaled up to all.
     """
     own = _carried(fitted)
-    before, after = _neighbours(fitted)
-    if not len(own) or not len(before):
-        return 0.0
-    estimate, equations = fitted.outcome.estimate, fitted.outcome.equations
-    jump = (estimate.states[after][:, own] - equations.onward[before][:, own]).ravel()
-    squared = float(jump @ covariance(_covariance_of_jumps(fitted, own, before, after)) @ jump)
-    return 0.5 * squared * len(equations.cost) / len(before)
+    return 0.5 * _mean_square(fitted, own) * len(own) * len(fitted.prepared.record)
 
 
 def jump_variance(fitted: Fitted) -> float:
     """Mean squared jump from window to window in its standard errors: about 1 for a real effect; 0 where nothing carries on."""
-    numbers = len(_carried(fitted)) * len(fitted.prepared.record)
-    return 2.0 * continuity_cost(fitted) / numbers if numbers else 0.0
+    return _mean_square(fitted, _carried(fitted))
+
+
+def apart(fitted: Fitted) -> float:
+    """The same of all states, u and u' too: about 1 where the model is complete, hundreds where short windows forgive what it lacks."""
+    return _mean_square(fitted, np.arange(fitted.prepared.layout.states))
+
+
+def _mean_square(fitted: Fitted, chosen: np.ndarray) -> float:
+    """j' S^-1 j of the jumps of some states over their count; 0 where there is none."""
+    before, after = _neighbours(fitted)
+    if not len(chosen) or not len(before):
+        return 0.0
+    jump = (fitted.outcome.estimate.states[after] - fitted.outcome.equations.onward[before])[:, chosen].ravel()
+    return float(jump @ covariance(_covariance_of_jumps(fitted, chosen, before, after)) @ jump) / jump.size
 
 
 def _carried(fitted: Fitted) -> np.ndarray:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from identification.block_arrow import GAP_PRIOR_STD, columns
-from identification.discrepancy.continuity import continuity_cost
+from identification.discrepancy.continuity import apart, continuity_cost
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.signature import own_states
-from identification.fit import as_arrays, evaluator, free_unknowns, integrator_for, on_device
+from identification.fit import as_arrays, evaluator, fit, free_unknowns, integrator_for, on_device
 from identification.levenberg_marquardt import Outcome
 from identification.residual import predict
 from vibrojax.effects import AbstractEffect
@@ -112,3 +112,13 @@ def test_it_is_the_rise_of_the_cost_when_all_is_free_and_windows_join(rememberin
     rise = 0.5 * jump @ np.linalg.pinv(slope[:, free] @ inverse @ slope[:, free].T, rcond=1e-12, hermitian=True) @ jump
     assert continuity_cost(fitted) == pytest.approx(rise * len(place) / len(pairs), rel=1e-3)
     assert rise > 1.0
+
+
+def test_windows_that_a_slow_force_bends_apart_are_told_though_each_fits(motion):
+    """Each window begins where its own record has it; one that is moved in the end by what the model lacks does not meet the next."""
+    complete = Fitted(prepared=motion.prepared, outcome=fit(motion.prepared))
+    equations = complete.outcome.equations
+    drift = 1e-4 * np.where(np.arange(len(motion.at.record)) % 2, 1.0, -1.0)[:, None] * [1.0, 0.0]
+    moved = dataclasses.replace(complete.outcome, equations=dataclasses.replace(equations, onward=equations.onward + drift))
+    assert 0.5 < apart(complete) < 2.0
+    assert apart(Fitted(prepared=motion.prepared, outcome=moved)) > 200.0
