@@ -67,7 +67,7 @@ class _Ground:
     fitted: Fitted
     allowed: Tolerance
     sound: bool
-    """Whether that is the ordinary fit."""
+    """Whether that is on the ordinary windows, not on short ones."""
 
 
 class _Course:

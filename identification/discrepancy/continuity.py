@@ -1,4 +1,4 @@
-"""Whether the states that an effect has of its own carry on from window to window, as those of a real one do."""
+"""Whether windows meet: the states that an effect has of its own, as those of a real one do, and the motion itself."""
 
 import numpy as np
 

@@ -7,7 +7,7 @@ import pytest
 
 from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, why_ended
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended
 from tests.identification.discrepancy.made_search import fitted, round_of
 
 
@@ -66,3 +66,11 @@ def test_the_search_says_why_it_ended(motion, allowed, noise):
     promising = dataclasses.replace(weak.scored, fitted=fitted(motion, 3.0 * noise))
     assert why_ended(promising, allowed, [], later) == ""
     assert why_ended(promising, allowed, [], over) == BUDGET
+
+
+def test_a_round_without_its_best_ends_with_the_next_that_helps(motion, allowed, noise):
+    one = round_of(motion, 3.0 * noise, {"hysteresis": 100.0, "coulomb_friction": 200.0, "quadratic_drag": 9999.9})
+    (again,) = reopened(one, allowed, without=("hysteresis",))
+    assert [rival.name for rival in again.rivals] == ["coulomb_friction", "quadratic_drag"]
+    assert reopened(one, allowed, without=("hysteresis", "coulomb_friction")) == ()  # drag does not help
+    assert reopened(one, allowed, without=tuple(rival.name for rival in one.rivals)) == ()
