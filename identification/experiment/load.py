@@ -3,7 +3,7 @@
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Experiment
 from identification.experiment.load_record import load_record
 from identification.experiment.noise_table import with_noise
@@ -72,12 +72,24 @@ def _check_schema(schema: object, name: str) -> None:
         raise ExperimentError(f"schema in {name} is {shown(schema)}: expected {SCHEMA}; correct it, or update the program")
 
 
+def _check_gaps(tables: list[object], name: str) -> None:
+    """A proposed experiment file lacks them all, and one message for each would be one run for each."""
+    numbered = ((number, table) for number, table in enumerate(tables, start=1) if isinstance(table, dict))
+    without = [str(table.get("file", number)) for number, table in numbered if "gap" not in table]
+    if len(without) > 1:
+        raise ExperimentError(
+            f"gap is missing in {len(without)} records of {name} ({listed(without)}): expected a finite number in m; "
+            "add a line 'gap = …' to each"
+        )
+
+
 def _record_settings(tables: object, name: str) -> list[RecordSettings]:
     """Check all `[[record]]` tables, and that no two of them mean one file or would write one result file."""
     if isinstance(tables, dict):
         raise ExperimentError(f"[record] in {name} is a single table: expected one for each record; write [[record]]")
     if not isinstance(tables, list) or not tables:
         raise ExperimentError(f"{name} has no record: expected at least one table [[record]] with file, kind and gap; add it")
+    _check_gaps(tables, name)
     settings = [read_record_settings(values, number) for number, values in enumerate(tables, start=1)]
     if all(each.held_back for each in settings):
         raise ExperimentError(f"every record of {name} is held back: expected at least one to fit; set held_back = false there")

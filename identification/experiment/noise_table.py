@@ -54,6 +54,7 @@ def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed:
 def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> Record:
     """Fill in one record."""
     noise: dict[str, float] = {}
+    estimated: list[str] = []
     notices = list(record.notices)
     for channel, values in record.channels.items():
         declared = sensors[channel].noise
@@ -74,9 +75,11 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
                 notices.append(f"{channel}: this record tells no noise; {borrowed:.3g} {si_unit(channel)} taken from {source}.")
             continue
         noise[channel] = estimate
-        notices.append(f"{channel}: noise not declared, estimated as {estimate:.3g} {si_unit(channel)}, taking it for white.")
+        estimated.append(f"{channel} {estimate:.3g} {si_unit(channel)}")
         if estimate < COMPUTED * float(np.nanmax(values) - np.nanmin(values)):
             notices.append(f"{channel}: so little noise looks computed, not measured; declare 'noise' in [sensors.{channel}].")
+    if estimated:
+        notices.append(f"Noise not declared, estimated as if it were white: {', '.join(estimated)}.")
     return replace(record, noise=noise, noise_estimated=frozenset(channel for channel in own if channel in noise), notices=tuple(notices))
 
 

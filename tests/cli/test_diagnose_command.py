@@ -118,7 +118,8 @@ main()
 """
 
 
-def test_ctrl_c_ends_without_a_traceback_and_leaves_nothing(tmp_path):
+@pytest.mark.parametrize("request_to_end", [signal.SIGINT, signal.SIGTERM])
+def test_a_request_to_end_leaves_no_traceback_and_nothing_else(tmp_path, request_to_end):
     job = subprocess.Popen(
         [sys.executable, "-c", SLOW, "diagnose", "--out", "results"],
         cwd=tmp_path,
@@ -132,7 +133,7 @@ def test_ctrl_c_ends_without_a_traceback_and_leaves_nothing(tmp_path):
         limit = time.monotonic() + 60
         while "at work" not in job.stderr.readline():
             assert time.monotonic() < limit
-        job.send_signal(signal.SIGINT)
+        job.send_signal(request_to_end)
         out, error = job.communicate(timeout=300)
     finally:
         job.kill()

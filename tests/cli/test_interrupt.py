@@ -9,9 +9,9 @@ import pytest
 from vibrojax.cli.interrupt import interruptible
 
 
-def press() -> None:
-    """Ctrl-C."""
-    os.kill(os.getpid(), signal.SIGINT)
+def press(number: signal.Signals = signal.SIGINT) -> None:
+    """Ctrl-C, or what a batch system sends."""
+    os.kill(os.getpid(), number)
 
 
 @pytest.fixture(autouse=True)
@@ -22,10 +22,13 @@ def handler_restored():
     signal.signal(signal.SIGINT, before)
 
 
-def test_it_interrupts_at_once():
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_interrupts_at_once(number):
+    before = signal.getsignal(number)
     with pytest.raises(KeyboardInterrupt), interruptible():
-        press()
+        press(number)
         pytest.fail("went on")
+    assert signal.getsignal(number) is before
 
 
 def test_an_import_that_turns_it_into_another_error_is_seen_through():

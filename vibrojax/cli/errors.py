@@ -1,5 +1,6 @@
 """How a command ends: every expected error becomes one line on standard error and an exit status."""
 
+import signal
 import sys
 from typing import Any, NoReturn
 
@@ -18,6 +19,7 @@ def run(app: typer.Typer) -> NoReturn:
 
     Errors that nobody expects keep their traceback.
     """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever is told to end leaves as little behind as after Ctrl-C
     try:
         status = app(standalone_mode=False)  # else Typer draws errors itself, as a box of several lines
     except _BAD_USAGE as error:

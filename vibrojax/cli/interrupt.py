@@ -1,4 +1,4 @@
-"""Ctrl-C during long work: it always ends the command, and never in a traceback."""
+"""Ctrl-C, or a batch system's request to end, during long work: it always ends the command, and never in a traceback."""
 
 import dataclasses
 import signal
@@ -6,6 +6,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+_REQUESTS = (signal.SIGINT, signal.SIGTERM)
 
 
 @dataclasses.dataclass
@@ -52,7 +54,7 @@ class Interruption:
 
 @contextmanager
 def interruptible() -> Iterator[Interruption]:
-    """A block that Ctrl-C leaves with `KeyboardInterrupt`, whatever exception it has become on its way.
+    """A block that Ctrl-C or SIGTERM leaves with `KeyboardInterrupt`, whatever exception it has become on its way.
 
     Outside the main thread, which alone may handle signals, nothing is changed.
     """
@@ -60,7 +62,7 @@ def interruptible() -> Iterator[Interruption]:
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         yield interruption
         return
-    before = signal.signal(signal.SIGINT, interruption.handle)
+    before = {number: signal.signal(number, interruption.handle) for number in _REQUESTS}
     try:
         yield interruption
     except Exception:
@@ -68,4 +70,5 @@ def interruptible() -> Iterator[Interruption]:
             raise KeyboardInterrupt from None
         raise
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

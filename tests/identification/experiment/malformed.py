@@ -260,6 +260,11 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("no kind", edit('kind = "drop-test"\n', ""), r"kind is missing in record 'drop\.csv': expected one of drop-test"),
     ("unknown kind", edit('"drop-test"', '"droptest"'), r"unknown kind 'droptest' in record 'drop\.csv': did you mean 'drop-test'"),
     ("no gap", edit("gap = 0.001\n", ""), r"gap is missing in record 'cart1\.csv'"),
+    (
+        "no gap anywhere",
+        edit(DROP + CART1, (DROP + CART1).replace("gap = 0.001\n", "").replace("gap = 0.0\n", "")),
+        r"gap is missing in 2 records of experiment\.toml \(drop\.csv, cart1\.csv\): .*to each",
+    ),
     ("gap not finite", edit("gap = 0.001", "gap = nan"), r"gap in record 'cart1\.csv' is nan"),
     ("no frequency", edit("excitation_frequency = 6.25\n", ""), r"excitation_frequency is missing in record 'cart1\.csv'"),
     ("frequency negative", edit("6.25", "-6.25"), r"excitation_frequency .* is -6\.25: expected a finite number above 0 in Hz"),

@@ -155,7 +155,7 @@ def test_noise_that_is_not_declared_is_estimated_and_told(folder):
     record = cart(folder)
     assert record.noise_estimated == {"impact_force"}
     assert record.noise["impact_force"] == pytest.approx(0.15, rel=0.5)
-    assert "impact_force: noise not declared, estimated as " in record.notices[0]
+    assert record.notices[0].startswith("Noise not declared, estimated as if it were white: impact_force 0.1")
 
 
 def test_noise_of_a_channel_at_rest_is_borrowed_and_told(folder):
