@@ -25,7 +25,7 @@ from identification.discrepancy.steadiness import steady_search
 from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.discrepancy.verdict import sentences
 from identification.experiment import Experiment
-from identification.fit import bounds, fit, integrator_for
+from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
 from identification.held_back import held_back_fits
 from identification.levenberg_marquardt import LevenbergMarquardt
 from identification.prepare import Prepared, prepare
@@ -119,7 +119,7 @@ def _ground(experiment: Experiment, law: str | None, progress: Progress) -> _Gro
     prepared = prepare(experiment, law=law)
     progress("fitting the nominal model")
     nominal = ordinary(prepared)
-    if nominal is not None and nominal.chi2 / degrees(nominal) <= _MILD:
+    if nominal is not None:
         allowed = dataclasses.replace(tolerance(prepared, nominal.outcome.equations.cost), cut=_CUT)
         return _Ground(fitted=nominal, allowed=allowed, sound=True)
     progress("fitting the nominal model to short windows")
@@ -139,14 +139,23 @@ def _longer(experiment: Experiment, law: str | None, short: _Ground, progress: P
 
 
 def ordinary(prepared: Prepared) -> Fitted | None:
-    """The nominal model on long windows, as an ordinary fit has it; None where that does not settle inside its bounds."""
+    """The nominal model on long windows, as an ordinary fit has it; None where that does not settle near the records and inside its bounds.
+
+    A fit that is slow and far away is given up early; one that has come near may take its time.
+    """
     try:
-        outcome = fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS))
+        fitted = Fitted(prepared=prepared, outcome=fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS)))
     except NoConvergenceError:
         return None
-    low, high = bounds(prepared)
-    inside = np.all((outcome.estimate.shared > low) & (outcome.estimate.shared < high))
-    return Fitted(prepared=prepared, outcome=outcome) if outcome.converged and inside else None
+    if fitted.chi2 / degrees(fitted) > _MILD:
+        return None
+    if not fitted.outcome.converged:
+        evaluate, active = evaluator(prepared, integrator_for(prepared)), free_unknowns(prepared)
+        outcome = LevenbergMarquardt()(evaluate, fitted.outcome.estimate, active, bounds(prepared))
+        fitted = dataclasses.replace(fitted, outcome=outcome)
+    (low, high), shared = bounds(prepared), fitted.outcome.estimate.shared
+    inside = np.all((shared > low) & (shared < high))
+    return fitted if fitted.outcome.converged and inside else None
 
 
 def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _Course) -> Diagnosis:

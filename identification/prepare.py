@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 
 from identification.experiment import Experiment, ExperimentError, Record
@@ -14,6 +15,7 @@ from identification.release import from_release
 from identification.start import first_guesses, harmonic_acceleration, harmonic_start
 from identification.windows import WindowLength, Windows, cut
 from vibrojax.contact import NoContact
+from vibrojax.errors import InputError
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
@@ -52,11 +54,17 @@ class Prepared:
 
 
 def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
-    """Cut the records into windows and guess where the fit should start; raises `ExperimentError` for what cannot be fitted.
+    """Cut the records into windows and guess where the fit should start.
 
     Held-back records are left aside here, so that nothing that is built on windows can see them; so is what a record shows of a hammer
     that is still held.
+
+    Raises:
+        ExperimentError: the experiment cannot be fitted.
+        InputError: JAX has not been set to double precision.
     """
+    if jnp.result_type(float) != jnp.float64:
+        raise InputError("JAX computes in single precision: a fit needs float64; call vibrojax.cli.environment.prepare_jax() first")
     experiment = experiment.fitting
     experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
     model = nominal_model(experiment, law)

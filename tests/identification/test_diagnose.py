@@ -6,9 +6,11 @@ import re
 import numpy as np
 import pytest
 
-from identification.diagnose import diagnose_experiment
+from identification import diagnose
+from identification.diagnose import diagnose_experiment, ordinary
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.experiment import load_experiment
+from identification.prepare import prepare
 from tests.identification.conftest import cropped
 
 
@@ -24,6 +26,15 @@ def test_nothing_is_claimed_missing_from_a_complete_model(complete):
     assert complete.location is None
     assert "Nothing beyond the noise" in complete.sentences[0]
     assert complete.model is complete.nominal_model
+
+
+@pytest.mark.parametrize(("mild", "arrives"), [(10.0, True), (0.5, False)])
+def test_a_fit_that_is_slow_may_take_its_time_only_near_the_records(small, monkeypatch, mild, arrives):
+    monkeypatch.setattr(diagnose, "_MOST_ITERATIONS", 1)
+    monkeypatch.setattr(diagnose, "_MILD", mild)
+    found = ordinary(prepare(small))
+    assert (found is not None) is arrives
+    assert found is None or found.outcome.converged
 
 
 def test_the_document_holds_plain_json(complete):

@@ -2,12 +2,14 @@
 
 import dataclasses
 
+import jax
 import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, ParameterOption
 from identification.fit import integrator_for
 from identification.prepare import prepare
+from vibrojax.errors import InputError
 
 
 @pytest.mark.parametrize("fixed", [True, False])
@@ -36,3 +38,8 @@ def test_two_stamps_close_together_do_not_shorten_every_step(small):
     even, uneven = (integrator_for(prepare(dataclasses.replace(small, records=(each,)))) for each in both)
     assert float(uneven.flight_step) == pytest.approx(float(even.flight_step))
     assert uneven.most_steps == even.most_steps
+
+
+def test_single_precision_is_refused_with_what_to_do(small):
+    with jax.enable_x64(False), pytest.raises(InputError, match="single precision: a fit needs float64; call .*prepare_jax"):
+        prepare(small)
