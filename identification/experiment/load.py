@@ -10,6 +10,7 @@ from identification.experiment.noise_table import with_noise
 from identification.experiment.readers import stem_of
 from identification.experiment.record_settings import RecordSettings, read_record_settings
 from identification.experiment.rig_settings import read_parameters, read_sensors, read_suspension
+from identification.experiment.scales import check_scales
 from identification.experiment.schema import Table
 from identification.experiment.toml_file import find_experiment_file, parse_toml
 
@@ -50,11 +51,14 @@ experiment.toml; check the path
     sensors = read_sensors(tables["sensors"])
     settings = _record_settings(values.get("record"), file.name)
     records = [load_record(each, file.parent, sensors, need_file=need_files) for each in settings]
+    mass_is_known = not tables["hammer"].flag("estimate_mass")
+    for record in records:
+        check_scales(record, sensors, mass if mass_is_known else None)
     return Experiment(
         name=tables["experiment"].string("name") or file.parent.resolve().name,
         folder=file.parent,
         mass=mass,
-        mass_is_known=not tables["hammer"].flag("estimate_mass"),
+        mass_is_known=mass_is_known,
         suspension=suspension,
         law=tables["contact"].string("law"),
         parameters=read_parameters(tables["parameters"]),

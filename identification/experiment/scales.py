@@ -1,0 +1,104 @@
+"""Whether channels that show one motion show it on one scale: a unit mistaken for another is told before anything is fitted."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from scipy.signal import detrend
+from scipy.signal.windows import hann
+
+from identification.experiment.channels import CHANNELS
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.record import Record
+from identification.experiment.sensor import Sensor
+from identification.experiment.units import FACTORS, factor_to_si
+
+# How near a ratio must come to that of two units; no calibration is so far off that it would be taken for one of them.
+NEAR = 0.1
+# Below this correlation two channels do not show the same.
+ALIKE = 0.95
+# Slowest lines of a spectrum, which the window smears and an accelerometer does not feel, and what counts beside the strongest line.
+SLOWEST, STRONG = 4, 1e-2
+# A record whose time stamps are less even than this is not compared.
+EVEN = 1e-3
+PAIRS = (("hammer_displacement", "hammer_acceleration"), ("cart_displacement", "cart_acceleration"))
+
+
+def check_scales(record: Record, sensors: dict[str, Sensor], mass: float | None) -> None:
+    """Compare accelerations with displacements, and the force of the impacts with the deceleration of the hammer.
+
+    Args:
+        record: with its channels.
+        sensors: with the declared units.
+        mass: of the hammer, kg; None where it is not known.
+
+    Raises:
+        ExperimentError: a channel is as much too large or too small as if its unit were another one, or points the other way.
+    """
+    for one, other, ratio in _ratios(record, mass):
+        if abs(ratio + 1.0) < NEAR:
+            raise ExperimentError(
+                f"{one} and {other} point opposite ways in record {shown(record.file)}: expected both to grow towards the stop, and the "
+                "impact force to be positive in compression; turn the sign of one of them in the file"
+            )
+        for channel, factor in ((one, ratio), (other, 1.0 / ratio)):
+            if unit := _mistaken(channel, factor, sensors):
+                raise ExperimentError(
+                    f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} tells of it in record "
+                    f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}]"
+                )
+
+
+def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, float]]:
+    """Pairs of channels that show the same, and the first over what the second tells of it."""
+    channels = record.channels
+    for displacement, acceleration in PAIRS:
+        if displacement in channels and acceleration in channels:
+            pair = spectra(record.time, channels[displacement], channels[acceleration])
+            if pair and _correlation(*pair) ** 2 > ALIKE**2:
+                yield acceleration, displacement, _slope(*pair)
+    if mass is not None and {"impact_force", "hammer_acceleration"} <= channels.keys():
+        force, inertia = channels["impact_force"], -mass * channels["hammer_acceleration"]
+        known = np.isfinite(force) & np.isfinite(inertia)
+        if known.any():
+            strong = known & (np.abs(force) > 0.3 * np.max(np.abs(force[known])))
+            if strong.sum() >= 3 and abs(_correlation(inertia[strong], force[strong])) > ALIKE:
+                yield "impact_force", "hammer_acceleration", _slope(inertia[strong], force[strong])
+
+
+def spectra(
+    time: Float[np.ndarray, " samples"], displacement: Float[np.ndarray, " samples"], acceleration: Float[np.ndarray, " samples"]
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Strong lines of a displacement's second derivative and of an acceleration; None where samples are missing or unevenly spaced."""
+    steps = np.diff(time)
+    usable = len(time) > 4 * SLOWEST and np.ptp(steps) < EVEN * steps.mean() and np.isfinite(displacement + acceleration).all()
+    if not usable:
+        return None
+    window = hann(len(time))
+    omega = 2.0 * np.pi * np.fft.rfftfreq(len(time), float(steps.mean()))
+    moved, felt = (np.fft.rfft(window * detrend(values)) for values in (displacement, acceleration))
+    size = np.abs(moved)
+    size[:SLOWEST] = 0.0
+    strong = size > STRONG * size.max()
+    return -(omega[strong] ** 2) * moved[strong], felt[strong]
+
+
+def _correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Between -1 and 1; without a mean, because both rest at zero."""
+    return float(np.vdot(a, b).real / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300))
+
+
+def _slope(a: np.ndarray, b: np.ndarray) -> float:
+    """How many times `a` is in `b`, by least squares."""
+    return float(np.vdot(a, b).real / np.vdot(a, a).real)
+
+
+def _mistaken(channel: str, factor: float, sensors: dict[str, Sensor]) -> str:
+    """The unit that the numbers would have to be in for a channel that reads `factor` times too much; empty where there is none."""
+    declared = sensors[channel].unit
+    if declared is None:
+        return ""
+    dimension = CHANNELS[channel]
+    read = factor_to_si(declared, dimension, f"[sensors.{channel}]")
+    alike = [(abs(factor * true / read - 1.0), unit) for unit, true in FACTORS[dimension].items() if true != read]
+    return min(alike)[1] if alike and min(alike)[0] < NEAR else ""

@@ -1,0 +1,65 @@
+"""A unit mistaken for another, or a turned sign, is told before anything is fitted; a calibration that is a little off is not."""
+
+import numpy as np
+import pytest
+
+from identification.experiment import ExperimentError
+from identification.experiment.record import Record
+from identification.experiment.scales import check_scales
+from identification.experiment.sensor import Sensor
+
+MASS, OMEGA = 0.5, 40.0
+SENSORS = {"hammer_displacement": Sensor(unit="m"), "hammer_acceleration": Sensor(unit="m/s^2"), "impact_force": Sensor(unit="N")}
+
+
+def bouncing(*, displacement: float = 1.0, acceleration: float = 1.0, force: float = 1.0) -> Record:
+    """A driven oscillator between which and its stop a spring is pressed, with noise; every channel times a factor."""
+    time = np.arange(8000) / 4000.0
+    x, v, hammer, push = 0.0, 0.0, np.empty(8000), np.empty(8000)
+    for step, t in enumerate(time):
+        hammer[step], push[step] = x, max(2e4 * (x - 1e-3), 0.0)
+        v += (3.0 * np.sin(35.0 * t) - OMEGA**2 * x - push[step] / MASS) / 4000.0
+        x += v / 4000.0
+    rng = np.random.default_rng(3)
+    felt = 3.0 * np.sin(35.0 * time) - OMEGA**2 * hammer - push / MASS + 0.3 + rng.normal(0.0, 0.05, time.size)
+    seen = hammer + rng.normal(0.0, 1e-5, time.size)
+    channels = {"hammer_displacement": seen * displacement, "hammer_acceleration": felt * acceleration, "impact_force": push * force}
+    return Record(file="cart1.csv", kind="cart-excitation", gap=0.001, time=time, channels=channels)
+
+
+@pytest.mark.parametrize("off", [1.0, 0.8, 1.3])
+@pytest.mark.parametrize("channel", ["displacement", "acceleration", "force"])
+def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
+    check_scales(bouncing(**{channel: off}), SENSORS, MASS)
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        ({"displacement": 1e3}, "hammer_displacement is 1e+03 times what hammer_acceleration tells of it in record 'cart1.csv', .*in mm:"),
+        ({"displacement": 1.0 / 0.0254}, "hammer_displacement is 39 times .*as if its numbers were in in:"),
+        (
+            {"acceleration": 1.0 / 9.80665},
+            r"hammer_acceleration is 0.1 times .* in g: .*correct 'unit' in \[sensors.hammer_acceleration\]",
+        ),
+        ({"force": 1e-3}, "impact_force is 0.001 times .* in kN:"),
+        ({"acceleration": -1.0}, "hammer_acceleration and hammer_displacement point opposite ways in record 'cart1.csv'"),
+        ({"force": -1.0}, "impact_force and hammer_acceleration point opposite ways"),
+    ],
+)
+def test_a_mistaken_unit_or_sign_is_told_with_its_channel(factors, message):
+    with pytest.raises(ExperimentError, match=message.replace("+", r"\+")):
+        check_scales(bouncing(**factors), SENSORS, MASS)
+
+
+def test_a_mass_that_is_not_known_tells_nothing_of_the_force():
+    check_scales(bouncing(force=1e-3), SENSORS, None)
+
+
+def test_gaps_in_the_record_or_channels_that_do_not_belong_together_are_not_compared():
+    holed = bouncing(displacement=1e3)
+    holed.channels["hammer_displacement"][100] = np.nan
+    check_scales(holed, SENSORS, MASS)
+    strange = bouncing()
+    strange.channels["hammer_displacement"][:] = np.random.default_rng(1).normal(0.0, 1.0, strange.time.size)
+    check_scales(strange, SENSORS, MASS)
