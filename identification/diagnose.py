@@ -37,6 +37,8 @@ from vibrojax.errors import NoConvergenceError
 Progress = Callable[[str], None]
 _MILD = 10.0
 """Reduced chi-square up to which the ordinary fit is a sound place to search from."""
+_BLIND, _CLEARER = 0.5, 0.8
+"""NRMSE of a tolerant fit above which it overlooks the motion itself, and that of the ordinary fit over it below which this does not."""
 _TOLERANT = (
     "the ordinary fit of the nominal model did not settle inside the ranges of its parameters and near the records; it was fitted"
     " tolerantly on short windows, and both models are shown on these"
@@ -114,17 +116,27 @@ def diagnose_experiment(
 
 
 def _ground(experiment: Experiment, law: str | None, progress: Progress) -> _Ground:
-    """The ordinary fit if it is sound, else a tolerant one on short windows."""
+    """The ordinary fit if it is sound, else a tolerant one on short windows, unless that overlooks what the ordinary one describes."""
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
     progress("fitting the nominal model")
     nominal = ordinary(prepared)
-    if nominal is not None:
+    if nominal is not None and nominal.chi2 / degrees(nominal) <= _MILD:
         allowed = dataclasses.replace(tolerance(prepared, nominal.outcome.equations.cost), cut=_CUT)
         return _Ground(fitted=nominal, allowed=allowed, sound=True)
     progress("fitting the nominal model to short windows")
     fitted, allowed = robust_fit(prepared)
+    if nominal is not None and overlooks(_rms_nrmse(_fits(fitted)), _rms_nrmse(_fits(nominal))):
+        return _Ground(fitted=nominal, allowed=tolerance(prepared, nominal.outcome.equations.cost), sound=True)
     return _Ground(fitted=fitted, allowed=allowed, sound=False)
+
+
+def overlooks(tolerant: float, ordinary: float) -> bool:
+    """Whether a tolerant fit, though on short windows, describes little of the motion and an ordinary one clearly more, by their NRMSE.
+
+    Where a model is wrong everywhere, and the more so the larger the motion, the windows that resist are those that matter.
+    """
+    return tolerant > _BLIND and ordinary < _CLEARER * tolerant
 
 
 def _longer(experiment: Experiment, law: str | None, short: _Ground, progress: Progress) -> _Ground:
@@ -139,7 +151,7 @@ def _longer(experiment: Experiment, law: str | None, short: _Ground, progress: P
 
 
 def ordinary(prepared: Prepared) -> Fitted | None:
-    """The nominal model on long windows, as an ordinary fit has it; None where that does not settle near the records and inside its bounds.
+    """The nominal model on long windows, as an ordinary fit has it; None where that does not settle inside its bounds.
 
     A fit that is slow and far away is given up early; one that has come near may take its time.
     """
@@ -147,9 +159,7 @@ def ordinary(prepared: Prepared) -> Fitted | None:
         fitted = Fitted(prepared=prepared, outcome=fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS)))
     except NoConvergenceError:
         return None
-    if fitted.chi2 / degrees(fitted) > _MILD:
-        return None
-    if not fitted.outcome.converged:
+    if not fitted.outcome.converged and fitted.chi2 / degrees(fitted) <= _MILD:
         evaluate, active = evaluator(prepared, integrator_for(prepared)), free_unknowns(prepared)
         outcome = LevenbergMarquardt()(evaluate, fitted.outcome.estimate, active, bounds(prepared))
         fitted = dataclasses.replace(fitted, outcome=outcome)
@@ -232,18 +242,22 @@ class _Predicted:
 
 def _side(fitted: Fitted, allowed: Tolerance, experiment: Experiment, predicted: _Predicted) -> Side:
     """A model beside the records, with its errors; and beside those that were held back."""
-    prepared, estimate = fitted.prepared, fitted.outcome.estimate
     unseen = held_back_fits(experiment, fitted.model)
-    unknown = np.full(estimate.nuisances.shape, np.nan)
     return Side(
         model=fitted.model,
         parameters=numbers(fitted, allowed),
         chi2_reduced=fitted.chi2 / degrees(fitted),
         held_out_nrmse=_rms_nrmse(unseen) if unseen else predicted(fitted).nrmse,
-        records=record_fits(prepared, integrator_for(prepared), estimate, unknown),
+        records=_fits(fitted),
         disagreements=disagreements(fitted, allowed),
         held_back=unseen,
     )
+
+
+def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
+    """Every record beside the model, as it was fitted."""
+    prepared, estimate = fitted.prepared, fitted.outcome.estimate
+    return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
 
 
 def _rms_nrmse(records: tuple[RecordFit, ...]) -> float:
