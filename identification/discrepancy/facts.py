@@ -50,9 +50,17 @@ def _lowest(prepared: Prepared, at: Linearised) -> float:
 
 
 def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.ndarray) -> float:
-    """Largest indentation of the stop where it stands by the fit, m."""
+    """Largest indentation of the stop where it stands by the fit, m; 0 without impacts.
+
+    As recorded where the motion was, because a model that lacks a stop goes too deep; else as fitted.
+    """
     gaps = np.array([record.gap for record in prepared.experiment.records]) + estimate.nuisances[:, NUISANCES.index("gap_error")]
-    return float(np.max(at.u - gaps[at.record][:, None], where=inside & at.in_contact, initial=0.0))
+    contact = inside & at.in_contact
+    depths = [0.0]
+    for record in np.unique(at.record[contact.any(axis=1)]):
+        motion, own = prepared.motions[record], contact & (at.record == record)[:, None]
+        depths.append(float((at.u[own] if motion is None else motion.u).max() - gaps[record]))
+    return max(depths)
 
 
 def _flights(at: Linearised, record: int, time: np.ndarray) -> tuple[float, ...]:
