@@ -297,7 +297,7 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     short = [_startable(one) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
     noise, rivals = thin.allowed.noise, []
-    for candidate in [*short, *_beyond_scores(scored, short)]:
+    for candidate in [*with_other_starts(short, scored), *_beyond_scores(scored, short)]:
         lowest = min((rival.cost for rival in rivals), default=np.inf)
         if lowest < _NOISE * noise and candidate.gain < _CLOSE * best:
             continue
@@ -311,7 +311,19 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
             continue
         if fitted is not None:
             rivals.append(_rival(candidate, fitted, thin.allowed))
-    return _ranked(rivals, thin.allowed)
+    leading: dict[str, Rival] = {}
+    for rival in _ranked(rivals, thin.allowed):
+        leading.setdefault(f"{rival.name} {rival.candidate.members[0].channel or ''}", rival)
+    return list(leading.values())
+
+
+def with_other_starts(short: list[Candidate], scored: Scored) -> list[Candidate]:
+    """The short list, with as many probes of each effect as it wants to be tried from."""
+    found = []
+    for candidate in short:
+        others = [one for one in scored.found if one.name == candidate.name and one.gain < candidate.gain]
+        found += [candidate, *others[: candidate.members[0].tries - 1]]
+    return found
 
 
 def whole_cost(fitted: Fitted, allowed: Tolerance) -> float:

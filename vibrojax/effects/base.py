@@ -147,6 +147,11 @@ class AbstractEffect(eqx.Module):
         return 1
 
     @property
+    def tries(self) -> int:
+        """How many of its probes, the most promising first, are refitted: more than one where a promise says little of where to begin."""
+        return 1
+
+    @property
     def fastest_hz(self) -> Value:
         """Frequency of its own fastest vibration, Hz, that integration steps must follow; 0 for none."""
         return 0.0

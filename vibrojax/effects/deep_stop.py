@@ -108,6 +108,11 @@ class DeepStop(AbstractEffect):
         damping = _PROBE_DAMPING / facts.speed
         return tuple((DeepStop(facts.force / (facts.deepest - depth) ** _EXPONENT, depth, damping),) for depth in depths)
 
+    @property
+    def tries(self) -> int:
+        """Two: a fit does not move a depth that it starts beyond all impacts, and a promise is from a motion that goes too deep."""
+        return 2
+
     def scaled(self, factor: Value) -> "DeepStop":
         """Stiffness in proportion, at the same depth."""
         return dataclasses.replace(self, stiffness=factor * self.stiffness)

@@ -7,7 +7,7 @@ import pytest
 
 from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended, with_other_starts
 from tests.identification.discrepancy.made_search import fitted, round_of
 
 
@@ -74,3 +74,11 @@ def test_a_round_without_its_best_ends_with_the_next_that_helps(motion, allowed,
     assert [rival.name for rival in again.rivals] == ["coulomb_friction", "quadratic_drag"]
     assert reopened(one, allowed, without=("hysteresis", "coulomb_friction")) == ()  # drag does not help
     assert reopened(one, allowed, without=tuple(rival.name for rival in one.rivals)) == ()
+
+
+def test_a_deep_stop_is_tried_from_its_two_most_promising_depths_and_friction_once(motion, noise):
+    one = round_of(motion, noise, {"deep_stop": 1.0, "coulomb_friction": 2.0})
+    found = [dataclasses.replace(each, gain=gain) for each in one.scored.found for gain in (90.0, 60.0, 30.0)]
+    short = [each for each in found if each.gain == 90.0]
+    tried = with_other_starts(short, dataclasses.replace(one.scored, found=found))
+    assert [(each.name, each.gain) for each in tried] == [("deep_stop", 90.0), ("deep_stop", 60.0), ("coulomb_friction", 90.0)]
