@@ -17,7 +17,7 @@ from identification.discrepancy.refit import Fitted, extended, windows_of
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate, projector, score
 from identification.discrepancy.signature import Course, courses
-from identification.discrepancy.tolerant_fit import fit_tolerantly, settled_like
+from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from, settled_like
 from identification.fit import free_unknowns, integrator_for
 from identification.prepare import Prepared
 from vibrojax.effects import EFFECTS, AbstractEffect
@@ -157,6 +157,10 @@ def search(
         cost = whole_cost(fitted, allowed)
         ended = why_ended(scored, allowed, rounds, deadline)
         rivals = [] if ended else _refitted(scored, allowed, progress)
+        anew = fitted_from(fitted, rivals[0].fitted, allowed) if rivals else fitted
+        if anew is not fitted and cost - whole_cost(anew, allowed) >= _HELPS * (cost - allowed.noise):
+            fitted = anew
+            continue
         if rivals:
             fitted = settled_like(fitted, rivals[0].fitted)
             scored, cost = dataclasses.replace(scored, fitted=fitted), min(cost, whole_cost(fitted, allowed))

@@ -99,6 +99,26 @@ def resettled(
     return dataclasses.replace(estimate, states=states), lowest
 
 
+def fitted_from(fitted: Fitted, fuller: Fitted, allowed: Tolerance) -> Fitted:
+    """The model fitted anew from the numbers that a fuller one has found, if it does better there than where it is; else as it is.
+
+    A fit that has ended in a wrong place may be led out of it by an effect, whatever the effect: that is no evidence for it. `fuller`
+    has the same windows, and what its newest effect brings comes last.
+    """
+    prepared, found = fitted.prepared, fuller.outcome.estimate
+    values = fuller.prepared.layout.physical(found.shared)
+    there = Estimate(
+        shared=prepared.layout.internal({p.name: values[p.name] for p in prepared.layout.parameters}),
+        nuisances=found.nuisances[:, : len(prepared.layout.nuisances)],
+        states=found.states[:, : prepared.layout.states],
+    )
+    cost = evaluator(prepared, integrator_for(prepared))(there).cost
+    if not allowed.total(cost) < allowed.total(fitted.outcome.equations.cost):
+        return fitted
+    anew = fit_tolerantly(dataclasses.replace(prepared, start=there), allowed)
+    return fitted if anew is None else anew
+
+
 def settled_like(fitted: Fitted, fuller: Fitted) -> Fitted:
     """The model where the few windows that a fuller one fits better have also settled from the states that they have there.
 

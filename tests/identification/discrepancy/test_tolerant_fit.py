@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.refit import Fitted, with_model
-from identification.discrepancy.tolerant_fit import fit_tolerantly, settled_like
+from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from, settled_like
 from identification.fit import evaluator, integrator_for
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
+from tests.identification.conftest import TRUTH
 from vibrojax.effects import CoulombFriction
 
 
@@ -59,6 +60,21 @@ def test_a_window_astray_finds_back_from_where_a_fuller_model_has_it(settled):
     back = settled_like(astray, settled)
     assert np.all(back.outcome.equations.cost[windows] <= 1.01 * cost)
     np.testing.assert_array_equal(back.outcome.estimate.shared, astray.outcome.estimate.shared)
+
+
+def test_a_fit_in_a_wrong_place_is_led_out_of_it_by_a_fuller_one_and_needs_no_effect(motion, settled, allowed):
+    values = settled.prepared.layout.physical(settled.outcome.estimate.shared) | {"k_i": 2e6, "f_n": 5.0}
+    wrong = dataclasses.replace(settled.outcome.estimate, shared=settled.prepared.layout.internal(values))
+    stuck = evaluated(settled.prepared, wrong)
+    model = dataclasses.replace(motion.prepared.model, effects=(CoulombFriction(friction_force=1e-9),))
+    estimate = settled.outcome.estimate
+    prepared = with_model(settled.prepared, model.replace(TRUTH), estimate.nuisances, estimate.states)
+    fuller = evaluated(prepared, prepared.start)
+    anew = fitted_from(stuck, fuller, allowed)
+    assert anew.names == ()
+    assert allowed.total(anew.outcome.equations.cost) < 1.01 * allowed.total(fuller.outcome.equations.cost)
+    assert allowed.total(stuck.outcome.equations.cost) > 2.0 * allowed.total(fuller.outcome.equations.cost)
+    assert fitted_from(settled, evaluated(prepared, dataclasses.replace(prepared.start, states=wrong.states + 1e-3)), allowed) is settled
 
 
 def test_windows_that_a_new_effect_sets_astray_settle_before_anything_else_moves(settled, allowed, monkeypatch):
