@@ -42,7 +42,7 @@ def check_scales(record: Record, sensors: dict[str, Sensor], mass: float | None)
                 "impact force to be positive in compression; turn the sign of one of them in the file"
             )
         for channel, factor in ((one, ratio), (other, 1.0 / ratio)):
-            if unit := _mistaken(channel, factor, sensors):
+            if unit := mistaken_unit(channel, factor, sensors[channel].unit):
                 raise ExperimentError(
                     f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} tells of it in record "
                     f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}]"
@@ -54,9 +54,9 @@ def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, floa
     channels = record.channels
     for displacement, acceleration in PAIRS:
         if displacement in channels and acceleration in channels:
-            pair = spectra(record.time, channels[displacement], channels[acceleration])
-            if pair and _correlation(*pair) ** 2 > ALIKE**2:
-                yield acceleration, displacement, _slope(*pair)
+            ratio = motion_ratio(record.time, channels[displacement], channels[acceleration])
+            if ratio is not None:
+                yield acceleration, displacement, ratio
     if mass is not None and {"impact_force", "hammer_acceleration"} <= channels.keys():
         force, inertia = channels["impact_force"], -mass * channels["hammer_acceleration"]
         known = np.isfinite(force) & np.isfinite(inertia)
@@ -66,7 +66,15 @@ def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, floa
                 yield "impact_force", "hammer_acceleration", _slope(inertia[strong], force[strong])
 
 
-def spectra(
+def motion_ratio(
+    time: Float[np.ndarray, " samples"], displacement: Float[np.ndarray, " samples"], acceleration: Float[np.ndarray, " samples"]
+) -> float | None:
+    """How many times an acceleration is the second derivative of a displacement; None where they do not show the same."""
+    pair = _spectra(time, displacement, acceleration)
+    return _slope(*pair) if pair and abs(_correlation(*pair)) > ALIKE else None
+
+
+def _spectra(
     time: Float[np.ndarray, " samples"], displacement: Float[np.ndarray, " samples"], acceleration: Float[np.ndarray, " samples"]
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Strong lines of a displacement's second derivative and of an acceleration; None where samples are missing or unevenly spaced."""
@@ -93,9 +101,8 @@ def _slope(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.vdot(a, b).real / np.vdot(a, a).real)
 
 
-def _mistaken(channel: str, factor: float, sensors: dict[str, Sensor]) -> str:
+def mistaken_unit(channel: str, factor: float, declared: str | None) -> str:
     """The unit that the numbers would have to be in for a channel that reads `factor` times too much; empty where there is none."""
-    declared = sensors[channel].unit
     if declared is None:
         return ""
     dimension = CHANNELS[channel]

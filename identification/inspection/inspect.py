@@ -8,7 +8,7 @@ from identification.experiment.readers import READERS, check_suffix
 from identification.inspection.columns import FileColumns, read_file
 from identification.inspection.facts import ColumnFacts, TimeFacts, column_facts, time_facts
 from identification.inspection.kind import Guess, guess_kind
-from identification.inspection.mapping import Mapped, map_columns
+from identification.inspection.mapping import Mapped, map_columns, matched
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,8 +86,9 @@ def _known(path: Path) -> bool:
 
 def _inspected(found: FileColumns) -> Inspected:
     """Look at one file."""
-    mapped = map_columns(found.columns)
     time = time_facts(found)
+    mapped = map_columns(found.columns)
+    mapped = mapped if time.problem else matched(found.seconds, mapped)
     guess = Guess(kind="drop-test", why="its time stamps are unusable, so nothing could be told")
     return Inspected(
         found=found,

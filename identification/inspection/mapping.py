@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.experiment.channels import CHANNELS, si_unit
+from identification.experiment.scales import PAIRS, mistaken_unit, motion_ratio
 from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, same_unit
 from identification.inspection.columns import Column
 
@@ -67,6 +68,28 @@ def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
     found = [_mapped(channel, chosen[channel]) for channel in CHANNELS if channel in chosen]
     large = next((one for one in found if one.guessed and one.unit == LARGE_UNIT), None)
     return tuple(replace(one, unit=large.unit, guessed=large.guessed) if large and _alike(one, large) else one for one in found)
+
+
+def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
+    """Accelerations whose unit nothing states are in the one in which they agree with their displacement, if there is one.
+
+    Args:
+        time: s, shape (samples,).
+        mapped: channels of one file.
+
+    Returns:
+        The same channels.
+    """
+    by_name = {one.channel: one for one in mapped}
+    for displacement, acceleration in PAIRS:
+        one, other = by_name.get(acceleration), by_name.get(displacement)
+        if one is None or other is None or not one.guessed:
+            continue
+        ratio = motion_ratio(time, other.column.values * other.factor, one.column.values * one.factor)
+        unit = mistaken_unit(acceleration, ratio, one.unit) if ratio is not None else ""
+        if unit:
+            by_name[acceleration] = replace(one, unit=unit, guessed=f"{one.guessed}, and in {unit} they agree with {displacement}")
+    return tuple(by_name.values())
 
 
 def _alike(one: Mapped, other: Mapped) -> bool:

@@ -69,7 +69,7 @@ def test_the_embedded_example_is_proposed_as_it_was_declared(tmp_path):
     assert {record.file for record in found.records} == set(by_file)
     for record in found.records:
         assert (record.kind, record.excitation_frequency) == (by_file[record.file].kind, by_file[record.file].excitation_frequency)
-        for channel in ("hammer_displacement", "cart_displacement", "impact_force"):  # nothing tells the unit of the acceleration, g
+        for channel in ("hammer_displacement", "cart_displacement", "impact_force", "hammer_acceleration"):
             np.testing.assert_array_equal(record.channels[channel], by_file[record.file].channels[channel])
 
 
