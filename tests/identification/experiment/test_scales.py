@@ -1,5 +1,7 @@
 """A unit mistaken for another, or a turned sign, is told before anything is fitted; a calibration that is a little off is not."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -27,10 +29,19 @@ def bouncing(*, displacement: float = 1.0, acceleration: float = 1.0, force: flo
     return Record(file="cart1.csv", kind="cart-excitation", gap=0.001, time=time, channels=channels)
 
 
+def told(record: Record, mass: float | None = MASS) -> str:
+    """What is found wrong; empty where nothing is."""
+    try:
+        check_scales(record, SENSORS, mass)
+    except ExperimentError as error:
+        return str(error)
+    return ""
+
+
 @pytest.mark.parametrize("off", [1.0, 0.8, 1.3])
 @pytest.mark.parametrize("channel", ["displacement", "acceleration", "force"])
 def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
-    check_scales(bouncing(**{channel: off}), SENSORS, MASS)
+    assert told(bouncing(**{channel: off})) == ""
 
 
 @pytest.mark.parametrize(
@@ -38,28 +49,26 @@ def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
     [
         ({"displacement": 1e3}, "hammer_displacement is 1e+03 times what hammer_acceleration tells of it in record 'cart1.csv', .*in mm:"),
         ({"displacement": 1.0 / 0.0254}, "hammer_displacement is 39 times .*as if its numbers were in in:"),
-        (
-            {"acceleration": 1.0 / 9.80665},
-            r"hammer_acceleration is 0.1 times .* in g: .*correct 'unit' in \[sensors.hammer_acceleration\]",
-        ),
+        ({"acceleration": 1.0 / 9.80665}, r"hammer_acceleration is 0.1 times .* in g: .*correct 'unit' in \[sensors.hammer_acceleration\]"),
         ({"force": 1e-3}, "impact_force is 0.001 times .* in kN:"),
         ({"acceleration": -1.0}, "hammer_acceleration and hammer_displacement point opposite ways in record 'cart1.csv'"),
         ({"force": -1.0}, "impact_force and hammer_acceleration point opposite ways"),
     ],
 )
 def test_a_mistaken_unit_or_sign_is_told_with_its_channel(factors, message):
-    with pytest.raises(ExperimentError, match=message.replace("+", r"\+")):
-        check_scales(bouncing(**factors), SENSORS, MASS)
+    assert re.search(message.replace("+", r"\+"), told(bouncing(**factors)))
 
 
 def test_a_mass_that_is_not_known_tells_nothing_of_the_force():
-    check_scales(bouncing(force=1e-3), SENSORS, None)
+    assert told(bouncing(force=1e-3))
+    assert told(bouncing(force=1e-3), mass=None) == ""
 
 
 def test_gaps_in_the_record_or_channels_that_do_not_belong_together_are_not_compared():
     holed = bouncing(displacement=1e3)
+    assert told(holed)
     holed.channels["hammer_displacement"][100] = np.nan
-    check_scales(holed, SENSORS, MASS)
+    assert told(holed) == ""
     strange = bouncing()
     strange.channels["hammer_displacement"][:] = np.random.default_rng(1).normal(0.0, 1.0, strange.time.size)
-    check_scales(strange, SENSORS, MASS)
+    assert told(strange) == ""
