@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identification import diagnose
-from identification.diagnose import diagnose_experiment, ordinary
+from identification.diagnose import diagnose_experiment, ordinary, overlooks
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.experiment import load_experiment
 from identification.prepare import prepare
@@ -35,6 +35,11 @@ def test_a_fit_that_is_slow_may_take_its_time_only_near_the_records(small, monke
     found = ordinary(prepare(small))
     assert (found is not None) is arrives
     assert found is None or found.outcome.converged
+
+
+@pytest.mark.parametrize(("tolerant", "plain", "does"), [(0.9, 0.36, True), (0.9, 0.85, False), (0.3, 0.1, False)])
+def test_a_tolerant_fit_overlooks_what_only_an_ordinary_one_describes(tolerant, plain, does):
+    assert overlooks(tolerant, plain) is does
 
 
 def test_the_document_holds_plain_json(complete):
