@@ -325,7 +325,7 @@ def with_other_starts(short: list[Candidate], scored: Scored) -> list[Candidate]
     """The short list, with as many probes of each effect as it wants to be tried from."""
     found = []
     for candidate in short:
-        others = [one for one in scored.found if one.name == candidate.name and one.gain < candidate.gain]
+        others = [one for one in scored.found if one.name == candidate.name and 0.0 < one.gain < candidate.gain]
         found += [candidate, *others[: candidate.members[0].tries - 1]]
     return found
 

@@ -52,8 +52,9 @@ experiment.toml; check the path
     settings = _record_settings(values.get("record"), file.name)
     records = [load_record(each, file.parent, sensors, need_file=need_files) for each in settings]
     mass_is_known = not tables["hammer"].flag("estimate_mass")
-    for record in records:
-        check_scales(record, sensors, mass if mass_is_known else None)
+    for each, record in zip(settings, records, strict=True):
+        units = {channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()}
+        check_scales(record, units, mass if mass_is_known else None)
     return Experiment(
         name=tables["experiment"].string("name") or file.parent.resolve().name,
         folder=file.parent,

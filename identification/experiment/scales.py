@@ -10,8 +10,7 @@ from scipy.signal.windows import hann
 from identification.experiment.channels import CHANNELS
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.record import Record
-from identification.experiment.sensor import Sensor
-from identification.experiment.units import FACTORS, factor_to_si
+from identification.experiment.units import FACTORS, STAND_INS, factor_to_si
 
 # How near a ratio must come to that of two units; no calibration is so far off that it would be taken for one of them.
 NEAR = 0.1
@@ -24,28 +23,31 @@ EVEN = 1e-3
 PAIRS = (("hammer_displacement", "hammer_acceleration"), ("cart_displacement", "cart_acceleration"))
 
 
-def check_scales(record: Record, sensors: dict[str, Sensor], mass: float | None) -> None:
+def check_scales(record: Record, units: dict[str, str | None], mass: float | None) -> None:
     """Compare accelerations with displacements, and the force of the impacts with the deceleration of the hammer.
 
     Args:
         record: with its channels.
-        sensors: with the declared units.
+        units: declared for its channels; None where the file states one. What is written in a stand-in for an SI unit is not compared.
         mass: of the hammer, kg; None where it is not known.
 
     Raises:
         ExperimentError: a channel is as much too large or too small as if its unit were another one, or points the other way.
     """
     for one, other, ratio in _ratios(record, mass):
+        if STAND_INS & {units[one], units[other]}:
+            continue
         if abs(ratio + 1.0) < NEAR:
             raise ExperimentError(
                 f"{one} and {other} point opposite ways in record {shown(record.file)}: expected both to grow towards the stop, and the "
                 "impact force to be positive in compression; turn the sign of one of them in the file"
             )
         for channel, factor in ((one, ratio), (other, 1.0 / ratio)):
-            if unit := mistaken_unit(channel, factor, sensors[channel].unit):
+            if unit := mistaken_unit(channel, factor, units[channel]):
                 raise ExperimentError(
                     f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} tells of it in record "
-                    f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}]"
+                    f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}], "
+                    "or 'units' of the record"
                 )
 
 
@@ -107,5 +109,6 @@ def mistaken_unit(channel: str, factor: float, declared: str | None) -> str:
         return ""
     dimension = CHANNELS[channel]
     read = factor_to_si(declared, dimension, f"[sensors.{channel}]")
-    alike = [(abs(factor * true / read - 1.0), unit) for unit, true in FACTORS[dimension].items() if true != read]
-    return min(alike)[1] if alike and min(alike)[0] < NEAR else ""
+    others = {unit: true for unit, true in FACTORS[dimension].items() if true != read and unit not in STAND_INS}
+    nearest = min(others, key=lambda unit: abs(factor * others[unit] / read - 1.0))
+    return nearest if abs(factor * others[nearest] / read - 1.0) < NEAR else ""

@@ -82,3 +82,5 @@ def test_a_deep_stop_is_tried_from_its_two_most_promising_depths_and_friction_on
     short = [each for each in found if each.gain == 90.0]
     tried = with_other_starts(short, dataclasses.replace(one.scored, found=found))
     assert [(each.name, each.gain) for each in tried] == [("deep_stop", 90.0), ("deep_stop", 60.0), ("coulomb_friction", 90.0)]
+    none = [dataclasses.replace(each, gain=each.gain if each in short else 0.0) for each in found]
+    assert with_other_starts(short, dataclasses.replace(one.scored, found=none)) == short

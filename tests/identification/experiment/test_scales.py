@@ -8,10 +8,9 @@ import pytest
 from identification.experiment import ExperimentError
 from identification.experiment.record import Record
 from identification.experiment.scales import check_scales
-from identification.experiment.sensor import Sensor
 
 MASS, OMEGA = 0.5, 40.0
-SENSORS = {"hammer_displacement": Sensor(unit="m"), "hammer_acceleration": Sensor(unit="m/s^2"), "impact_force": Sensor(unit="N")}
+UNITS: dict[str, str | None] = {"hammer_displacement": "m", "hammer_acceleration": "m/s^2", "impact_force": "N"}
 
 
 def bouncing(*, displacement: float = 1.0, acceleration: float = 1.0, force: float = 1.0) -> Record:
@@ -29,10 +28,10 @@ def bouncing(*, displacement: float = 1.0, acceleration: float = 1.0, force: flo
     return Record(file="cart1.csv", kind="cart-excitation", gap=0.001, time=time, channels=channels)
 
 
-def told(record: Record, mass: float | None = MASS) -> str:
+def told(record: Record, mass: float | None = MASS, **units: str | None) -> str:
     """What is found wrong; empty where nothing is."""
     try:
-        check_scales(record, SENSORS, mass)
+        check_scales(record, UNITS | units, mass)
     except ExperimentError as error:
         return str(error)
     return ""
@@ -72,3 +71,11 @@ def test_gaps_in_the_record_or_channels_that_do_not_belong_together_are_not_comp
     strange = bouncing()
     strange.channels["hammer_displacement"][:] = np.random.default_rng(1).normal(0.0, 1.0, strange.time.size)
     assert told(strange) == ""
+
+
+def test_the_unit_that_is_told_is_that_of_the_declared_one_and_never_a_stand_in():
+    metres_as_mm = bouncing(displacement=1e-3)
+    assert "as if its numbers were in m:" in told(metres_as_mm, hammer_displacement="mm")
+    assert "as if its numbers were in m/s^2:" in told(bouncing(acceleration=9.80665), hammer_acceleration="g")
+    assert told(metres_as_mm, hammer_displacement="V") == ""
+    assert told(metres_as_mm, hammer_displacement=None) == ""
