@@ -54,6 +54,7 @@ _IN_PART = (
 _TRIFLE = "beside that, too little to be told from what the named effect's own equation leaves"
 _NO_EVIDENCE = "promised more than white noise would, but does not hold it once fitted, or no more than noise that remembers would"
 _STANDS_IN = "would lower the misfit, but with strengths that will not hold still from record to record, and is not considered"
+_MIMICS = "would lower the misfit, but {0} then still changes in the course of records, which alone explains much of it; not considered"
 _MOST_ITERATIONS = 15
 _APART = 200.0
 """Mean squared jump from one short window to the next, in standard errors, above which they have forgiven what the model lacks. An effect
@@ -190,7 +191,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
     return Diagnosis(
         experiment=start.prepared.experiment,
         verdict=verdict,
-        sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share),
+        sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share, found.mimics),
         effects=named,
         free_form=cause.formula,
         ambiguous_with=ambiguous,
@@ -211,6 +212,9 @@ def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, re
     said += [] if ground.sound else [_TOLERANT]
     if found.without:
         said.append(f"{' and '.join(found.without)} {_STANDS_IN}")
+    if found.mimics is not None:
+        restless = next(p.symbol for p in side.parameters if p.name == found.mimics.name)
+        said.append(f"{' and '.join(found.fitted.names)} {_MIMICS.format(restless)}")
     if found.ended in _ENDED:
         said.append(_ENDED[found.ended])
     elif cause.share < 1.0:

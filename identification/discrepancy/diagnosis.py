@@ -130,14 +130,14 @@ class Considered:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Disagreement:
-    """How a parameter differs from record to record.
+    """How a parameter differs from record to record, or between the halves of records.
 
     Attributes:
         name: of the parameter.
         chi2: scatter of the records' own estimates over their errors.
         degrees: records that determine it, less one.
         chance: that noise alone scatters them as much.
-        records: by file, what it alone would estimate and the standard error, SI.
+        records: by file, what it alone would estimate and the standard error, SI; "the first half of FILE" and so on for halves.
     """
 
     name: str
@@ -145,6 +145,12 @@ class Disagreement:
     degrees: int
     chance: float
     records: dict[str, tuple[float, float]]
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the values beyond their errors, SI, by the method of moments (DerSimonian and Laird 1986)."""
+        weight = np.array([stderr**-2.0 for _, stderr in self.records.values()])
+        return float(np.sqrt(max(self.chi2 - self.degrees, 0.0) / (weight.sum() - (weight**2).sum() / weight.sum())))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

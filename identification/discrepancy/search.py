@@ -10,6 +10,7 @@ import numpy as np
 from identification.adequacy import OVERALL, chi2_limit
 from identification.discrepancy.colour import overstatement
 from identification.discrepancy.continuity import continuity_cost, jump_variance
+from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.evidence import FALSE_ALARM, chance, significant, trials
 from identification.discrepancy.facts import facts
 from identification.discrepancy.linearised import Linearised, linearised
@@ -110,6 +111,8 @@ class Search:
     """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS` or `BUDGET`."""
     without: tuple[str, ...] = ()
     """Names of effects that were not to be tried."""
+    mimics: Disagreement | None = None
+    """A parameter that changes in the course of records, which is what the effects stand in for."""
 
     @property
     def first(self) -> Scored:
@@ -118,8 +121,8 @@ class Search:
 
     @property
     def explained(self) -> bool:
-        """Whether nothing but noise is left, or a trifle beside what has been explained."""
-        return self.ended == EXPLAINED
+        """Whether nothing but noise is left, or a trifle beside what has been explained, and by a cause."""
+        return self.ended == EXPLAINED and self.mimics is None
 
     @property
     def stages(self) -> tuple[Fitted, ...]:

@@ -1,8 +1,7 @@
-"""Effects that will not hold still from record to record are not the cause; the search then begins again without them."""
+"""Effects that will not hold still, or leave another parameter that does not, are not the cause."""
 
+import dataclasses
 from collections.abc import Callable
-
-import numpy as np
 
 from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
@@ -16,6 +15,10 @@ MOSTLY = 0.75
 """Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 _NO_CONSTANT = 0.25
 """Scatter between records, beyond their errors and relative to the value, from which a strength is none."""
+_MIMICKED = 0.1
+"""Share of the misfit that a parameter must explain by another value in each half of a record for effects to stand in for it."""
+_AT_REST = 0.5
+"""Its scatter beside the effects over that in the nominal model below which they explain it."""
 
 
 def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
@@ -30,11 +33,26 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
         without = (*without, loose[0])
         place = found.fitted.names.index(loose[0])
         begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
-        again = search(start, allowed, deadline, progress, begun=begun, without=without)
+        again = search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without)
         if again.ended == BUDGET:
             break
         found = again
-    return found
+    return dataclasses.replace(found, mimics=mimicked(found, allowed)) if found.fitted.names else found
+
+
+def mimicked(found: Search, allowed: Tolerance) -> Disagreement | None:
+    """A parameter of the nominal model, as that has it, for which the effects that were found only stand in; None where there is none.
+
+    It changes in the course of records, which alone explains much of the misfit, and the effects have not brought it to rest.
+    """
+    nominal, misfit = found.first.fitted, 2.0 * (found.rounds[0].cost - allowed.noise)
+    after = {one.name: one for one in disagreements(found.fitted, allowed, halves=True)}
+    for before in disagreements(nominal, allowed, halves=True):
+        beside = after.get(before.name)
+        restless = beside is not None and beside.chance < BY_CHANCE and beside.scatter > _AT_REST * before.scatter
+        if restless and before.chi2 > _MIMICKED * misfit:
+            return before
+    return None
 
 
 def _doubtful(found: Search, allowed: Tolerance) -> bool:
@@ -48,7 +66,7 @@ def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
     Trifles are not told from what is left. A part of the cause alone may not hold still; it counts once the model has all of it.
     """
     most, explained = None, 0.0
-    for fitted in found.stages:
+    for fitted in found.stages if found.mimics is None else ():
         share = found.share(fitted, allowed)
         if share - explained >= ADDS and not unsteady(fitted, allowed):
             most, explained = fitted, share
@@ -58,11 +76,5 @@ def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     """Names of the model's effects with a parameter that is another one from record to record, in the order in which they were found."""
     differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
-    return tuple(name for name in fitted.names if any(_is_no_constant(one, fitted) for one in differ if one.name.startswith(f"{name}.")))
-
-
-def _is_no_constant(one: Disagreement, fitted: Fitted) -> bool:
-    """Whether a parameter's scatter, by the method of moments (DerSimonian and Laird 1986), is large beside its value."""
-    weight = np.array([stderr**-2.0 for _, stderr in one.records.values()])
-    scatter = np.sqrt((one.chi2 - one.degrees) / (weight.sum() - (weight**2).sum() / weight.sum()))
-    return bool(scatter > _NO_CONSTANT * abs(float(fitted.model.values()[one.name])))
+    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(float(fitted.model.values()[one.name]))]
+    return tuple(name for name in fitted.names if any(one.startswith(f"{name}.") for one in loose))
