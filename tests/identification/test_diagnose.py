@@ -9,6 +9,7 @@ import pytest
 from identification import diagnose
 from identification.diagnose import diagnose_experiment, ordinary, overlooks
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
+from identification.discrepancy.robust import robust_fit
 from identification.experiment import load_experiment
 from identification.prepare import prepare
 from tests.identification.conftest import cropped
@@ -40,6 +41,20 @@ def test_a_fit_that_is_slow_may_take_its_time_only_near_the_records(small, monke
 @pytest.mark.parametrize(("tolerant", "plain", "does"), [(0.9, 0.36, True), (0.9, 0.85, False), (0.3, 0.1, False)])
 def test_a_tolerant_fit_overlooks_what_only_an_ordinary_one_describes(tolerant, plain, does):
     assert overlooks(tolerant, plain) is does
+
+
+@pytest.mark.parametrize(("tolerant", "plain", "sound"), [(0.9, 0.3, True), (0.2, 0.1, False)])
+def test_the_search_starts_from_the_fit_that_describes_the_motion(small, monkeypatch, tolerant, plain, sound):
+    nominal, short = ordinary(prepare(small)), robust_fit(prepare(small))
+    assert nominal is not None
+    errors = {id(nominal): plain, id(short[0]): tolerant}
+    monkeypatch.setattr(diagnose, "_MILD", 0.5)
+    monkeypatch.setattr(diagnose, "ordinary", lambda prepared: nominal)
+    monkeypatch.setattr(diagnose, "robust_fit", lambda prepared: short)
+    monkeypatch.setattr(diagnose, "_fits", lambda fitted: errors[id(fitted)])
+    monkeypatch.setattr(diagnose, "_rms_nrmse", lambda error: error)
+    ground = diagnose._ground(small, None, lambda stage: None)
+    assert (ground.fitted, ground.sound) == ((nominal, True) if sound else (short[0], False))
 
 
 def test_the_document_holds_plain_json(complete):
