@@ -13,7 +13,7 @@ from vibrojax.errors import InputError
 from vibrojax.model import MASS
 
 SCHEMA = 1
-ABSENT = "not in the seed"
+ABSENT = "not stated"
 """What stands for a value that the source is known to hold but that nobody has entered."""
 
 
@@ -86,7 +86,7 @@ def read_reference(path: Path) -> Reference:
     """Read a table of reference values.
 
     The file is TOML: `schema = 1`, `title`, and one `[[value]]` per number with `name`, `symbol`, `value`, `unit`, `source` and, if
-    wanted, `stderr`, `note` and `printed_unit`. A `value` that is the text "not in the seed" says that the source holds the number
+    wanted, `stderr`, `note` and `printed_unit`. A `value` that is the text "not stated" says that the source holds the number
     but that it is not known here.
 
     Raises:

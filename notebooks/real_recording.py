@@ -5,7 +5,7 @@
 # Volts stand for metres and newtons. We pretend not to know about the spring, fit a linear oscillator, and ask what it leaves out.
 #
 # The recording is not part of this project. `vibrojax datasets` tells where it is to be had; `VIBROJAX_RECORDINGS` names the folder that
-# holds it. Without it this notebook says so and does nothing else.
+# holds it, else `shared/recordings` beside a checkout. Without it this notebook says so and does nothing else.
 
 # %%
 import dataclasses

@@ -1,4 +1,4 @@
-"""From many cases to shares: the keys of the contract first, then what they depend on."""
+"""From many cases to shares: the headline figures first, then what they depend on."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

@@ -130,14 +130,14 @@ class Considered:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Disagreement:
-    """How a parameter differs from record to record, or between the halves of records.
+    """How a parameter differs from record to record.
 
     Attributes:
         name: of the parameter.
         chi2: scatter of the records' own estimates over their errors.
         degrees: records that determine it, less one.
         chance: that noise alone scatters them as much.
-        records: by file, what it alone would estimate and the standard error, SI; "the first half of FILE" and so on for halves.
+        records: by file, what it alone would estimate and the standard error, SI.
     """
 
     name: str
@@ -183,7 +183,7 @@ class Diagnosis:
 
     Attributes:
         verdict: `ADEQUATE`, `MISSING` or `UNLISTED`.
-        sentences: the verdict in words, first what is missing, then what it does to the error; two to four of them.
+        sentences: the verdict in words, first what is missing, then what it does to the error; two to five of them.
         effects: asserted, by probability.
         free_form: formula of the term that was learned where no listed effect explains the misfit; empty otherwise.
         ambiguous_with: names of effects that these records cannot tell from the asserted ones.

@@ -1,6 +1,7 @@
-"""Parameters that will not hold still: what each record, or each half of one, would have them be, beside the joint fit."""
+"""Parameters that will not hold still: what each record would have them be, beside the joint fit."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import chdtrc
@@ -12,61 +13,59 @@ from identification.discrepancy.errors import degrees
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.fit import free_unknowns
+from vibrojax.parameters import Parameter
 
 BY_CHANCE = 1e-6
 """Chance of noise below which a parameter is said to differ between records."""
 _WIDE = 10.0
 """Standard deviation of what is known of a parameter without any record, in its internal coordinate."""
-_TOLD = 1.0
-"""Standard error, likewise, from which a record says nothing of a parameter."""
+TOLD = 1.0
+"""Standard error, likewise, from which a part of the records says nothing of a parameter."""
 
 
-def disagreements(fitted: Fitted, allowed: Tolerance, *, halves: bool = False) -> tuple[Disagreement, ...]:
-    """Every estimated parameter that two records or more determine; with `halves`, two halves of records.
+def disagreements(fitted: Fitted, allowed: Tolerance) -> tuple[Disagreement, ...]:
+    """Every estimated parameter that two records or more determine.
 
-    One Gauss-Newton step of a record's own windows, from the joint fit, gives what it alone would estimate, with its error; all other
-    parameters, nuisances and initial states are free in it. The scatter of these estimates over their errors is chi-square distributed
-    where the model is complete; errors grow with the root of the joint fit's reduced chi-square where that is not noise.
+    The scatter of the records' own estimates over their errors is chi-square distributed where the model is complete.
     """
-    prepared, estimate = fitted.prepared, fitted.outcome.estimate
-    equations, active = allowed.evaluator(lambda _: fitted.outcome.equations)(estimate), free_unknowns(prepared).shared
-    reduced_chi2 = 2.0 * float(equations.cost.sum()) / degrees(fitted)
-    proud = np.sqrt(reduced_chi2) if reduced_chi2 > chi2_limit(degrees(fitted), OVERALL) else 1.0
-    steps, sigmas, parts = [], [], _halves(fitted) if halves else _whole(fitted)
-    for mine in parts.values():
-        step, sigma = _alone(equations, fitted, mine)
-        steps.append(step)
-        sigmas.append(proud * sigma)
-    shape, found = (len(parts), len(estimate.shared)), []
-    shift, sigma = np.reshape(steps, shape), np.reshape(sigmas, shape)
-    for index, p in enumerate(prepared.layout.parameters):
-        told = np.flatnonzero(sigma[:, index] < _TOLD)
-        if not active[index] or len(told) < 2:
+    layout, shared, files = fitted.prepared.layout, fitted.outcome.estimate.shared, [r.file for r in fitted.prepared.experiment.records]
+    shift, sigma = estimates(fitted, allowed, [fitted.prepared.record == index for index in range(len(files))])
+    sigma, found = sigma * pride(fitted, allowed), []
+    for index, p in enumerate(layout.parameters):
+        told = np.flatnonzero(sigma[:, index] < TOLD)
+        if len(told) < 2:
             continue
         weight, moved = sigma[told, index] ** -2.0, shift[told, index]
         chi2 = float(np.sum(weight * (moved - np.sum(weight * moved) / np.sum(weight)) ** 2))
-        own = {}
-        for part, one in zip(told, moved, strict=True):
-            value = p.to_physical(estimate.shared[index] + one)
-            own[list(parts)[part]] = value, float(sigma[part, index] * p.slope(value))
+        own = {files[k]: estimated(p, shared[index] + shift[k, index], sigma[k, index]) for k in told}
         found.append(Disagreement(name=p.name, chi2=chi2, degrees=len(told) - 1, chance=float(chdtrc(len(told) - 1, chi2)), records=own))
     return tuple(found)
 
 
-def _whole(fitted: Fitted) -> dict[str, np.ndarray]:
-    """Windows of every record, by its file."""
-    prepared = fitted.prepared
-    return {record.file: prepared.record == index for index, record in enumerate(prepared.experiment.records)}
+def estimates(fitted: Fitted, allowed: Tolerance, parts: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """What parts of the records, each a choice of windows, would move every shared parameter by; and the standard errors.
+
+    One Gauss-Newton step of a part's own windows from the joint fit, with all other parameters, nuisances and initial states free in it.
+    Both (parts, parameters), in internal coordinates; the error of a parameter that is held is infinite.
+    """
+    equations, active = allowed.evaluator(lambda _: fitted.outcome.equations)(fitted.outcome.estimate), free_unknowns(fitted.prepared)
+    shift, sigma = np.zeros((2, len(parts), len(active.shared)))
+    for part, mine in enumerate(parts):
+        shift[part], sigma[part] = _alone(equations, fitted, mine)
+    return shift, np.where(active.shared, sigma, np.inf)
 
 
-def _halves(fitted: Fitted) -> dict[str, np.ndarray]:
-    """Windows of the halves of every record that has two windows or more."""
-    first, found = np.concatenate([group.first for group in fitted.prepared.groups]), {}
-    for file, mine in _whole(fitted).items():
-        late = mine & (first > np.median(first[mine]))
-        if late.any():
-            found |= {f"the first half of {file}": mine & ~late, f"the second half of {file}": late}
-    return found
+def estimated(p: Parameter, internal: float, sigma: float) -> tuple[float, float]:
+    """Value and standard error, SI, of a parameter in its internal coordinate."""
+    value = p.to_physical(internal)
+    return value, float(sigma) * p.slope(value)
+
+
+def pride(fitted: Fitted, allowed: Tolerance) -> float:
+    """Factor by which errors grow where more than noise is left: the root of reduced chi-square; 1 where it is noise."""
+    count, cost = degrees(fitted), allowed.total(fitted.outcome.equations.cost)
+    reduced_chi2 = 2.0 * cost / count
+    return float(np.sqrt(reduced_chi2)) if reduced_chi2 > chi2_limit(count, OVERALL) else 1.0
 
 
 def _alone(equations: Equations, fitted: Fitted, mine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

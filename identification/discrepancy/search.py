@@ -10,7 +10,7 @@ import numpy as np
 from identification.adequacy import OVERALL, chi2_limit
 from identification.discrepancy.colour import overstatement
 from identification.discrepancy.continuity import continuity_cost, jump_variance
-from identification.discrepancy.diagnosis import Disagreement
+from identification.discrepancy.drift import Drift
 from identification.discrepancy.evidence import FALSE_ALARM, chance, significant, trials
 from identification.discrepancy.facts import facts
 from identification.discrepancy.linearised import Linearised, linearised
@@ -111,7 +111,7 @@ class Search:
     """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS` or `BUDGET`."""
     without: tuple[str, ...] = ()
     """Names of effects that were not to be tried."""
-    mimics: Disagreement | None = None
+    mimics: Drift | None = None
     """A parameter that changes in the course of records, which is what the effects stand in for."""
 
     @property

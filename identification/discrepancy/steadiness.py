@@ -3,8 +3,8 @@
 import dataclasses
 from collections.abc import Callable
 
-from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
+from identification.discrepancy.drift import Drift, drifts
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search, reopened, search
@@ -18,7 +18,7 @@ _NO_CONSTANT = 0.25
 _MIMICKED = 0.1
 """Share of the misfit that a parameter must explain by another value in each half of a record for effects to stand in for it."""
 _AT_REST = 0.5
-"""Its scatter beside the effects over that in the nominal model below which they explain it."""
+"""Its change beside the effects over that in the nominal model below which they explain it."""
 
 
 def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
@@ -40,17 +40,17 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
     return dataclasses.replace(found, mimics=mimicked(found, allowed)) if found.fitted.names else found
 
 
-def mimicked(found: Search, allowed: Tolerance) -> Disagreement | None:
+def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
     """A parameter of the nominal model, as that has it, for which the effects that were found only stand in; None where there is none.
 
     It changes in the course of records, which alone explains much of the misfit, and the effects have not brought it to rest.
     """
-    nominal, misfit = found.first.fitted, 2.0 * (found.rounds[0].cost - allowed.noise)
-    after = {one.name: one for one in disagreements(found.fitted, allowed, halves=True)}
-    for before in disagreements(nominal, allowed, halves=True):
+    misfit = 2.0 * (found.rounds[0].cost - allowed.noise)
+    after = {one.name: one for one in drifts(found.fitted, allowed)}
+    for before in drifts(found.first.fitted, allowed):
         beside = after.get(before.name)
-        restless = beside is not None and beside.chance < BY_CHANCE and beside.scatter > _AT_REST * before.scatter
-        if restless and before.chi2 > _MIMICKED * misfit:
+        restless = beside is not None and beside.chance < BY_CHANCE and beside.change > _AT_REST * before.change
+        if restless and before.gain > _MIMICKED * misfit:
             return before
     return None
 

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Disagreement, Location, Number, Side
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Location, Number, Side
 from identification.discrepancy.disagreement import BY_CHANCE
+from identification.discrepancy.drift import Drift
 from identification.report.channel_labels import spoken
 from identification.report.numbers import rounded, with_unit
 
@@ -18,7 +19,7 @@ def sentences(
     after: Side,
     formula: str,
     share: float = 1.0,
-    mimics: Disagreement | None = None,
+    mimics: Drift | None = None,
 ) -> tuple[str, ...]:
     """What is missing, where, and what it does to the error; the first sentence stands alone.
 
@@ -49,25 +50,27 @@ def sentences(
         return (first, *where, falls, *doubt, *_unsteady(after))
     first = "Something real is missing, and no listed effect explains it."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
-    restless = _unsteady(after) if mimics is None else (_restless(mimics, before, "in the course of a record"),)
+    restless = _unsteady(after) if mimics is None else (_drifting(mimics, before),)
     return (first, *where, *learned, *restless)
 
 
 def _unsteady(side: Side) -> tuple[str, ...]:
-    """The parameter that still will not hold still from record to record."""
+    """The parameter that still will not hold still, from the record with its least to that with its largest value."""
     differ = [one for one in side.disagreements if one.chance < BY_CHANCE / len(side.disagreements)]
     if not differ:
         return ()
     worst = min(differ, key=lambda one: (one.chance, -one.chi2 / one.degrees))
-    return (_restless(worst, side, "from record to record"),)
+    p = next(p for p in side.parameters if p.name == worst.name)
+    ends = sorted(worst.records.items(), key=lambda item: item[1][0])
+    low, high = (f"{with_unit(rounded(*estimate).text, p.unit)} in {file}" for file, estimate in (ends[0], ends[-1]))
+    return (f"{p.symbol} will not hold still from record to record: {low}, {high}.",)
 
 
-def _restless(one: Disagreement, side: Side, when: str) -> str:
-    """A parameter that will not hold still, from where it is least to where it is largest."""
+def _drifting(one: Drift, side: Side) -> str:
+    """The parameter that will not hold still within records, in that where this is surest."""
     p = next(p for p in side.parameters if p.name == one.name)
-    ends = sorted(one.records.items(), key=lambda item: item[1][0])
-    low, high = (f"{with_unit(rounded(*estimate).text, p.unit)} in {place}" for place, estimate in (ends[0], ends[-1]))
-    return f"{p.symbol} will not hold still {when}: {low}, {high}."
+    early, late = (with_unit(rounded(*estimate).text, p.unit) for estimate in one.halves[one.surest])
+    return f"{p.symbol} will not hold still in the course of a record: {early} in the first half of {one.surest}, {late} in the second."
 
 
 def _main(one: Asserted) -> str:

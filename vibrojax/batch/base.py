@@ -69,7 +69,7 @@ class AbstractEngine(eqx.Module):
     """A method that advances many lanes at once."""
 
     name: eqx.AbstractClassVar[str]
-    """Name on the command line and in a data set's provenance."""
+    """Name in a data set's provenance."""
 
     @abc.abstractmethod
     def unfit(self, lanes: Lanes) -> str | None:

@@ -28,7 +28,9 @@ def fit(
     ] = None,
     recipe: Recipe = None,
     data: Data = None,
-    law: Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: Hunt-Crossley.")] = None,
+    law: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")
+    ] = None,
     reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
     starts: Annotated[
         int | None,

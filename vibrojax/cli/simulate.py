@@ -14,7 +14,7 @@ EXAMPLE = "Example:  vibrojax simulate --model rig-B-fit/model.json --experiment
 
 
 def simulate(
-    model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json that a fit wrote.", show_default=False)],
+    model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json of a fit, a diagnosis or a preset.", show_default=False)],
     experiment: Annotated[
         Path, typer.Option(metavar="EXPERIMENT.toml", help="The experiment whose records are simulated.", show_default=False)
     ],

@@ -25,7 +25,8 @@ class Shared:
 
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the data set and the figure.", show_default=False)]
     model: Annotated[
-        Path | None, typer.Option("--model", metavar="MODEL.json", help="A model.json that a fit wrote.", show_default=False)
+        Path | None,
+        typer.Option("--model", metavar="MODEL.json", help="A model.json of a fit, a diagnosis or a preset.", show_default=False),
     ] = None
     fit: Annotated[
         Path | None,

@@ -7,6 +7,7 @@ import pytest
 
 from identification.discrepancy import steadiness
 from identification.discrepancy.diagnosis import Disagreement
+from identification.discrepancy.drift import Drift
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from identification.discrepancy.steadiness import steadily, steady_search, unsteady
 from tests.identification.discrepancy.made_search import model, round_of, stage
@@ -48,7 +49,7 @@ def searches(motion, allowed, monkeypatch):
         return Search(rounds=rounds, fitted=model(motion, allowed, 2.0, *effects), last=last, ended=how)
 
     def given(*results: tuple, left: float = 8.0) -> tuple[list[Search], list[dict]]:
-        monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed, *, halves: ())
+        monkeypatch.setattr(steadiness, "drifts", lambda fitted, allowed: ())
         found, calls = [ended(*result, left=left) for result in results], []
 
         def search(start, allowed, deadline, progress, **options):
@@ -96,28 +97,22 @@ def test_what_held_still_before_trifles_were_added_to_it_is_enough(motion, allow
 
 
 @pytest.mark.parametrize(
-    ("after", "share", "mimics"),
+    ("share", "change", "chance", "mimics"),
     [
-        ([5.19, 5.14, 5.18, 5.14], 0.3, True),  # as it was without drag
-        ([5.161, 5.159, 5.161, 5.159], 0.3, False),  # drag brings it to rest, nearly
-        ([5.19, 5.14, 5.18, 5.14], 0.03, False),  # it changes, but that is not what the misfit is about
+        (0.3, 0.009, 1e-9, True),  # as it was without drag
+        (0.3, 0.001, 1e-9, False),  # drag brings it to rest, nearly
+        (0.3, 0.009, 1e-3, False),  # drag brings it to rest, as far as one can tell
+        (0.03, 0.009, 1e-9, False),  # it drifts, but that is not what the misfit is about
     ],
 )
-def test_what_leaves_a_parameter_changing_in_the_course_of_records_only_stands_in_for_that(
-    motion, allowed, monkeypatch, searches, after, share, mimics
+def test_what_leaves_a_parameter_drifting_within_records_only_stands_in_for_that(
+    motion, allowed, monkeypatch, searches, share, change, chance, mimics
 ):
     found, _ = searches((EXPLAINED, DRAG))
     nominal = found[0].first.fitted
-    misfit = 2.0 * (found[0].rounds[0].cost - allowed.noise)
-    values = [5.19, 5.14, 5.18, 5.14]
-    before = differing("f_n", values, stderr=np.std(values) * float(np.sqrt(len(values) / (share * misfit))))
-    beside = differing("f_n", after, 2e-4)
-
-    def disagreements(fitted, allowed, *, halves):
-        assert halves
-        return (before,) if fitted is nominal else (beside,)
-
-    monkeypatch.setattr(steadiness, "disagreements", disagreements)
+    before = Drift(name="f_n", chance=0.0, gain=share * 2.0 * (found[0].rounds[0].cost - allowed.noise), change=0.008, halves={})
+    beside = Drift(name="f_n", chance=chance, gain=1.0, change=change, halves={})
+    monkeypatch.setattr(steadiness, "drifts", lambda fitted, allowed: (before,) if fitted is nominal else (beside,))
     result = steady_search(nominal, allowed, np.inf)
     assert result.mimics == (before if mimics else None)
     assert result.explained is not mimics
