@@ -14,7 +14,7 @@ from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.errors import degrees
 from identification.discrepancy.evidence import significant
 from identification.discrepancy.explanation import Explanation, explanation
-from identification.discrepancy.held_out import HeldOut, held_out
+from identification.discrepancy.held_out import SIGNAL, HeldOut, held_out
 from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.refit import Fitted
@@ -53,7 +53,7 @@ _IN_PART = (
 )
 _TRIFLE = "beside that, too little to be told from what the named effect's own equation leaves"
 _NO_EVIDENCE = "promised more than white noise would, but does not hold it once fitted, or no more than noise that remembers would"
-_STANDS_IN = "would lower the misfit, but with strengths that will not hold still from record to record, and is not considered"
+_STANDS_IN = "would lower the misfit, but with a strength that differs between records or that these do not tell, and is not considered"
 _MIMICS = "would lower the misfit, but {0} then still changes in the course of records, which alone explains much of it; not considered"
 _MOST_ITERATIONS = 15
 _APART = 200.0
@@ -165,7 +165,7 @@ def ordinary(prepared: Prepared) -> Fitted | None:
         outcome = LevenbergMarquardt()(evaluate, fitted.outcome.estimate, active, bounds(prepared))
         fitted = dataclasses.replace(fitted, outcome=outcome)
     (low, high), shared = bounds(prepared), fitted.outcome.estimate.shared
-    inside = np.all((shared > low) & (shared < high))
+    inside = np.all((shared > low) & (shared < high) | ~free_unknowns(prepared).shared)
     return fitted if fitted.outcome.converged and inside else None
 
 
@@ -265,9 +265,14 @@ def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
 
 
 def _rms_nrmse(records: tuple[RecordFit, ...]) -> float:
-    """Over all channels of all records; a prediction that broke off counts as one that knows nothing."""
-    errors = [error for record in records for error in record.nrmse.values()]
+    """Over all channels that hold more than noise; a prediction that broke off counts as one that knows nothing."""
+    errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
     return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
+
+
+def _has_signal(record: RecordFit, channel: str) -> bool:
+    """Whether there is anything in a channel to predict."""
+    return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)
 
 
 def _location(first: Scored, start: Fitted, named: tuple[Asserted, ...], verdict: str) -> Location | None:

@@ -11,7 +11,7 @@ from identification.block_arrow import Equations, reduce, solve
 from identification.experiment import Experiment
 from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
 from identification.held_back import held_back_fits
-from identification.layout import Active, Estimate, Layout
+from identification.layout import Active, Estimate
 from identification.levenberg_marquardt import Outcome
 from identification.multistart import Multistart
 from identification.prepare import Prepared, prepare
@@ -64,7 +64,7 @@ def fit_experiment(
         experiment=experiment,
         model=model,
         parameters=parameters,
-        derived=_derived(prepared.layout, values, experiment.mass, spread, known),
+        derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
         chi2_reduced=reduced_chi2,
@@ -87,7 +87,7 @@ def _optimum(
     """The fit from the first guesses; where it leaves a misfit, or so many starts are asked for, the best of several."""
     outcome = _fitted(prepared, progress)
     clock.lap("fit")
-    misfit = not outcome.converged or 2.0 * outcome.cost / degrees > chi2_limit(degrees, OVERALL)
+    misfit = not outcome.converged or 2.0 * outcome.cost / max(degrees, 1) > chi2_limit(degrees, OVERALL)
     if starts is None and not misfit:
         return outcome, ()
     search = Multistart() if starts is None else Multistart(count=starts)
@@ -167,19 +167,19 @@ def _why_not(prepared: Prepared, name: str) -> str:
     return "its standard error is larger than a factor of e, or than 1 where it is not estimated by its logarithm"
 
 
-def _derived(layout: Layout, values: dict[str, float], mass: float, spread: Uncertainty, active: Active) -> tuple[Derived, ...]:
+def _derived(prepared: Prepared, values: dict[str, float], spread: Uncertainty, known: Active) -> tuple[Derived, ...]:
     """Stiffness k = m omega_n^2 and damping c = 2 zeta omega_n m, with errors to first order."""
     if "f_n" not in values:
         return ()
-    mass = values.get("m", mass)
+    layout, mass = prepared.layout, values.get("m", prepared.experiment.mass)
     omega = 2 * np.pi * values["f_n"]
 
     def row(name: str, unit: str, value: float, slopes: dict[str, float]) -> Derived:
         at = {layout.index(key): slope for key, slope in slopes.items() if key in values}
-        known = all(active.shared[i] for i in at if layout.parameters[i].name != "m")
+        told = all(known.shared[i] for i in at if layout.parameters[i].name != "m" or "m" not in prepared.fixed)
         vector = np.array([at.get(i, 0.0) for i in range(layout.shared)])
         variance = vector @ spread.covariance[: layout.shared, : layout.shared] @ vector
-        return Derived(name=name, symbol=name, unit=unit, value=float(value), stderr=float(value * np.sqrt(variance)) if known else None)
+        return Derived(name=name, symbol=name, unit=unit, value=float(value), stderr=float(value * np.sqrt(variance)) if told else None)
 
     return (
         row("k", "N/m", mass * omega**2, {"f_n": 2.0, "m": 1.0}),

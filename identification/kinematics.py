@@ -39,7 +39,7 @@ def relative_displacement(record: Record) -> Float[np.ndarray, " samples"] | Non
         return channels["relative_displacement"]
     if "hammer_displacement" not in channels:
         return None
-    if record.kind != "cart-excitation":
+    if record.kind != "cart-excitation" and record.base != "measured":
         return channels["hammer_displacement"]
     if "cart_displacement" in channels:
         return channels["hammer_displacement"] - channels["cart_displacement"]

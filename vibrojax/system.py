@@ -107,7 +107,8 @@ class System(eqx.Module):
         acceleration = self.suspension.acceleration(u, v, force / self.mass - base_acceleration)
         absolute = acceleration + base_acceleration
         rates = [effect.rates(motion, part, push, absolute) for effect, part in self.each(own) if effect.own_states]
-        return Forces(acceleration, absolute, jnp.maximum(push, 0.0), jnp.concatenate(rates, axis=-1) if rates else own)
+        in_front = jnp.where(near.side > 0, push, jnp.zeros_like(push))
+        return Forces(acceleration, absolute, in_front, jnp.concatenate(rates, axis=-1) if rates else own)
 
     def relative_acceleration(self, t: Scalars, u: Scalars, v: Scalars, contact_force: Scalars) -> Scalars:
         """u'', m/s^2, under a given push of the stop, N; of a system without effects."""

@@ -149,8 +149,9 @@ class Disagreement:
     @property
     def scatter(self) -> float:
         """Standard deviation of the values beyond their errors, SI, by the method of moments (DerSimonian and Laird 1986)."""
-        weight = np.array([stderr**-2.0 for _, stderr in self.records.values()])
-        return float(np.sqrt(max(self.chi2 - self.degrees, 0.0) / (weight.sum() - (weight**2).sum() / weight.sum())))
+        value, weight = np.array([(value, stderr**-2.0) for value, stderr in self.records.values()]).T
+        chi2 = float(weight @ (value - weight @ value / weight.sum()) ** 2)
+        return float(np.sqrt(max(chi2 - len(value) + 1, 0.0) / (weight.sum() - weight @ weight / weight.sum())))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -92,7 +92,7 @@ def _lines(prepared: Prepared, at: Linearised, channel: int) -> tuple[float, ...
             continue
         residual = at.of_record(at.residual[..., channel], index, len(record.time))
         dt = float(np.median(np.diff(record.time)))
-        count = 1 << 17
+        count = max(1 << 17, 1 << (len(residual) - 1).bit_length())
         spectrum = np.abs(np.fft.rfft(residual, count)) ** 2 / max(len(residual), 1)
         frequencies = np.fft.rfftfreq(count, dt) if frequencies is None else frequencies
         power = power + np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum)

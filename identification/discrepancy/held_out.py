@@ -14,7 +14,7 @@ from identification.levenberg_marquardt import settle
 from identification.residual import residuals
 
 FOLDS = 4
-_SIGNAL = 9.0
+SIGNAL = 9.0
 """Variance of a channel over that of its noise below which it holds nothing to predict."""
 _LOST = 4.0
 """Mean square error over variance at which a prediction is as bad as any."""
@@ -97,6 +97,6 @@ def _nrmse(fitted: Fitted, local: np.ndarray) -> float:
         record, square = prepared.experiment.records[index], np.nan_to_num(np.concatenate(values), nan=1e6)
         beyond = max(float(square.mean()) - 1.0, float(np.sqrt(2.0 / len(square))))
         signal = float(np.nanvar(record.channels[channel])) / record.noise[channel] ** 2
-        if signal > _SIGNAL:
+        if signal > SIGNAL:
             parts.append(min(beyond / signal, _LOST))
     return float(np.sqrt(np.mean(parts))) if parts else float("nan")

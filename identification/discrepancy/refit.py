@@ -67,9 +67,13 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
     """The same windows under another model, starting from its own numbers."""
     extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
+    of_effects = {f"{effect.name}.{p.name}" for effect in model.effects for p in effect.parameters}
+    known = {p.name: p for p in prepared.layout.parameters if p.name not in of_effects}
     layout = layout_of(model, *extra, files=prepared.layout.files, zeros=prepared.layout.zeros)
     layout = dataclasses.replace(
-        layout, parameters=tuple(_in_size(p, values[p.name]) for p in layout.parameters), own_states=_with_room(layout, states)
+        layout,
+        parameters=tuple(known.get(p.name) or _in_size(p, values[p.name]) for p in layout.parameters),
+        own_states=_with_room(layout, states),
     )
     searched = {p.name: values[p.name] for p in model.parameters if p.searched}
     shared = layout.internal({p.name: values[p.name] for p in layout.parameters})

@@ -122,8 +122,8 @@ def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
 def _starts(short: Prepared) -> list[Estimate]:
     """The first guesses of the fit; where one is at the end of its range, also guesses that give every contact a gap of its own."""
     layout, starts = short.layout, [dataclasses.replace(short.start, shared=shared) for shared in short.candidates.values()]
-    low, high = bounds(short)
-    if all(np.all((start.shared > low + 1e-6) & (start.shared < high - 1e-6)) for start in starts):
+    (low, high), held = bounds(short), ~free_unknowns(short).shared
+    if all(np.all((start.shared > low + 1e-6) & (start.shared < high - 1e-6) | held) for start in starts):
         return starts
     names = tuple(p.name for p in short.model.law.parameters if p.name not in short.fixed)
     for load_cell in (True, False):

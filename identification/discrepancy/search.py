@@ -43,6 +43,8 @@ _CLOSE = 0.3
 """Share of the best gain from which a candidate is tried although another explains everything: it may be its twin."""
 _HELPS = 0.05
 """Share of the misfit below which a refit has not helped."""
+_BETTER = 8.0
+"""Drop of the cost, half chi-square, below which a model fitted anew is no other."""
 _ROUGHLY = 0.5
 """Part of that which a candidate must have done after its rough fit to be fitted further."""
 _ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
@@ -126,8 +128,8 @@ class Search:
 
     @property
     def stages(self) -> tuple[Fitted, ...]:
-        """The model after each round."""
-        return tuple(one.rivals[0].fitted for one in self.rounds)
+        """The model after each round; the last as it was fitted in the end."""
+        return (*(one.rivals[0].fitted for one in self.rounds[:-1]), self.fitted) if self.rounds else ()
 
     def share(self, fitted: Fitted, allowed: Tolerance) -> float:
         """Of the first misfit beyond noise, what the effects of one of the stages explain; there is one at least."""
@@ -161,7 +163,7 @@ def search(
         ended = why_ended(scored, allowed, rounds, deadline)
         rivals = [] if ended else _refitted(scored, allowed, progress)
         anew = fitted_from(fitted, rivals[0].fitted, allowed) if rivals else fitted
-        if anew is not fitted and cost - whole_cost(anew, allowed) >= _HELPS * (cost - allowed.noise):
+        if anew is not fitted and cost - whole_cost(anew, allowed) >= max(_HELPS * (cost - allowed.noise), _BETTER):
             fitted = anew
             continue
         if rivals:
@@ -273,7 +275,8 @@ def _refitted(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Ri
         if fitted is not None:
             finals.append(_rival(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
-    return _ranked([*finals, *heats[len(near) :]] if thin.every == 1 else finals, allowed)
+    others = [rival for rival in heats if rival.cost > _FINALIST * heats[0].cost + 100.0]
+    return _ranked([*finals, *others] if thin.every == 1 else finals, allowed)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 
+from identification.discrepancy.assertion import numbers, of_effect
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
 from identification.discrepancy.drift import Drift, drifts
 from identification.discrepancy.refit import Fitted
@@ -14,7 +15,7 @@ ADDS = 0.05
 MOSTLY = 0.75
 """Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 _NO_CONSTANT = 0.25
-"""Scatter between records, beyond their errors and relative to the value, from which a strength is none."""
+"""Scatter between records, beyond their errors, or standard error, over the value from which a strength is none."""
 _MIMICKED = 0.1
 """Share of the misfit that a parameter must explain by another value in each half of a record for effects to stand in for it."""
 _AT_REST = 0.5
@@ -29,7 +30,7 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
     """
     found, without = search(start, allowed, deadline, progress), ()
     while _doubtful(found, allowed) and (loose := unsteady(found.fitted, allowed)):
-        progress(f"{loose[0]} will not hold still from record to record; searching without it")
+        progress(f"{loose[0]} has no strength that holds for all records; searching without it")
         without = (*without, loose[0])
         place = found.fitted.names.index(loose[0])
         begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
@@ -74,7 +75,23 @@ def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
 
 
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
-    """Names of the model's effects with a parameter that is another one from record to record, in the order in which they were found."""
+    """Names of the model's effects, in the order in which they were found, that are none of one strength.
+
+    A parameter is another one from record to record, or the records do not tell most of them.
+    """
     differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
-    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(float(fitted.model.values()[one.name]))]
-    return tuple(name for name in fitted.names if any(one.startswith(f"{name}.") for one in loose))
+    values = fitted.prepared.layout.physical(fitted.outcome.estimate.shared)
+    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(values[one.name])]
+    vague = _vague(fitted, allowed)
+    return tuple(name for name in fitted.names if name in vague or any(one.startswith(f"{name}.") for one in loose))
+
+
+def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
+    """Effects of which less than half of the parameters are known; of a stop, where it is says enough."""
+    shared, found = numbers(fitted, allowed), []
+    for effect in fitted.model.effects:
+        own = of_effect(effect, shared, fitted)
+        known = [one for one in own if one.stderr is not None and one.stderr < _NO_CONSTANT * abs(one.value)]
+        if not effect.is_stop and 2 * len(known) < len(own):
+            found.append(effect.name)
+    return tuple(found)

@@ -26,24 +26,26 @@ def sentences(
     `share`: of the misfit, that the effects explain where more than noise is left; 1 where nothing is. `mimics`: a parameter of the nominal
     model that changes in the course of records.
     """
-    unseen = f"the {len(before.held_back)} records held back" if before.held_back else "windows left out of the fit"
+    unseen = "windows left out of the fit"
+    if before.held_back:
+        unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     if verdict == ADEQUATE:
         return (
             f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f}).",
             "There was too little to leave anything out of the fit."
             if math.isnan(before.held_out_nrmse)
-            else f"Its error on {unseen} is {_percent(before.held_out_nrmse)}.",
+            else f"Its error on {unseen} is {percent(before.held_out_nrmse)}.",
         )
     where = (location.sentence,) if location is not None else ()
     falls = (
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; too little to leave anything out of the fit."
         if math.isnan(before.held_out_nrmse)
-        else f"The error on {unseen} {_moves(before, after)} from {_percent(before.held_out_nrmse)} to {_percent(after.held_out_nrmse)}"
+        else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse)} to {percent(after.held_out_nrmse)}"
         f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
     )
     if verdict == MISSING:
         named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
-        part = "" if share == 1.0 else f"{_percent(share)} of "
+        part = "" if share == 1.0 else f"{percent(share)} of "
         explain = "explains" if len(effects) == 1 else "explain"
         first = f"{named[0].upper()}{named[1:]} {explain} {part}what the nominal model leaves out."
         doubt = (f"These records cannot tell it from {', '.join(ambiguous)}.",) if ambiguous else ()
@@ -88,5 +90,6 @@ def _moves(before: Side, after: Side) -> str:
     return "falls" if after.held_out_nrmse <= before.held_out_nrmse else "rises"
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"
+def percent(share: float) -> str:
+    """To two digits, from 1 on to whole percent."""
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"

@@ -103,6 +103,11 @@ def same_unit(unit: str, other: str, dimension: str) -> bool:
     return one == two or (factors[one] == factors[two] and not STAND_INS & {one, two})
 
 
+def is_stand_in(unit: str | None) -> bool:
+    """Whether a text, however spelt, is a stand-in for an SI unit, such as the volt."""
+    return unit is not None and _canonical(unit) in STAND_INS
+
+
 def _canonical(unit: str) -> str:
     """Fold compatibility characters and spellings, so that either micro sign, either exponent and "Newtons" for "N" compare equal."""
     folded = unicodedata.normalize("NFKC", unit.strip())

@@ -50,6 +50,16 @@ def test_stiffness_and_damping_follow(fitted, example):
     assert 0 < derived["k"].stderr < 1e-3 * derived["k"].value
 
 
+def test_a_mass_that_nothing_tells_leaves_the_stiffness_without_an_error(small):
+    """A motion without forces tells the natural frequency, and nothing of the mass."""
+    drop, _ = small.records
+    seen = dataclasses.replace(drop, channels={"hammer_displacement": drop.channels["hammer_displacement"]})
+    found = fit_experiment(dataclasses.replace(small, records=(seen,), mass_is_known=False), starts=1)
+    status = {p.spec.name: p.status for p in found.parameters}
+    assert (status["m"], status["f_n"]) == (NOT_IDENTIFIABLE, OK)
+    assert [d.stderr for d in found.derived] == [None, None]
+
+
 def test_records_stand_beside_their_predictions(fitted, example):
     """Residuals of every channel are at the noise, and every sample has a prediction."""
     for fit, record in zip(fitted.records, example.records, strict=True):

@@ -1,6 +1,7 @@
 """Motion as a record shows it: touches without a load cell, channels that are never sampled at once."""
 
 import numpy as np
+import pytest
 
 from identification.experiment import Record
 from identification.kinematics import kinematics, relative_displacement
@@ -30,6 +31,15 @@ def test_displacement_alone_shows_every_touch():
     assert np.sum(np.diff(motion.touching.astype(int)) == 1) == 9
     phase = TIME % 0.022
     assert not motion.touching[(phase > 0.001) & (phase < 0.019)].any()
+
+
+@pytest.mark.parametrize(("kind", "base", "moves"), [("forced", "measured", True), ("forced", "sine", False)])
+def test_the_cart_counts_where_its_record_drives_the_model(kind, base, moves):
+    channels = {"hammer_displacement": np.full(len(TIME), 1.0), "cart_displacement": np.full(len(TIME), 0.4)}
+    record = Record(file="a.csv", kind=kind, gap=0.0, excitation_frequency=None, time=TIME, channels=channels, base=base)
+    u = relative_displacement(record)
+    assert u is not None
+    np.testing.assert_allclose(u, 0.6 if moves else 1.0)
 
 
 def test_channels_that_are_sampled_in_turn_give_a_relative_displacement():

@@ -48,6 +48,14 @@ def test_draws_have_the_errors_and_correlations_of_the_fit(tmp_path):
     assert draws.model(model(), 7).values()["f_n"] == 4.0
 
 
+def test_a_mass_that_was_estimated_is_drawn_too(tmp_path):
+    written_fit(tmp_path, errors={"k_i": 1e5, "m": 0.01}, names=("k_i", "m"), m=0.5)
+    draws = read_fit(tmp_path).draw(2000, seed=1)
+    assert draws.names == ("k_i", "m")
+    assert draws.values[:, 1].std() == pytest.approx(0.01, rel=0.1)
+    assert float(draws.model(model(), 3).mass) == draws.values[3, 1]
+
+
 def test_a_fit_that_cannot_be_drawn_from_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"model.json cannot be read"):
         read_fit(tmp_path)

@@ -1,4 +1,6 @@
+import dataclasses
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -7,11 +9,12 @@ import xarray as xr
 from tests.batch.rigs import AMPLITUDE, GAP, model
 from vibrojax.batch import Responses, Span, grid, integrate
 from vibrojax.errors import InputError
+from vibrojax.integrate.base import NOT_FINITE
 from vibrojax.studies import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
 from vibrojax.studies.bifurcation import coexisting, jumps
-from vibrojax.studies.classify import APERIODIC, NO_IMPACT, PERIODIC, classify
+from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC, classify
 from vibrojax.studies.write import write_study
-from vibrojax.suspension import Free
+from vibrojax.suspension import Free, Pendulum
 
 LIGHT = 9.81 * 0.5
 
@@ -77,6 +80,35 @@ def test_a_steep_branch_is_no_jump():
     assert jumps(np.stack([broken, broken]), np.full((2, 40), APERIODIC)).sum() == 0
 
 
+@pytest.mark.parametrize("left", [0.0, np.nan])
+def test_a_value_that_could_not_be_integrated_is_no_jump_and_hides_none(left):
+    line, kinds = np.linspace(1.0, 2.0, 20), np.full((2, 20), PERIODIC)
+    kinds[:, 8] = FAILED
+    assert jumps(np.stack([np.where(kinds[0] == FAILED, left, line)] * 2), kinds).sum() == 0
+    broken = np.where(line > 1.8, line + 0.5, line)
+    assert np.argwhere(jumps(np.stack([np.where(kinds[0] == FAILED, left, broken)] * 2), kinds)).tolist() == [[0, 16], [1, 15]]
+
+
+def test_a_sweep_goes_on_from_where_the_value_that_failed_began(monkeypatch):
+    """Of three gaps the second fails; the third starts from where the first ended."""
+    starts = []
+
+    def failing(model, points, *, start, **options):
+        found = integrate(model, points, start=start, **options)
+        starts.append(start)
+        if len(starts) != 2:
+            return found
+        lost = found.state._replace(u=np.nan * found.state.u, v=np.nan * found.state.v)
+        return dataclasses.replace(found, result=np.full_like(found.result, NOT_FINITE), state=lost)
+
+    monkeypatch.setattr(sys.modules["vibrojax.studies.bifurcation"], "integrate", failing)
+    span = Span(transient=10, recorded=4, closed=None)
+    data = bifurcation(model(), parameter="gap", values=[2e-3, 3e-3, 4e-3], base_amplitude=AMPLITUDE, frequency_hz=7.0, span=span)
+    np.testing.assert_array_equal(starts[1].u, starts[2].u)
+    assert np.isfinite(data["displacement"].values[0, 2]).all()
+    assert (data["result"].values[:, 1] == NOT_FINITE).all()
+
+
 def test_lyapunov_exponent_of_a_linear_rig_is_its_damping(tmp_path):
     """Without contact every disturbance decays with exp(-zeta omega t); with it, z = 1/2 at 13 Hz attracts and chaos at 15.5 Hz repels."""
     frequencies = np.array([5.0, 8.0])
@@ -115,6 +147,9 @@ def test_hammer_design_keeps_spring_and_damper(tmp_path):
     )
     np.testing.assert_allclose(data["impact_force"].sel(mass_ratio=2.0, frequency_hz=6.0), heavy.peak_force.max(), rtol=1e-6)
     check_drawn("design", data, tmp_path)
+    hung = model(suspension=Pendulum(0.02, 4.0, length=0.5))
+    with pytest.raises(InputError, match="'pendulum' has no stiffness that could stay; use linear"):
+        hammer_design(hung, mass_ratio=[1.0], frequency_hz=[5.0], gap=GAP, base_amplitude=AMPLITUDE)
 
 
 def test_kinds_are_told_apart():

@@ -1,17 +1,20 @@
 """Bifurcation diagram: section points and forces along a parameter that is swept up and down."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
 from vibrojax.batch import LaneState, Points, Responses, Span, integrate, packed, unpacked
 from vibrojax.errors import InputError
+from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import APERIODIC, PERIODIC, classify
+from vibrojax.studies.classify import APERIODIC, FAILED, PERIODIC, classify
 
 DIRECTIONS = ("up", "down")
 _TIMES, _SHARE = 2.0, 0.02
@@ -32,7 +35,8 @@ def bifurcation(
 
     A jump is where the mean of the section points is off the straight line through the two values before, and the value before off the line
     through the two after, by more than twice the change between those two and 2 % of the whole range. A side on which the motion is
-    aperiodic is not asked; between two such values no jump is looked for, since inside chaos every change is large.
+    aperiodic is not asked; between two such values no jump is looked for, since inside chaos every change is large. A value that could not
+    be integrated says nothing, and the next starts from where it did.
 
     Arguments:
         model: the rig.
@@ -105,7 +109,7 @@ def sweep(
     def part(of: list, name: str) -> np.ndarray:
         return _rising(np.stack([getattr(one, name) for one in of], axis=1), direction)
 
-    state = _rising(np.stack([packed(_at_zero(one)).T for one in found], axis=1), direction)
+    state = _rising(np.stack([packed(one.state).T for one in found], axis=1), direction)
     dims = ("direction", parameter)
     return labelled(
         f"bifurcation diagram along {parameter}",
@@ -147,9 +151,11 @@ def jumps(mean: np.ndarray, kind: np.ndarray) -> np.ndarray:
         >>> jumps(np.array([[0.0, 0.01, 0.02, 1.0, 1.01], [0.0, 0.01, 0.02, 1.0, 1.01]]), np.ones((2, 5), int)).tolist()
         [[0, 0, 0, 1, 0], [0, 0, 1, 0, 0]]
     """
-    least = float(_SHARE * np.ptp(mean))
-    down = _jumps_on_the_way(mean[1, ::-1], kind[1, ::-1] != APERIODIC, least)[::-1]
-    return np.stack([_jumps_on_the_way(mean[0], kind[0] != APERIODIC, least), down])
+    calm, known = (kind != APERIODIC) & (kind != FAILED), kind != FAILED
+    least = float(_SHARE * np.ptp(mean[known])) if known.any() else 0.0
+    mean = np.where(known, mean, np.nan)
+    down = _jumps_on_the_way(mean[1, ::-1], calm[1, ::-1], least)[::-1]
+    return np.stack([_jumps_on_the_way(mean[0], calm[0], least), down])
 
 
 def _jumps_on_the_way(mean: np.ndarray, calm: np.ndarray, least: float) -> np.ndarray:
@@ -175,15 +181,18 @@ def _followed(
     for number in range(ways.shape[1]):
         points = Points(coords={"direction": np.arange(float(len(ways)))}, values=fixed | {parameter: ways[:, number]})
         one = integrate(model, points, span=span, start=state, chunk=len(DIRECTIONS), threads=1)
-        state = _at_zero(one)
-        found.append(one)
+        state = _going_on(one, state)
+        found.append(dataclasses.replace(one, state=state))
         progress((number + 1) / ways.shape[1])
     return found
 
 
-def _at_zero(found: Responses) -> LaneState:
-    """The last states, as the beginning of a motion: cycles are counted anew."""
-    return found.state._replace(cycle=jnp.zeros(found.state.u.shape, int))
+def _going_on(found: Responses, before: LaneState | None) -> LaneState:
+    """The last states, as the beginning of a motion: cycles are counted anew. A lane that stopped short goes on from where it began."""
+    reached = found.state._replace(cycle=jnp.zeros(found.state.u.shape, int))
+    begun = jax.tree.map(jnp.zeros_like, reached) if before is None else before
+    stopped = jnp.asarray(found.result != SUCCESS)
+    return jax.tree.map(lambda old, new: jnp.where(stopped if new.ndim == 1 else stopped[:, None], old, new), begun, reached)
 
 
 def _rising(met: np.ndarray, direction: Sequence[str]) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from vibrojax.errors import InputError
-from vibrojax.model import Model
+from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model
 from vibrojax.parameters import Parameter
 
@@ -87,7 +87,8 @@ def read_fit(folder: Path) -> Fit:
         InputError: a file is missing or broken, the two do not belong together, or no parameter has an error.
     """
     model, path = read_model(folder / "model.json"), folder / "fit.json"
-    known, best = {p.name: p for p in model.parameters}, {name: float(np.asarray(value)) for name, value in model.values().items()}
+    known = {p.name: p for p in (*model.parameters, MASS)}
+    best = {name: float(np.asarray(value)) for name, value in (model.values() | {MASS.name: model.mass}).items()}
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         listed: dict[str, dict] = document["parameters"]

@@ -8,8 +8,9 @@ import xarray as xr
 from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled, natural_frequency, outcome
+from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
 from vibrojax.studies.classify import classify
+from vibrojax.suspension import Linear
 
 
 def hammer_design(
@@ -35,13 +36,20 @@ def hammer_design(
         span: how long.
         options: of `vibrojax.batch.integrate`.
 
+    Raises:
+        InputError: a ratio is not above 0, or the suspension is not linear.
+
     Returns:
         `impact_force` (N), `impacts`, `period`, `kind` on the axes (`frequency_hz`, `mass_ratio`).
     """
     mass_ratio, frequency_hz = np.atleast_1d(np.asarray(mass_ratio, float)), np.atleast_1d(np.asarray(frequency_hz, float))
     if not np.all(mass_ratio > 0):
         raise InputError(f"mass_ratio is {mass_ratio.min():g} somewhere: expected numbers above 0; correct the range")
-    f_n, zeta = natural_frequency(model, "hammer design"), float(np.asarray(model.values()["zeta"]))
+    if not isinstance(model.suspension, Linear):
+        raise InputError(
+            f"hammer design keeps spring and damper: the suspension {model.suspension.name!r} has no stiffness that could stay; use linear"
+        )
+    f_n, zeta = float(np.asarray(model.values()["f_n"])), float(np.asarray(model.values()["zeta"]))
     ratio = mass_ratio[None, :]
     changed = {"m": float(np.asarray(model.mass)) * ratio, "f_n": f_n / np.sqrt(ratio), "zeta": zeta / np.sqrt(ratio)}
     settings = changed | {"frequency_hz": frequency_hz[:, None], "gap": gap, "base_amplitude": base_amplitude}

@@ -13,6 +13,7 @@ from jax import lax
 
 from vibrojax.batch import AbstractEngine, Lanes, LaneState, Points, Span, engine_for, grid, integrate
 from vibrojax.batch.points import lanes_of
+from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
 
@@ -100,7 +101,7 @@ def lyapunov(
         fixed: the other settings.
 
     Returns:
-        `exponent`, per cycle of excitation, and the section points `displacement`.
+        `exponent`, per cycle of excitation, NaN where the motion could not be integrated, and the section points `displacement`.
     """
     points = grid({parameter: values}, base_amplitude=base_amplitude, **fixed)
     span = dataclasses.replace(span or Span(), closed=None)
@@ -112,7 +113,9 @@ def lyapunov(
         found,
         coords={parameter: axis(model, parameter, points.coords[parameter])},
         variables={
-            "exponent": Labelled((parameter,), growth, "1", "largest Lyapunov exponent per cycle of excitation"),
+            "exponent": Labelled(
+                (parameter,), np.where(found.result == SUCCESS, growth, np.nan), "1", "largest Lyapunov exponent per cycle of excitation"
+            ),
             "displacement": Labelled((parameter, "cycle"), found.u, "m", "displacement at the strobes"),
             "result": outcome((parameter,), found.result),
         },

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.disagreement import disagreements
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
@@ -37,6 +38,13 @@ def test_parameters_of_a_complete_model_hold_still(fits):
     assert {"k_i", "f_n"} <= set(found)
     assert min(one.chance for one in found.values()) > 1e-3
     assert all(abs(value / fits[0].model.values()["f_n"] - 1.0) < 1e-2 for value, _ in found["f_n"].records.values())
+
+
+@pytest.mark.parametrize("values", [(1.0, 3.0), (1.0, 10.0), (0.1, 1.0, 1.0, 1.0)])
+def test_scatter_is_that_of_the_values_where_errors_are_small(values):
+    records = {f"{k}.csv": (value, 1e-6) for k, value in enumerate(values)}
+    found = Disagreement(name="k_i", chi2=np.nan, degrees=len(values) - 1, chance=0.0, records=records)
+    assert found.scatter == pytest.approx(np.std(values, ddof=1))
 
 
 def test_a_record_whose_clock_is_fast_has_a_natural_frequency_of_its_own(fits):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import steadiness
-from identification.discrepancy.diagnosis import Disagreement
+from identification.discrepancy.diagnosis import Disagreement, Number
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from identification.discrepancy.steadiness import steadily, steady_search, unsteady
 from tests.identification.discrepancy.made_search import model, round_of, stage
-from vibrojax.effects import CoulombFriction, QuadraticDrag
+from vibrojax.effects import BackStop, CoulombFriction, QuadraticDrag, SecondMode
 
 FRICTION, DRAG = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
 
@@ -36,6 +36,27 @@ def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, mon
     monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: tuple(found))
     fitted = model(motion, allowed, 2.0, DRAG, FRICTION)
     assert unsteady(fitted, allowed) == (("coulomb_friction",) if loose else ())
+
+
+@pytest.mark.parametrize(
+    ("effect", "errors", "vague"),
+    [
+        (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (None, 0.1, None), True),
+        (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (0.05, 0.1, 0.004), True),
+        (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (0.02, 0.1, None), False),
+        (FRICTION, (None,), True),
+        (FRICTION, (0.02,), False),
+        (BackStop(distance=0.01), (None,), False),  # it stands somewhere
+    ],
+)
+def test_what_the_records_hardly_tell_is_no_cause(motion, allowed, monkeypatch, effect, errors, vague):
+    own = [
+        Number(name=f"{effect.name}.{p.name}", symbol="", unit="", value=float(getattr(effect, p.field)), stderr=stderr)
+        for p, stderr in zip(effect.parameters, errors, strict=True)
+    ]
+    monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: ())
+    monkeypatch.setattr(steadiness, "numbers", lambda fitted, allowed: tuple(own))
+    assert unsteady(model(motion, allowed, 2.0, effect), allowed) == ((effect.name,) if vague else ())
 
 
 @pytest.fixture

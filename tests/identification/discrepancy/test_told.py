@@ -12,7 +12,7 @@ from identification.discrepancy.drift import Drift
 from identification.discrepancy.report import diagnosis_summary, write_diagnosis_report
 from identification.discrepancy.report.rows import change_rows
 from identification.discrepancy.search import EXPLAINED, Search
-from identification.discrepancy.verdict import sentences
+from identification.discrepancy.verdict import percent, sentences
 from tests.identification.discrepancy.made_diagnosis import made_diagnosis
 from tests.identification.discrepancy.made_search import model, round_of
 from tests.identification.made_result import made_result
@@ -85,6 +85,11 @@ def test_the_file_keeps_the_offset(diagnosis):
     numbers = diagnosis.document()["effects"][0]["parameters"]
     assert list(numbers) == ["k_i", "n", "lambda_i", "gap_offset"]
     assert numbers["gap_offset"] == {"value": -0.9938645, "stderr": 3.7e-6, "unit": "m"}
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.0041, "0.41 %"), (0.99, "99 %"), (0.996, "100 %"), (1.36, "136 %")])
+def test_shares_are_told_in_percent(share, told):
+    assert percent(share) == told
 
 
 def test_a_parameter_that_drifts_is_told_in_the_record_where_this_is_surest(diagnosis):

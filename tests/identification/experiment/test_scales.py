@@ -78,4 +78,5 @@ def test_the_unit_that_is_told_is_that_of_the_declared_one_and_never_a_stand_in(
     assert "as if its numbers were in m:" in told(metres_as_mm, hammer_displacement="mm")
     assert "as if its numbers were in m/s^2:" in told(bouncing(acceleration=9.80665), hammer_acceleration="g")
     assert told(metres_as_mm, hammer_displacement="V") == ""
+    assert told(metres_as_mm, hammer_displacement="Volts") == ""
     assert told(metres_as_mm, hammer_displacement=None) == ""
