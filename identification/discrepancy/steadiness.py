@@ -9,6 +9,7 @@ from identification.discrepancy.drift import Drift, drifts
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search, reopened, search
+from vibrojax.model import MASS
 
 ADDS = 0.05
 """Share of the first misfit that an effect must add to be asserted although more than noise is left."""
@@ -80,8 +81,8 @@ def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     A parameter is another one from record to record, or the records do not tell most of them.
     """
     differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
-    values = fitted.prepared.layout.physical(fitted.outcome.estimate.shared)
-    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(values[one.name])]
+    values = fitted.model.values() | {MASS.name: fitted.model.mass}
+    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(float(values[one.name]))]
     vague = _vague(fitted, allowed)
     return tuple(name for name in fitted.names if name in vague or any(one.startswith(f"{name}.") for one in loose))
 

@@ -31,8 +31,9 @@ def differing(name: str, values: list[float], stderr: float) -> Disagreement:
         ([0.05, 0.1, 0.15], 0.05, False),  # half, but not sure
     ],
 )
-def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, monkeypatch, values, stderr, loose):
-    found = [differing("f_n", [1.0, 9.0], 0.01), differing("coulomb_friction.friction_force", values, stderr)]
+@pytest.mark.parametrize("nominal", ["f_n", "m"])
+def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, monkeypatch, nominal, values, stderr, loose):
+    found = [differing(nominal, [1.0, 9.0], 0.01), differing("coulomb_friction.friction_force", values, stderr)]
     monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: tuple(found))
     fitted = model(motion, allowed, 2.0, DRAG, FRICTION)
     assert unsteady(fitted, allowed) == (("coulomb_friction",) if loose else ())
