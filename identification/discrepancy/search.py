@@ -166,9 +166,10 @@ def search(
         if anew is not fitted and cost - whole_cost(anew, allowed) >= max(_HELPS * (cost - allowed.noise), _BETTER):
             fitted = anew
             continue
-        if rivals:
-            fitted = settled_like(fitted, rivals[0].fitted)
-            scored, cost = dataclasses.replace(scored, fitted=fitted), min(cost, whole_cost(fitted, allowed))
+        if rivals and (settled := settled_like(fitted, rivals[0].fitted)) is not fitted:
+            fitted, cost = settled, min(cost, whole_cost(settled, allowed))
+            at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
+            scored = dataclasses.replace(scored, fitted=fitted, at=at)
         if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
         if ended:
@@ -249,7 +250,8 @@ def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
     told = samples > 0
     x = np.where(np.isfinite(cost) & told, 2.0 * cost, np.inf)[told] / samples[told]
     most = np.isfinite(x) & (x <= max(np.quantile(x, 1.0 - _ASTRAY, method="lower"), _LEAST_ASTRAY))
-    degrees = int(samples[told][most].sum()) - fitted.unknowns - fitted.prepared.layout.states * int(most.sum())
+    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in fitted.prepared.groups])
+    degrees = int(samples[told][most].sum()) - fitted.unknowns - fitted.prepared.layout.states * int(free[told][most].sum())
     if np.mean(~most) > _ASTRAY or degrees <= 0:
         return False
     is_noise = float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
