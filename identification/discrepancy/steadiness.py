@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 
-from identification.discrepancy.assertion import numbers, of_effect
+from identification.discrepancy.assertion import numbers
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
 from identification.discrepancy.drift import Drift, drifts
 from identification.discrepancy.refit import Fitted
@@ -88,10 +88,13 @@ def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
 
 
 def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
-    """Effects of which less than half of the parameters are known; of a stop, where it is says enough."""
-    shared, found = numbers(fitted, allowed), []
+    """Effects of which less than half of the estimated parameters are known; of a stop, where it is says enough.
+
+    What each record has of its own, and what is held at a searched value, is not asked for.
+    """
+    estimated, found = [one for one in numbers(fitted, allowed) if one.name not in fitted.prepared.fixed], []
     for effect in fitted.model.effects:
-        own = of_effect(effect, shared, fitted)
+        own = [one for one in estimated if one.name.startswith(f"{effect.name}.")]
         known = [one for one in own if one.stderr is not None and one.stderr < _NO_CONSTANT * abs(one.value)]
         if not effect.is_stop and 2 * len(known) < len(own):
             found.append(effect.name)

@@ -8,10 +8,10 @@ import pytest
 from identification.discrepancy import steadiness
 from identification.discrepancy.diagnosis import Disagreement, Number
 from identification.discrepancy.drift import Drift
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search, blank
 from identification.discrepancy.steadiness import steadily, steady_search, unsteady
 from tests.identification.discrepancy.made_search import model, round_of, stage
-from vibrojax.effects import BackStop, CoulombFriction, QuadraticDrag, SecondMode
+from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, QuadraticDrag, SecondMode
 
 FRICTION, DRAG = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
 
@@ -58,6 +58,18 @@ def test_what_the_records_hardly_tell_is_no_cause(motion, allowed, monkeypatch, 
     monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: ())
     monkeypatch.setattr(steadiness, "numbers", lambda fitted, allowed: tuple(own))
     assert unsteady(model(motion, allowed, 2.0, effect), allowed) == ((effect.name,) if vague else ())
+
+
+def test_what_is_held_or_each_record_has_of_its_own_is_not_asked_for(motion, allowed, monkeypatch):
+    """The amplitude of hum belongs to records, and its frequency was searched for."""
+    hum = blank(EFFECTS["mains_hum"])
+    frequency = Number(name="mains_hum.frequency_hz", symbol="f_h", unit="Hz", value=50.0, stderr=None)
+    monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: ())
+    monkeypatch.setattr(steadiness, "numbers", lambda fitted, allowed: (frequency,))
+    found = model(motion, allowed, 2.0, hum)
+    assert unsteady(found, allowed) == ("mains_hum",)
+    held = dataclasses.replace(found.prepared, fixed=found.prepared.fixed | {frequency.name: 50.0})
+    assert unsteady(dataclasses.replace(found, prepared=held), allowed) == ()
 
 
 @pytest.fixture
