@@ -54,7 +54,7 @@ _IN_PART = (
 _TRIFLE = "beside that, too little to be told from what the named effect's own equation leaves"
 _NO_EVIDENCE = "promised more than white noise would, but does not hold it once fitted, or no more than noise that remembers would"
 _STANDS_IN = "would lower the misfit, but with a strength that differs between records or that these do not tell, and is not considered"
-_MIMICS = "would lower the misfit, but {0} then still changes in the course of records, which alone explains much of it; not considered"
+_MIMICS = "would lower the misfit, but {0} then still changes in the course of records, which alone explains much of it: not named"
 _MOST_ITERATIONS = 15
 _APART = 200.0
 """Mean squared jump from one short window to the next, in standard errors, above which they have forgiven what the model lacks. An effect
