@@ -145,7 +145,7 @@ def _longer(experiment: Experiment, law: str | None, short: _Ground, progress: P
     progress("fitting the nominal model to longer windows")
     prepared, found = prepare(experiment, law=law), short.fitted.outcome.estimate
     start = dataclasses.replace(prepared.start, shared=found.shared, nuisances=found.nuisances)
-    estimate, cost = settled_gradually(dataclasses.replace(prepared, start=start))
+    estimate, cost = settled_gradually(dataclasses.replace(prepared, start=start), integrator_for(prepared))
     allowed = dataclasses.replace(tolerance(prepared, cost), cut=_CUT)
     fitted = fit_tolerantly(dataclasses.replace(prepared, start=estimate), allowed)
     return short if fitted is None else _Ground(fitted=fitted, allowed=allowed, sound=True)
@@ -179,7 +179,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         predicted = _Predicted(allowed)
         shown_before = _side(start, allowed, experiment, predicted)
         shown_after = shown_before if cause.fitted is start else _side(cause.fitted, allowed, experiment, predicted)
-        refuted = "" if found.explained else refutation(cause, shown_before, shown_after)
+        refuted = refutation(cause, shown_before, shown_after)
         if refuted:
             cause, shown_after = Explanation(verdict=UNLISTED, fitted=start), shown_before
         verdict, after = cause.verdict, cause.fitted

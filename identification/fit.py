@@ -27,7 +27,7 @@ _STEPS_PER_PERIOD = 96.0
 _STEPS_PER_OWN_PERIOD = 18.0
 """Of an effect's own vibration."""
 _CONTACT_STEPS = 80.0
-CHUNK = 16
+CHUNK = 4
 """Windows that are integrated side by side."""
 _FEWEST_FLIGHT_STEPS = 50
 """In a window whose hammer does not vibrate at all."""

@@ -48,7 +48,7 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
     prepared = _under(prepared, model, weighed=experiment.mass_is_known)
     integrator = integrator_for(prepared)
     evaluate = evaluator(prepared, integrator, side_by_side=_SIDE_BY_SIDE)
-    estimate, cost = settled_gradually(prepared, side_by_side=_SIDE_BY_SIDE)
+    estimate, cost = settled_gradually(prepared, integrator, side_by_side=_SIDE_BY_SIDE)
     active = Active(shared=np.zeros(prepared.layout.shared, bool), nuisances=free_unknowns(prepared).nuisances)
     errors = np.full(estimate.nuisances.shape, np.nan)
     if active.nuisances.any() and np.isfinite(cost).all():

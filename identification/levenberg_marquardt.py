@@ -9,6 +9,9 @@ from identification.block_arrow import Equations, diagonal, newton_decrement, re
 from identification.layout import Active, Estimate
 from vibrojax.errors import NoConvergenceError
 
+_PATIENCE = 8
+"""Iterations; so many may fail in a row before the damping has grown enough."""
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Outcome:
@@ -37,6 +40,9 @@ class LevenbergMarquardt:
     """Relative change of the cost that counts as none."""
     longest_step: float = 0.7
     most_iterations: int = 40
+    crawl: float = 0.0
+    floor: float = 0.0
+    """Where `_PATIENCE` iterations remove less than the share `crawl` of what the cost is above `floor`, it stops, not converged."""
 
     def __call__(
         self,
@@ -51,12 +57,13 @@ class LevenbergMarquardt:
         cost, damping, growth = equations.total(estimate), 1e-4, 2.0
         if not np.isfinite(cost):
             raise NoConvergenceError("the model cannot be integrated from the first guess: give better starts in [parameters]")
-        decrement = np.inf
+        decrement, costs = np.inf, [np.inf] * _PATIENCE
         for iteration in range(1, self.most_iterations + 1):
             free = _off_the_bounds(equations, estimate, active, bounds)
             decrement = newton_decrement(reduce(equations, estimate, free, 0.0), equations)
             progress(iteration, cost)
-            if decrement < self.tolerance**2:
+            costs.append(cost)
+            if decrement < self.tolerance**2 or costs[-1 - _PATIENCE] - cost < self.crawl * (cost - self.floor):
                 break
             trial = self._trial(estimate, equations, free, bounds, damping)
             after = evaluate(trial)

@@ -4,30 +4,31 @@ import dataclasses
 
 import numpy as np
 
-from identification.fit import CHUNK, evaluator, integrator_for
+from identification.fit import CHUNK, evaluator
 from identification.layout import Estimate
 from identification.levenberg_marquardt import settle
 from identification.prepare import Prepared
 from identification.windows import Windows
+from vibrojax.integrate import Landing
 
 _SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
 """Of a window: so much of it tells its initial state, one after the other."""
 
 
-def settled_gradually(prepared: Prepared, *, side_by_side: int = CHUNK) -> tuple[Estimate, np.ndarray]:
+def settled_gradually(prepared: Prepared, integrator: Landing, *, side_by_side: int = CHUNK) -> tuple[Estimate, np.ndarray]:
     """Initial states from `prepared.start` on, found on the beginning of every window and then on ever more of it; with the windows' costs.
 
     A state that is a little wrong misses an impact far along the window, from where no derivative leads back.
     """
     estimate, cost = prepared.start, np.zeros(len(prepared.record))
     for share in _SHARES:
-        groups = tuple(_beginning(group, share) for group in prepared.groups)
-        part = dataclasses.replace(prepared, groups=groups)
-        estimate, cost = settle(evaluator(part, integrator_for(part), side_by_side=side_by_side), estimate)
+        part = dataclasses.replace(prepared, groups=tuple(_beginning(group, share) for group in prepared.groups))
+        estimate, cost = settle(evaluator(part, integrator, side_by_side=side_by_side), estimate)
     return estimate, cost
 
 
 def _beginning(group: Windows, share: float) -> Windows:
-    """The windows with what comes later without weight."""
-    counts = np.arange(group.weight.shape[1]) < np.ceil(share * group.lengths)[:, None]
-    return dataclasses.replace(group, weight=np.where(counts[..., None], group.weight, 0.0))
+    """The windows cut off: what comes later is not integrated and has no weight."""
+    lengths = np.ceil(share * group.lengths).astype(group.lengths.dtype)
+    counts = np.arange(group.weight.shape[1]) < lengths[:, None]
+    return dataclasses.replace(group, lengths=lengths, weight=np.where(counts[..., None], group.weight, 0.0))

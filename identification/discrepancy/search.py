@@ -28,8 +28,8 @@ Progress = Callable[[str], None]
 EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
 """Why a search ended."""
 _SHORT_LIST = 6
-_WORTH_A_TRY = 0.03
-"""Share of the best gain that a candidate must promise to be refitted."""
+_WORTH_A_TRY = 0.1
+"""Share of the best gain that a candidate must promise to be refitted: of causes that are right it was 0.95 and more."""
 _MOST_EFFECTS = 3
 _STOPS = 3
 """Stops that are tried without a score."""
@@ -40,7 +40,8 @@ _FINALIST = 1.03
 _NOISE = 1.15
 """Cost over that of pure noise at which a candidate explains nearly everything."""
 _CLOSE = 0.3
-"""Share of the best gain from which a candidate is tried although another explains everything: it may be its twin."""
+"""Share of the best gain from which a candidate is tried although another explains everything, as it may be its twin, or although it takes
+shorter steps, and minutes."""
 _HELPS = 0.05
 """Share of the misfit below which a refit has not helped."""
 _BETTER = 8.0
@@ -311,14 +312,14 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     noise, rivals = thin.allowed.noise, []
     for candidate in [*with_other_starts(short, scored), *_beyond_scores(scored, short)]:
         lowest = min((rival.cost for rival in rivals), default=np.inf)
-        if lowest < _NOISE * noise and candidate.gain < _CLOSE * best:
+        prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
+        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or _takes_long(prepared, scored.fitted.prepared)):
             continue
         progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {_words(scored.fitted)}")
-        prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
         try:
             limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
             newest = "" if candidate.members[0].is_stop else candidate.name
-            fitted = fit_tolerantly(prepared, thin.allowed, newest=newest, give_up_above=limit, rounds=1)
+            fitted = fit_tolerantly(prepared, thin.allowed, newest=newest, give_up_above=limit, in_short=True)
         except NoConvergenceError:
             continue
         if fitted is not None:
@@ -327,6 +328,11 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     for rival in _ranked(rivals, thin.allowed):
         leading.setdefault(f"{rival.name} {rival.candidate.members[0].channel or ''}", rival)
     return list(leading.values())
+
+
+def _takes_long(prepared: Prepared, beside: Prepared) -> bool:
+    """Whether a vibration of the newest effect's own is much faster than what the model follows without it."""
+    return bool(integrator_for(prepared).flight_step < 0.5 * integrator_for(beside).flight_step)
 
 
 def with_other_starts(short: list[Candidate], scored: Scored) -> list[Candidate]:

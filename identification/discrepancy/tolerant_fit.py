@@ -16,6 +16,8 @@ from identification.prepare import Prepared
 from identification.settling import settled_gradually
 
 _ROUNDS = 3
+_CRAWL, _CRAWL_IN_SHORT = 3e-3, 3e-2
+"""Share of the misfit that eight iterations must remove."""
 _GIVES_WAY = 3
 """Iterations of all else."""
 _WORSE = 3.0
@@ -29,13 +31,13 @@ _ASIDE = 0.05
 
 
 def fit_tolerantly(
-    prepared: Prepared, allowed: Tolerance, *, newest: str = "", give_up_above: float = np.inf, rounds: int = _ROUNDS
+    prepared: Prepared, allowed: Tolerance, *, newest: str = "", give_up_above: float = np.inf, in_short: bool = False
 ) -> Fitted | None:
     """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
 
     Where an effect is the `newest`, all else first gives way to it, its shared parameters held as proposed: beside numbers that have made
-    up for its lack, it looks worse than none. None where the rough fit leaves a tolerant cost above `give_up_above`. At most so many
-    rounds follow it.
+    up for its lack, it looks worse than none. None where the rough fit leaves a tolerant cost above `give_up_above`. `in_short`:
+    near enough to compare causes that are still far apart.
     """
     evaluate = evaluator(prepared, integrator_for(prepared))
     tolerant, active, limits = allowed.evaluator(evaluate), free_unknowns(prepared), bounds(prepared)
@@ -45,16 +47,18 @@ def fit_tolerantly(
         others = dataclasses.replace(active, shared=active.shared & old)
         start = dataclasses.replace(method, most_iterations=_GIVES_WAY)(tolerant, start, others, limits).estimate
     rough = method(tolerant, start, active, limits)
-    settled, cost = resettled(prepared, evaluate, rough.estimate, allowed)
-    if not allowed.total(cost) <= give_up_above:
+    settled, equations = resettled(prepared, evaluate, rough.estimate, allowed)
+    if not allowed.total(equations.cost) <= give_up_above:
         return None
+    crawl, rounds = (_CRAWL_IN_SHORT, 1) if in_short else (_CRAWL, _ROUNDS)
+    to_the_end = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20, crawl=crawl, floor=allowed.noise)
     for _ in range(rounds):
-        outcome = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20)(tolerant, settled, active, limits)
+        outcome = to_the_end(tolerant, settled, active, limits)
         before = float(outcome.equations.cost.sum())
-        settled, cost = resettled(prepared, evaluate, outcome.estimate, allowed)
-        if before - allowed.total(cost) < 1e-3 * before:
+        settled, equations = resettled(prepared, evaluate, outcome.estimate, allowed)
+        if before - allowed.total(equations.cost) < 1e-3 * before:
             break
-    return Fitted(prepared=prepared, outcome=dataclasses.replace(outcome, estimate=settled, equations=evaluate(settled)))
+    return Fitted(prepared=prepared, outcome=dataclasses.replace(outcome, estimate=settled, equations=equations))
 
 
 def _followed(prepared: Prepared, evaluate: Callable[[Estimate], Equations], allowed: Tolerance) -> Estimate:
@@ -64,7 +68,7 @@ def _followed(prepared: Prepared, evaluate: Callable[[Estimate], Equations], all
     resisting = _resisting(cost, allowed.samples)
     if not len(resisting):
         return estimate
-    gradually, found = settled_gradually(windows_of(prepared, resisting))
+    gradually, found = settled_gradually(windows_of(prepared, resisting), integrator_for(prepared))
     lower = found < cost[resisting]
     states = estimate.states.copy()
     states[resisting[lower]] = gradually.states[lower]
@@ -73,30 +77,39 @@ def _followed(prepared: Prepared, evaluate: Callable[[Estimate], Equations], all
 
 def resettled(
     prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, allowed: Tolerance
-) -> tuple[Estimate, np.ndarray]:
+) -> tuple[Estimate, Equations]:
     """Windows that resist settle from where they are, from the recorded state, and from where the window before them ends.
 
     Where only a few resist, also from states around the recorded one, and from the recorded one on ever more of the window. Each keeps
-    the best; with the windows' costs.
+    the best; with the normal equations there.
     """
     found = evaluate(estimate)
     resisting = _resisting(found.cost, allowed.samples)
     if not len(resisting):
-        return estimate, found.cost
+        return estimate, found
     part = windows_of(prepared, resisting)
-    evaluate_part = evaluator(part, integrator_for(prepared))
     read = np.concatenate([initial_states(group, prepared.motions) for group in part.groups])
     read = np.concatenate([read, estimate.states[resisting, read.shape[1] :]], axis=1)
     starts, iterations = [estimate.states[resisting], read, _continued(prepared, estimate, found)[resisting]], 4
     if len(resisting) <= _FEW * len(found.cost):
-        gradually, _ = settled_gradually(dataclasses.replace(part, start=dataclasses.replace(estimate, states=read)))
+        gradually, _ = settled_gradually(
+            dataclasses.replace(part, start=dataclasses.replace(estimate, states=read)), integrator_for(prepared)
+        )
         starts, iterations = [*starts, gradually.states, *_around(read, estimate.states)], 8
-    states, lowest = estimate.states.copy(), found.cost.copy()
-    for start in starts:
-        trial, cost = settle(evaluate_part, dataclasses.replace(estimate, states=start), iterations=iterations)
-        better = cost < lowest[resisting]
-        states[resisting[better]], lowest[resisting[better]] = trial.states[better], cost[better]
-    return dataclasses.replace(estimate, states=states), lowest
+    states = estimate.states.copy()
+    states[resisting] = _best(prepared, resisting, estimate, np.stack(starts, axis=1), iterations)
+    estimate = dataclasses.replace(estimate, states=states)
+    return estimate, evaluate(estimate)
+
+
+def _best(prepared: Prepared, chosen: np.ndarray, estimate: Estimate, starts: np.ndarray, iterations: int) -> np.ndarray:
+    """(chosen, states): where each of these windows fits best after settling from its `starts`, (chosen, starts, states), side by side."""
+    windows, count, size = starts.shape
+    copies = windows_of(prepared, np.repeat(chosen, count))
+    trial = dataclasses.replace(estimate, states=starts.reshape(-1, size))
+    settled, cost = settle(evaluator(copies, integrator_for(prepared)), trial, iterations=iterations)
+    best = np.argmin(np.nan_to_num(cost, nan=np.inf, posinf=np.inf).reshape(windows, count), axis=1)
+    return settled.states.reshape(starts.shape)[np.arange(windows), best]
 
 
 def fitted_from(fitted: Fitted, fuller: Fitted, allowed: Tolerance) -> Fitted:
@@ -131,7 +144,7 @@ def settled_like(fitted: Fitted, fuller: Fitted) -> Fitted:
         return fitted
     part = windows_of(fitted.prepared, better)
     states = fuller.outcome.estimate.states[better, : estimate.states.shape[1]]
-    trial, found = settle(evaluator(part, integrator_for(part)), dataclasses.replace(estimate, states=states), iterations=8)
+    trial, found = settle(evaluator(part, integrator_for(fitted.prepared)), dataclasses.replace(estimate, states=states), iterations=8)
     lower = found < cost[better]
     if not lower.any():
         return fitted

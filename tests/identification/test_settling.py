@@ -25,6 +25,6 @@ def test_a_state_beside_the_true_one_finds_back_where_a_plain_step_does_not(long
     true = evaluate(long_windows.start).cost
     beside = dataclasses.replace(long_windows.start, states=long_windows.start.states * [1.1, 0.9])
     _, plainly = settle(evaluate, beside)
-    _, gradually = settled_gradually(dataclasses.replace(long_windows, start=beside))
+    _, gradually = settled_gradually(dataclasses.replace(long_windows, start=beside), integrator_for(long_windows))
     assert np.sum(gradually < 1.1 * true) == len(true)
     assert np.sum(plainly < 1.1 * true) < len(true)

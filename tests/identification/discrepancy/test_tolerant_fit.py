@@ -25,7 +25,7 @@ def test_all_else_gives_way_to_the_newest_effect_before_it_moves(motion, allowed
         return minimise(self, evaluate, start, active, limits)
 
     monkeypatch.setattr(LevenbergMarquardt, "__call__", watched)
-    fitted = fit_tolerantly(prepared, allowed, newest=newest, rounds=1)
+    fitted = fit_tolerantly(prepared, allowed, newest=newest, in_short=True)
     assert free[0] is not first_holds
     assert all(free[1:])
     assert fitted is not None
@@ -86,7 +86,7 @@ def test_windows_that_a_new_effect_sets_astray_settle_before_anything_else_moves
         return minimise(self, evaluate, start, active, limits)
 
     monkeypatch.setattr(LevenbergMarquardt, "__call__", watched)
-    fit_tolerantly(dataclasses.replace(astray.prepared, start=astray.outcome.estimate), allowed, rounds=1)
+    fit_tolerantly(dataclasses.replace(astray.prepared, start=astray.outcome.estimate), allowed, in_short=True)
     begun = evaluated(settled.prepared, first[0]).outcome.equations.cost
     assert astray.outcome.equations.cost.sum() > 10.0 * settled.outcome.equations.cost.sum()
     assert begun.sum() < 1.1 * settled.outcome.equations.cost.sum()
