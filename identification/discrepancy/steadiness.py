@@ -24,7 +24,7 @@ _AT_REST = 0.5
 
 
 def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
-    """The search; where effects that hold still do not explain most of the misfit in the end, once more without one that does not.
+    """The search; where steady effects do not explain most of the misfit, or it takes several, once more without one that is none.
 
     What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
     either, so that small differences, however sure, say nothing.
@@ -36,7 +36,7 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
         place = found.fitted.names.index(loose[0])
         begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
         again = search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without)
-        if again.ended == BUDGET:
+        if again.ended == BUDGET and not found.explained:
             break
         found = again
     return dataclasses.replace(found, mimics=mimicked(found, allowed)) if found.fitted.names else found
@@ -58,8 +58,13 @@ def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
 
 
 def _doubtful(found: Search, allowed: Tolerance) -> bool:
-    """Whether another search may find what this one, which had its time, has not."""
-    return not found.explained and found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
+    """Whether another search may find what this one, which had its time, has not.
+
+    One effect that leaves nothing but noise is the cause; several may do so by turns, each a part of what none of them is.
+    """
+    if found.explained:
+        return len(found.fitted.names) > 1
+    return found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
 
 
 def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:

@@ -113,6 +113,15 @@ def test_what_explains_all_stands_and_no_second_search_is_begun_without_time(mot
     assert len(calls) == 1
 
 
+@pytest.mark.parametrize("again", [EXPLAINED, HELPLESS, BUDGET])
+def test_several_effects_that_explain_all_are_doubted_where_one_does_not_hold_still(motion, allowed, searches, again):
+    """Not even for lack of time are they asserted."""
+    found, calls = searches((EXPLAINED, DRAG, FRICTION), (again, DRAG))
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    assert (result.ended, result.fitted.names) == (again, ("quadratic_drag",))
+    assert [call.get("without") for call in calls] == [None, ("coulomb_friction",)]
+
+
 def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, searches):
     found, _ = searches((HELPLESS, DRAG, FRICTION), (BUDGET, DRAG))
     result = steady_search(found[0].fitted, allowed, np.inf)
