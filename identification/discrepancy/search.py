@@ -313,7 +313,7 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     for candidate in [*with_other_starts(short, scored), *_beyond_scores(scored, short)]:
         lowest = min((rival.cost for rival in rivals), default=np.inf)
         prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
-        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or _takes_long(prepared, scored.fitted.prepared)):
+        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or takes_long(prepared, scored.fitted.prepared)):
             continue
         progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {_words(scored.fitted)}")
         try:
@@ -330,7 +330,7 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     return list(leading.values())
 
 
-def _takes_long(prepared: Prepared, beside: Prepared) -> bool:
+def takes_long(prepared: Prepared, beside: Prepared) -> bool:
     """Whether a vibration of the newest effect's own is much faster than what the model follows without it."""
     return bool(integrator_for(prepared).flight_step < 0.5 * integrator_for(beside).flight_step)
 

@@ -7,8 +7,9 @@ import pytest
 
 from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended, with_other_starts
-from tests.identification.discrepancy.made_search import fitted, round_of
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, takes_long, why_ended, with_other_starts
+from tests.identification.discrepancy.made_search import fitted, model, round_of
+from vibrojax.effects import CoulombFriction, StopCompliance
 
 
 @pytest.fixture(scope="module")
@@ -84,3 +85,13 @@ def test_a_deep_stop_is_tried_from_its_two_most_promising_depths_and_friction_on
     assert [(each.name, each.gain) for each in tried] == [("deep_stop", 90.0), ("deep_stop", 60.0), ("coulomb_friction", 90.0)]
     none = [dataclasses.replace(each, gain=each.gain if each in short else 0.0) for each in found]
     assert with_other_starts(short, dataclasses.replace(one.scored, found=none)) == short
+
+
+def test_what_vibrates_much_faster_than_the_rig_takes_long_and_a_force_does_not(motion, allowed):
+    friction = model(motion, allowed, 2.0, CoulombFriction(friction_force=0.1)).prepared
+    stop = StopCompliance(stop_stiffness=1e6, stop_frequency_hz=500.0, stop_damping_ratio=0.05)
+    sprung = model(motion, allowed, 2.0, stop).prepared
+    assert takes_long(sprung, motion.prepared)
+    assert takes_long(sprung, friction)
+    assert not takes_long(friction, motion.prepared)
+    assert not takes_long(sprung, sprung)
