@@ -179,7 +179,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         predicted = _Predicted(allowed)
         shown_before = _side(start, allowed, experiment, predicted)
         shown_after = shown_before if cause.fitted is start else _side(cause.fitted, allowed, experiment, predicted)
-        refuted = refutation(cause, shown_before, shown_after)
+        refuted = "" if found.explained else refutation(cause, shown_before, shown_after)
         if refuted:
             cause, shown_after = Explanation(verdict=UNLISTED, fitted=start), shown_before
         verdict, after = cause.verdict, cause.fitted

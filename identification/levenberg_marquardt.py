@@ -42,7 +42,7 @@ class LevenbergMarquardt:
     most_iterations: int = 40
     crawl: float = 0.0
     floor: float = 0.0
-    """Where `_PATIENCE` iterations remove less than the share `crawl` of what the cost is above `floor`, it stops, not converged."""
+    """Where `_PATIENCE` iterations remove less than the share `crawl` of what the cost is above `floor`, it crawls, and stops."""
 
     def __call__(
         self,

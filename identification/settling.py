@@ -28,7 +28,7 @@ def settled_gradually(prepared: Prepared, integrator: Landing, *, side_by_side: 
 
 
 def _beginning(group: Windows, share: float) -> Windows:
-    """The windows cut off: what comes later is not integrated and has no weight."""
+    """The windows cut off: what comes later has no weight, and no step is taken for it."""
     lengths = np.ceil(share * group.lengths).astype(group.lengths.dtype)
     counts = np.arange(group.weight.shape[1]) < lengths[:, None]
     return dataclasses.replace(group, lengths=lengths, weight=np.where(counts[..., None], group.weight, 0.0))

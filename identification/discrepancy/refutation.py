@@ -10,7 +10,7 @@ _BEYOND_ROUNDING = 1.02
 
 
 def refutation(cause: Explanation, before: Side, after: Side) -> str:
-    """Why an explanation is dropped: the nominal model predicts unseen records better. Empty where it stands.
+    """Why an explanation that leaves more than noise is dropped: the nominal model predicts unseen records better. Empty where it stands.
 
     Args:
         cause: with its learned term or its effects.

@@ -29,11 +29,11 @@ EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect help
 """Why a search ended."""
 _SHORT_LIST = 6
 _WORTH_A_TRY = 0.1
-"""Share of the best gain that a candidate must promise to be refitted: of causes that are right it was 0.95 and more."""
+"""Share of the best gain that a candidate must promise to be refitted."""
 _MOST_EFFECTS = 3
 _STOPS = 3
 """Stops that are tried without a score."""
-_EVERY, _LARGE_GAIN = 4, 4000.0
+_EVERY, _LARGE_GAIN = 4, 1000.0
 """Where some candidate promises so much, every fourth window tells the candidates apart."""
 _FINALIST = 1.03
 """Cost over the lowest up to which a candidate is fitted to all windows."""
@@ -42,11 +42,11 @@ _NOISE = 1.15
 _CLOSE = 0.3
 """Share of the best gain from which a candidate is tried although another explains everything, as it may be its twin, or although it takes
 shorter steps, and minutes."""
-_HELPS = 0.05
+_HELPS = 0.1
 """Share of the misfit below which a refit has not helped."""
 _BETTER = 8.0
 """Drop of the cost, half chi-square, below which a model fitted anew is no other."""
-_ROUGHLY = 0.5
+_ROUGHLY = 0.25
 """Part of that which a candidate must have done after its rough fit to be fitted further."""
 _ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
 """Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
@@ -116,6 +116,8 @@ class Search:
     """Names of effects that were not to be tried."""
     mimics: Drift | None = None
     """A parameter that changes in the course of records, which is what the effects stand in for."""
+    doubted: bool = False
+    """Whether it takes several effects to explain all, of which one does not hold still."""
 
     @property
     def first(self) -> Scored:
@@ -125,7 +127,7 @@ class Search:
     @property
     def explained(self) -> bool:
         """Whether nothing but noise is left, or a trifle beside what has been explained, and by a cause."""
-        return self.ended == EXPLAINED and self.mimics is None
+        return self.ended == EXPLAINED and self.mimics is None and not self.doubted
 
     @property
     def stages(self) -> tuple[Fitted, ...]:
@@ -156,7 +158,8 @@ def search(
 
     Goes on from the rounds that have `begun`, and does not try the effects that it is to do `without`.
     """
-    fitted, rounds = begun[-1].rivals[0].fitted if begun else start, list(begun)
+    rounds = [*begun[:-1], *(_to_the_end(one, allowed) for one in begun[-1:])]
+    fitted = rounds[-1].rivals[0].fitted if rounds else start
     while True:
         progress(f"scoring all candidates beside {_words(fitted)}")
         scored = look(fitted, allowed, without=without)
@@ -185,6 +188,13 @@ def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tup
     if not rivals or not _helps(rivals[0], one.cost, one.scored, allowed):
         return ()
     return (dataclasses.replace(one, rivals=rivals),)
+
+
+def _to_the_end(one: Round, allowed: Tolerance) -> Round:
+    """The round with its best rival, which may have been fitted in short, fitted in full."""
+    best, *others = one.rivals
+    fitted = fit_tolerantly(best.prepared, allowed)
+    return one if fitted is None else dataclasses.replace(one, rivals=(_rival(best.candidate, fitted, allowed), *others))
 
 
 def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:
@@ -313,7 +323,7 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     for candidate in [*with_other_starts(short, scored), *_beyond_scores(scored, short)]:
         lowest = min((rival.cost for rival in rivals), default=np.inf)
         prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
-        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or takes_long(prepared, scored.fitted.prepared)):
+        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or takes_long(prepared, scored.fitted)):
             continue
         progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {_words(scored.fitted)}")
         try:
@@ -330,9 +340,10 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     return list(leading.values())
 
 
-def takes_long(prepared: Prepared, beside: Prepared) -> bool:
+def takes_long(prepared: Prepared, beside: Fitted) -> bool:
     """Whether a vibration of the newest effect's own is much faster than what the model follows without it."""
-    return bool(integrator_for(prepared).flight_step < 0.5 * integrator_for(beside).flight_step)
+    without = integrator_for(dataclasses.replace(beside.prepared, model=beside.model))
+    return bool(integrator_for(prepared).flight_step < 0.5 * without.flight_step)
 
 
 def with_other_starts(short: list[Candidate], scored: Scored) -> list[Candidate]:

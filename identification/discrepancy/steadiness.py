@@ -6,6 +6,7 @@ from collections.abc import Callable
 from identification.discrepancy.assertion import numbers
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
 from identification.discrepancy.drift import Drift, drifts
+from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search, reopened, search
@@ -24,19 +25,19 @@ _AT_REST = 0.5
 
 
 def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
-    """The search; where steady effects do not explain most of the misfit, or it takes several, once more without one that is none.
+    """The search; where steady effects do not explain most of the misfit, again and again without one that is none.
 
     What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
     either, so that small differences, however sure, say nothing.
     """
-    found, without = search(start, allowed, deadline, progress), ()
+    found, without = _weighed(search(start, allowed, deadline, progress), allowed), ()
     while _doubtful(found, allowed) and (loose := unsteady(found.fitted, allowed)):
         progress(f"{loose[0]} has no strength that holds for all records; searching without it")
         without = (*without, loose[0])
         place = found.fitted.names.index(loose[0])
         begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
-        again = search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without)
-        if again.ended == BUDGET and not found.explained:
+        again = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without), allowed)
+        if again.ended == BUDGET:
             break
         found = again
     return dataclasses.replace(found, mimics=mimicked(found, allowed)) if found.fitted.names else found
@@ -58,13 +59,19 @@ def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
 
 
 def _doubtful(found: Search, allowed: Tolerance) -> bool:
-    """Whether another search may find what this one, which had its time, has not.
+    """Whether another search may find what this one, which had its time, has not."""
+    return not found.explained and found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
 
-    One effect that leaves nothing but noise is the cause; several may do so by turns, each a part of what none of them is.
+
+def _weighed(found: Search, allowed: Tolerance) -> Search:
+    """The search, doubted where it takes several effects to explain all, of which one does not hold still.
+
+    One effect that does so alone is the cause; several may do so by turns, each a part of what none of them is.
     """
-    if found.explained:
-        return len(found.fitted.names) > 1
-    return found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
+    if not found.explained or len(found.fitted.names) < 2 or not unsteady(found.fitted, allowed):
+        return found
+    needed = pruned(found.fitted, allowed)
+    return dataclasses.replace(found, doubted=len(needed.names) > 1 and bool(unsteady(needed, allowed)))
 
 
 def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:

@@ -16,8 +16,8 @@ from identification.prepare import Prepared
 from identification.settling import settled_gradually
 
 _ROUNDS = 3
-_CRAWL, _CRAWL_IN_SHORT = 3e-3, 3e-2
-"""Share of the misfit that eight iterations must remove."""
+_CRAWL, _CRAWL_IN_SHORT = 3e-3, 1e-2
+"""Share of the misfit, lost windows apart, below which a fit crawls."""
 _GIVES_WAY = 3
 """Iterations of all else."""
 _WORSE = 3.0
@@ -33,7 +33,7 @@ _ASIDE = 0.05
 def fit_tolerantly(
     prepared: Prepared, allowed: Tolerance, *, newest: str = "", give_up_above: float = np.inf, in_short: bool = False
 ) -> Fitted | None:
-    """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, to the end.
+    """Everything from `prepared.start`: first roughly, then, after the windows that resist have settled anew, until it is there or crawls.
 
     Where an effect is the `newest`, all else first gives way to it, its shared parameters held as proposed: beside numbers that have made
     up for its lack, it looks worse than none. None where the rough fit leaves a tolerant cost above `give_up_above`. `in_short`:
@@ -51,7 +51,8 @@ def fit_tolerantly(
     if not allowed.total(equations.cost) <= give_up_above:
         return None
     crawl, rounds = (_CRAWL_IN_SHORT, 1) if in_short else (_CRAWL, _ROUNDS)
-    to_the_end = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20, crawl=crawl, floor=allowed.noise)
+    floor = allowed.noise + float(np.sum(allowed.cost(equations.cost), where=~np.isfinite(equations.cost)))
+    to_the_end = LevenbergMarquardt(tolerance=0.1, flat=1e-7, most_iterations=20, crawl=crawl, floor=floor)
     for _ in range(rounds):
         outcome = to_the_end(tolerant, settled, active, limits)
         before = float(outcome.equations.cost.sum())

@@ -107,19 +107,40 @@ def test_the_search_goes_back_to_where_the_unsteady_effect_came_in(motion, allow
 
 
 @pytest.mark.parametrize("ended", [EXPLAINED, BUDGET])
-def test_what_explains_all_stands_and_no_second_search_is_begun_without_time(motion, allowed, searches, ended):
+def test_one_effect_that_explains_all_stands_and_no_second_search_is_begun_without_time(motion, allowed, searches, ended):
     found, calls = searches((ended, FRICTION))
     assert steady_search(found[0].fitted, allowed, np.inf).fitted.names == ("coulomb_friction",)
     assert len(calls) == 1
 
 
-@pytest.mark.parametrize("again", [EXPLAINED, HELPLESS, BUDGET])
-def test_several_effects_that_explain_all_are_doubted_where_one_does_not_hold_still(motion, allowed, searches, again):
+@pytest.mark.parametrize(("again", "names"), [(EXPLAINED, 1), (HELPLESS, 1), (BUDGET, 2)])
+def test_several_effects_that_explain_all_are_doubted_where_one_does_not_hold_still(motion, allowed, searches, monkeypatch, again, names):
     """Not even for lack of time are they asserted."""
+    monkeypatch.setattr(steadiness, "pruned", lambda fitted, allowed: fitted)
     found, calls = searches((EXPLAINED, DRAG, FRICTION), (again, DRAG))
     result = steady_search(found[0].fitted, allowed, np.inf)
-    assert (result.ended, result.fitted.names) == (again, ("quadratic_drag",))
+    assert found[0].explained
+    assert result.explained is (again == EXPLAINED)
+    assert result.fitted.names == ("quadratic_drag", "coulomb_friction")[:names]
     assert [call.get("without") for call in calls] == [None, ("coulomb_friction",)]
+
+
+def test_an_effect_that_a_later_one_makes_needless_may_be_as_loose_as_it_likes(motion, allowed, searches, monkeypatch):
+    monkeypatch.setattr(steadiness, "pruned", lambda fitted, allowed: model(motion, allowed, 2.0, DRAG))
+    found, calls = searches((EXPLAINED, FRICTION, DRAG))
+    assert steady_search(found[0].fitted, allowed, np.inf).explained
+    assert len(calls) == 1
+
+
+def test_what_explains_most_by_itself_is_asserted_without_the_loose_rest(motion, allowed, searches, monkeypatch):
+    monkeypatch.setattr(steadiness, "pruned", lambda fitted, allowed: fitted)
+    found, calls = searches((EXPLAINED, DRAG, FRICTION), left=2.0)
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    most, share = steadily(result, allowed)
+    assert len(calls) == 1
+    assert not result.explained
+    assert most is not None
+    assert (most.names, share) == (("quadratic_drag",), pytest.approx(0.9))
 
 
 def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, searches):
