@@ -31,10 +31,10 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
     either, so that small differences, however sure, say nothing.
     """
     found, without = _weighed(search(start, allowed, deadline, progress), allowed), ()
-    while _doubtful(found, allowed) and (loose := unsteady(found.fitted, allowed)):
-        progress(f"{loose[0]} has no strength that holds for all records; searching without it")
-        without = (*without, loose[0])
-        place = found.fitted.names.index(loose[0])
+    while _doubtful(found, allowed) and (loose := _loose(found, allowed)):
+        progress(f"{loose} has no strength that holds for all records; searching without it")
+        without = (*without, loose)
+        place = found.fitted.names.index(loose)
         begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
         again = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without), allowed)
         if again.ended == BUDGET:
@@ -60,7 +60,16 @@ def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
 
 def _doubtful(found: Search, allowed: Tolerance) -> bool:
     """Whether another search may find what this one, which had its time, has not."""
+    if found.doubted:
+        return True
     return not found.explained and found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
+
+
+def _loose(found: Search, allowed: Tolerance) -> str:
+    """The effect to do without: the first that has not held still since it came in, else the last that does not; empty where all do."""
+    loose, came_in = unsteady(found.fitted, allowed), zip(found.fitted.names, found.stages, strict=True)
+    never = [name for name, stage in came_in if name in loose and name in unsteady(stage, allowed)]
+    return next(iter([*never, *loose[::-1]]), "")
 
 
 def _weighed(found: Search, allowed: Tolerance) -> Search:

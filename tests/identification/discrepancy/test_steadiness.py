@@ -132,15 +132,27 @@ def test_an_effect_that_a_later_one_makes_needless_may_be_as_loose_as_it_likes(m
     assert len(calls) == 1
 
 
-def test_what_explains_most_by_itself_is_asserted_without_the_loose_rest(motion, allowed, searches, monkeypatch):
+def test_what_explains_most_by_itself_is_asserted_where_nothing_else_explains_the_rest(motion, allowed, searches, monkeypatch):
+    """First what may explain the rest in place of the loose effect is looked for."""
     monkeypatch.setattr(steadiness, "pruned", lambda fitted, allowed: fitted)
-    found, calls = searches((EXPLAINED, DRAG, FRICTION), left=2.0)
+    found, calls = searches((EXPLAINED, DRAG, FRICTION), (BUDGET, DRAG), left=2.0)
     result = steady_search(found[0].fitted, allowed, np.inf)
     most, share = steadily(result, allowed)
-    assert len(calls) == 1
+    assert [call.get("without") for call in calls] == [None, ("coulomb_friction",)]
     assert not result.explained
     assert most is not None
     assert (most.names, share) == (("quadratic_drag",), pytest.approx(0.9))
+
+
+@pytest.mark.parametrize(("from_the_first", "dropped"), [(True, "coulomb_friction"), (False, "quadratic_drag")])
+def test_what_never_held_still_goes_before_what_a_later_effect_has_made_loose(
+    motion, allowed, searches, monkeypatch, from_the_first, dropped
+):
+    monkeypatch.setattr(steadiness, "pruned", lambda fitted, allowed: fitted)
+    found, calls = searches((EXPLAINED, FRICTION, DRAG), (EXPLAINED, FRICTION))
+    monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: fitted.names if from_the_first or len(fitted.names) == 2 else ())
+    steady_search(found[0].fitted, allowed, np.inf)
+    assert calls[1]["without"] == (dropped,)
 
 
 def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, searches):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.refit import Fitted, with_model
-from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from, settled_like
+from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from, resettled, settled_like
 from identification.fit import evaluator, integrator_for
 from identification.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
 from tests.identification.conftest import TRUTH
@@ -60,6 +60,19 @@ def test_a_window_astray_finds_back_from_where_a_fuller_model_has_it(settled):
     back = settled_like(astray, settled)
     assert np.all(back.outcome.equations.cost[windows] <= 1.01 * cost)
     np.testing.assert_array_equal(back.outcome.estimate.shared, astray.outcome.estimate.shared)
+
+
+def test_only_windows_that_resist_settle_anew_each_from_its_best_start(settled, allowed):
+    windows = np.argsort(settled.outcome.equations.cost)[:2]
+    cost = settled.outcome.equations.cost[windows]
+    astray = moved(settled, windows)
+    evaluate = evaluator(settled.prepared, integrator_for(settled.prepared))
+    estimate, equations = resettled(astray.prepared, evaluate, astray.outcome.estimate, allowed)
+    assert np.all(equations.cost[windows] <= 1.01 * cost)
+    changed = np.flatnonzero(np.any(estimate.states != astray.outcome.estimate.states, axis=1))
+    assert set(windows) <= set(changed)
+    assert len(changed) < 0.1 * len(settled.prepared.record)
+    np.testing.assert_array_equal(equations.cost, evaluate(estimate).cost)
 
 
 def test_a_fit_in_a_wrong_place_is_led_out_of_it_by_a_fuller_one_and_needs_no_effect(motion, settled, allowed):
