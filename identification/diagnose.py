@@ -16,11 +16,12 @@ from identification.discrepancy.evidence import significant
 from identification.discrepancy.explanation import Explanation, explanation
 from identification.discrepancy.held_out import SIGNAL, HeldOut, held_out
 from identification.discrepancy.locate import locate
+from identification.discrepancy.look import Scored
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.refutation import refutation
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
-from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Scored, Search
+from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Search
 from identification.discrepancy.steadiness import steady_search
 from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.discrepancy.verdict import sentences

@@ -9,10 +9,12 @@ from identification.discrepancy.diagnosis import Asserted, Considered, Number
 from identification.discrepancy.errors import errors
 from identification.discrepancy.evidence import best_of_each, chance, trials
 from identification.discrepancy.held_out import HeldOut
+from identification.discrepancy.look import Scored
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import Rival, Round, Scored, Search
+from identification.discrepancy.search import Round, Search
+from identification.discrepancy.short_list import Rival
 from identification.fit import bounds, free_unknowns
 from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect

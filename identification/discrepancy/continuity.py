@@ -4,11 +4,17 @@ import numpy as np
 
 from identification.block_arrow import columns, covariance, reduce
 from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
 from identification.fit import free_unknowns
 from identification.layout import STATES
 
 _ASTRAY = 9.0
 """Cost over the median of the windows from which one has settled wrongly, and says nothing of its neighbours."""
+
+
+def whole_cost(fitted: Fitted, allowed: Tolerance) -> float:
+    """Tolerant cost of all windows, and of the continuity of the effects' own states."""
+    return allowed.total(fitted.outcome.equations.cost) + continuity_cost(fitted)
 
 
 def continuity_cost(fitted: Fitted) -> float:

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
+from identification.discrepancy.continuity import whole_cost
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import whole_cost
 from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.layout import STATES
 from vibrojax.errors import NoConvergenceError

@@ -43,6 +43,11 @@ class Fitted:
         return tuple(effect.name for effect in self.prepared.model.effects)
 
     @property
+    def title(self) -> str:
+        """The effects in the model, to be read after "beside"."""
+        return " and ".join(self.names) if self.names else "the nominal model"
+
+    @property
     def unknowns(self) -> int:
         """Count of estimated numbers that are not states of windows."""
         active = free_unknowns(self.prepared)

@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 
 from identification.block_arrow import Equations
+from identification.discrepancy.look import Scored, blank
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import Rival, Round, Scored, blank
+from identification.discrepancy.search import Round
+from identification.discrepancy.short_list import Rival
 from identification.layout import Estimate
 from identification.levenberg_marquardt import Outcome
 from identification.prepare import Prepared

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.evidence import FALSE_ALARM, best_of_each, chance, significant
+from identification.discrepancy.look import blank
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import blank
 from vibrojax.effects import EFFECTS
 
 

@@ -9,10 +9,10 @@ import pytest
 from identification.discrepancy.free_form import learn
 from identification.discrepancy.free_form_formula import bracketed, common_phase, formula
 from identification.discrepancy.free_form_terms import column, force_groups, reading_groups, select
+from identification.discrepancy.look import look
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import tolerance
 from identification.discrepancy.score import information, projector
-from identification.discrepancy.search import look
 from identification.fit import as_arrays, bounds, evaluator, free_unknowns, integrator_for, on_device
 from identification.levenberg_marquardt import LevenbergMarquardt
 from identification.residual import predict

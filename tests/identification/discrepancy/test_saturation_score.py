@@ -4,8 +4,8 @@ import numpy as np
 
 from identification.discrepancy.evidence import FALSE_ALARM, chance
 from identification.discrepancy.facts import facts
+from identification.discrepancy.look import blank
 from identification.discrepancy.score import projector, score
-from identification.discrepancy.search import blank
 from identification.fit import free_unknowns
 from vibrojax.effects import ForceSaturation
 

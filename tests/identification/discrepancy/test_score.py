@@ -7,9 +7,9 @@ import pytest
 from scipy.stats import kstest
 
 from identification.discrepancy.linearised import linearised
+from identification.discrepancy.look import blank
 from identification.discrepancy.response import response
 from identification.discrepancy.score import information, projector, reduced, score
-from identification.discrepancy.search import blank
 from identification.discrepancy.signature import signatures
 from identification.fit import free_unknowns, integrator_for
 from vibrojax.effects import EFFECTS

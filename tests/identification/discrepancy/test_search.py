@@ -7,7 +7,8 @@ import pytest
 
 from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, takes_long, why_ended, with_other_starts
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended
+from identification.discrepancy.short_list import takes_long, with_other_starts
 from tests.identification.discrepancy.made_search import fitted, model, round_of
 from vibrojax.effects import CoulombFriction, StopCompliance
 

@@ -8,7 +8,8 @@ import pytest
 from identification.discrepancy import steadiness
 from identification.discrepancy.diagnosis import Disagreement, Number
 from identification.discrepancy.drift import Drift
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search, blank
+from identification.discrepancy.look import blank
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from identification.discrepancy.steadiness import steadily, steady_search, unsteady
 from tests.identification.discrepancy.made_search import model, round_of, stage
 from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, QuadraticDrag, SecondMode

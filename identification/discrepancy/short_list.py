@@ -1,0 +1,187 @@
+"""The candidates that promise most, each fitted with all else."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.discrepancy.continuity import whole_cost
+from identification.discrepancy.look import Scored
+from identification.discrepancy.memory import give_back
+from identification.discrepancy.refit import Fitted, extended, windows_of
+from identification.discrepancy.robust import Tolerance
+from identification.discrepancy.score import Candidate
+from identification.discrepancy.tolerant_fit import fit_tolerantly
+from identification.fit import integrator_for
+from identification.prepare import Prepared
+from vibrojax.errors import NoConvergenceError
+
+Progress = Callable[[str], None]
+HELPS = 0.1
+"""Share of the misfit below which a refit has not helped."""
+_SHORT_LIST = 6
+_WORTH_A_TRY = 0.1
+"""Share of the best gain that a candidate must promise to be refitted."""
+_STOPS = 3
+"""Stops that are tried without a score."""
+_EVERY, _LARGE_GAIN = 4, 1000.0
+"""Where some candidate promises so much, every fourth window tells the candidates apart."""
+_FINALIST = 1.03
+"""Cost over the lowest up to which a candidate is fitted to all windows."""
+_FINALISTS = 2
+"""So many at most where none explains nearly everything, and the next round tells more."""
+_NOISE = 1.15
+"""Cost over that of pure noise at which a candidate explains nearly everything."""
+_CLOSE = 0.3
+"""Share of the best gain from which a candidate is tried although another explains everything, as it may be its twin, or although it takes
+shorter steps, and minutes."""
+_ROUGHLY = 0.25
+"""Part of what it takes to help which a candidate must have done after its rough fit to be fitted further."""
+_HOPELESS = 1.2
+"""Cost over the lowest of the short list at which a candidate is given up after its rough fit."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Rival:
+    """A candidate after its refit."""
+
+    candidate: Candidate
+    fitted: Fitted
+    cost: float
+    """Tolerant, of all windows, and of the continuity of the effects' own states."""
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.candidate.name
+
+    @property
+    def prepared(self) -> Prepared:
+        """Its windows, to go on from where it is."""
+        return dataclasses.replace(self.fitted.prepared, start=self.fitted.outcome.estimate)
+
+    def bic(self, allowed: Tolerance) -> float:
+        """Bayesian information criterion of the tolerant cost, in chi-square."""
+        return 2.0 * self.cost + float(np.log(allowed.samples.sum())) * self.fitted.unknowns
+
+
+def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
+    """The short list, each fitted in full as long as it is in the running; best first.
+
+    Every candidate is first fitted in short, where the misfit is large to a part of the windows, and only the best to the end and to all.
+    """
+    thin = _thinned(scored, allowed)
+    heats = _heats(thin, scored, progress)
+    near = [rival for rival in heats if rival.cost <= _FINALIST * heats[0].cost + 100.0]
+    if near and near[0].cost > _NOISE * thin.allowed.noise:
+        near = near[:_FINALISTS]
+    finals, lowest = [], np.inf
+    for rival in near:
+        progress(f"fitting {rival.name} to all records")
+        start = rival.prepared if thin.every == 1 else _with_all_windows(scored, rival)
+        try:
+            fitted = fit_tolerantly(start, allowed, give_up_above=_HOPELESS * lowest)
+        except NoConvergenceError:
+            continue
+        if fitted is not None:
+            finals.append(rival_of(rival.candidate, fitted, allowed))
+            lowest = min(lowest, finals[-1].cost)
+    others = [rival for rival in heats if all(rival is not one for one in near)]
+    return _ranked([*finals, *others] if thin.every == 1 else finals, allowed)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Thinned:
+    """Every so manieth window; two neighbours at a time."""
+
+    every: int
+    chosen: np.ndarray
+    allowed: Tolerance
+    hopeless: float
+    """Cost above which a candidate is given up after its rough fit."""
+
+
+def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
+    """A part of the windows that suffices to tell large gains apart."""
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    every = _EVERY if best > _LARGE_GAIN and len(allowed.samples) > 16 * _EVERY else 1
+    windows = np.arange(len(allowed.samples))
+    chosen = windows[windows % (2 * every) < 2] if every > 1 else windows
+    thin = dataclasses.replace(allowed, samples=allowed.samples[chosen])
+    before = thin.total(scored.fitted.outcome.equations.cost[chosen])
+    hopeless = before - _ROUGHLY * HELPS * max(before - thin.noise, 0.0)
+    return _Thinned(every=every, chosen=chosen, allowed=thin, hopeless=hopeless)
+
+
+def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
+    """The short list, fitted in short to the chosen windows; best first."""
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    short = [_startable(one) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
+    noise, rivals = thin.allowed.noise, []
+    for candidate in [*with_other_starts(short, scored), *beyond_scores(scored, short)]:
+        lowest = min((rival.cost for rival in rivals), default=np.inf)
+        prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
+        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or takes_long(prepared, scored.fitted)):
+            continue
+        progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
+        try:
+            limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
+            newest = "" if candidate.members[0].is_stop else candidate.name
+            fitted = fit_tolerantly(prepared, thin.allowed, newest=newest, give_up_above=limit, in_short=True)
+        except NoConvergenceError:
+            continue
+        finally:
+            give_back()
+        if fitted is not None:
+            rivals.append(rival_of(candidate, fitted, thin.allowed))
+    leading: dict[str, Rival] = {}
+    for rival in _ranked(rivals, thin.allowed):
+        leading.setdefault(f"{rival.name} {rival.candidate.members[0].channel or ''}", rival)
+    return list(leading.values())
+
+
+def takes_long(prepared: Prepared, beside: Fitted) -> bool:
+    """Whether a vibration of the newest effect's own is much faster than what the model follows without it."""
+    without = integrator_for(dataclasses.replace(beside.prepared, model=beside.model))
+    return bool(integrator_for(prepared).flight_step < 0.5 * without.flight_step)
+
+
+def with_other_starts(short: list[Candidate], scored: Scored) -> list[Candidate]:
+    """The short list, with as many probes of each effect as it wants to be tried from."""
+    found = []
+    for candidate in short:
+        others = [one for one in scored.found if one.name == candidate.name and 0.0 < one.gain < candidate.gain]
+        found += [candidate, *others[: candidate.members[0].tries - 1]]
+    return found
+
+
+def rival_of(candidate: Candidate, fitted: Fitted, allowed: Tolerance) -> Rival:
+    """The candidate as it has been fitted, with its cost."""
+    return Rival(candidate=candidate, fitted=fitted, cost=whole_cost(fitted, allowed))
+
+
+def _ranked(rivals: list[Rival], allowed: Tolerance) -> list[Rival]:
+    """By cost with the price of every estimated number."""
+    return sorted(rivals, key=lambda rival: rival.bic(allowed))
+
+
+def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
+    """All windows, from what the fit to a part of them found."""
+    whole = extended(scored.fitted, rival.candidate, scored.courses)
+    found = rival.fitted.outcome.estimate
+    return dataclasses.replace(whole, start=dataclasses.replace(whole.start, shared=found.shared, nuisances=found.nuisances))
+
+
+def beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
+    """Stops that the nominal motion passes through: no derivative tells what they would do, so they are tried where windows resist."""
+    resisting = float(np.mean(scored.fitted.outcome.equations.cost > 2.0 * np.median(scored.fitted.outcome.equations.cost) + 100.0))
+    if resisting < 0.02 or scored.fitted.prepared.experiment.only_decays:
+        return []
+    listed = {candidate.name for candidate in short}
+    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed]
+    return [_startable(one) for one in stops[:_STOPS]]
+
+
+def _startable(candidate: Candidate) -> Candidate:
+    """A stop starts as it was proposed, because a derivative along a motion that passes through it says nothing of its strength."""
+    return dataclasses.replace(candidate, factors=np.ones(len(candidate.members))) if candidate.members[0].is_stop else candidate
