@@ -109,7 +109,7 @@ def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
 
 
 def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
-    """Effects of which less than half of the estimated parameters are known; of a stop, where it is says enough.
+    """Effects of which less than half of the estimated parameters are known; of a stop, where it stands says enough.
 
     What each record has of its own, and what is held at a searched value, is not asked for.
     """
@@ -117,6 +117,7 @@ def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     for effect in fitted.model.effects:
         own = [one for one in estimated if one.name.startswith(f"{effect.name}.")]
         known = [one for one in own if one.stderr is not None and one.stderr < _NO_CONSTANT * abs(one.value)]
-        if not effect.is_stop and 2 * len(known) < len(own):
+        placed = effect.is_stop or any(one.name == f"{effect.name}.{effect.place}" for one in known)
+        if not placed and 2 * len(known) < len(own):
             found.append(effect.name)
     return tuple(found)

@@ -193,6 +193,11 @@ class AbstractEffect(eqx.Module):
         return False
 
     @property
+    def place(self) -> str:
+        """Name of the parameter that says where it stands, for a stop: to know that suffices, however hard it is. Empty for all else."""
+        return ""
+
+    @property
     def back_gap(self) -> Value | None:
         """Distance of a second stop behind the hammer at rest, m; None where it makes none."""
         return None

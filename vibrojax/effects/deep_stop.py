@@ -113,6 +113,11 @@ class DeepStop(AbstractEffect):
         """Two: a fit does not move a depth that it starts beyond all impacts, and a promise is from a motion that goes too deep."""
         return 2
 
+    @property
+    def place(self) -> str:
+        """Its depth."""
+        return "depth"
+
     def scaled(self, factor: Value) -> "DeepStop":
         """Stiffness in proportion, at the same depth."""
         return dataclasses.replace(self, stiffness=factor * self.stiffness)

@@ -8,9 +8,7 @@ import pytest
 from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended
-from identification.discrepancy.short_list import takes_long, with_other_starts
-from tests.identification.discrepancy.made_search import fitted, model, round_of
-from vibrojax.effects import CoulombFriction, StopCompliance
+from tests.identification.discrepancy.made_search import fitted, round_of
 
 
 @pytest.fixture(scope="module")
@@ -76,22 +74,3 @@ def test_a_round_without_its_best_ends_with_the_next_that_helps(motion, allowed,
     assert [rival.name for rival in again.rivals] == ["coulomb_friction", "quadratic_drag"]
     assert reopened(one, allowed, without=("hysteresis", "coulomb_friction")) == ()  # drag does not help
     assert reopened(one, allowed, without=tuple(rival.name for rival in one.rivals)) == ()
-
-
-def test_a_deep_stop_is_tried_from_its_two_most_promising_depths_and_friction_once(motion, noise):
-    one = round_of(motion, noise, {"deep_stop": 1.0, "coulomb_friction": 2.0})
-    found = [dataclasses.replace(each, gain=gain) for each in one.scored.found for gain in (90.0, 60.0, 30.0)]
-    short = [each for each in found if each.gain == 90.0]
-    tried = with_other_starts(short, dataclasses.replace(one.scored, found=found))
-    assert [(each.name, each.gain) for each in tried] == [("deep_stop", 90.0), ("deep_stop", 60.0), ("coulomb_friction", 90.0)]
-    none = [dataclasses.replace(each, gain=each.gain if each in short else 0.0) for each in found]
-    assert with_other_starts(short, dataclasses.replace(one.scored, found=none)) == short
-
-
-def test_what_vibrates_much_faster_than_the_rig_takes_long_and_a_force_does_not(motion, allowed):
-    nominal, friction = model(motion, allowed, 2.0), model(motion, allowed, 2.0, CoulombFriction(friction_force=0.1))
-    sprung = model(motion, allowed, 2.0, StopCompliance(stop_stiffness=1e6, stop_frequency_hz=500.0, stop_damping_ratio=0.05))
-    assert takes_long(sprung.prepared, nominal)
-    assert takes_long(sprung.prepared, friction)
-    assert not takes_long(friction.prepared, nominal)
-    assert not takes_long(sprung.prepared, sprung)

@@ -12,7 +12,7 @@ from identification.discrepancy.look import blank
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from identification.discrepancy.steadiness import steadily, steady_search, unsteady
 from tests.identification.discrepancy.made_search import model, round_of, stage
-from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, QuadraticDrag, SecondMode
+from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, DeepStop, QuadraticDrag, SecondMode
 
 FRICTION, DRAG = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
 
@@ -49,6 +49,8 @@ def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, mon
         (FRICTION, (None,), True),
         (FRICTION, (0.02,), False),
         (BackStop(distance=0.01), (None,), False),  # it stands somewhere
+        (DeepStop(stiffness=1e5, depth=0.03, damping=100.0), (None, 0.001, None), False),  # and this one there, hard or soft
+        (DeepStop(stiffness=1e5, depth=0.03, damping=100.0), (None, 0.03, 10.0), True),
     ],
 )
 def test_what_the_records_hardly_tell_is_no_cause(motion, allowed, monkeypatch, effect, errors, vague):

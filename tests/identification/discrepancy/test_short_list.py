@@ -1,0 +1,79 @@
+"""Which candidates are fitted, how far, and in what order; with fits whose costs are made to order."""
+
+import dataclasses
+
+import pytest
+
+from identification.discrepancy import short_list
+from identification.discrepancy.short_list import short_listed, takes_long, with_other_starts
+from tests.identification.discrepancy.made_search import model, round_of, settled
+from vibrojax.effects import CoulombFriction, StopCompliance
+
+
+@pytest.fixture
+def fits(motion, allowed, monkeypatch):
+    """Short-list these effects, each with its gain and the cost of its fit over noise; returns the order of the rivals, and of the fits."""
+    noise = 0.5 * allowed.samples.astype(float)
+
+    def short_list_of(**effects: tuple[float, float]) -> tuple[list[str], list[str], list[str]]:
+        rough, full = [], []
+
+        def fit_tolerantly(prepared, tolerance, *, in_short=False, **options):
+            name = prepared.model.effects[-1].name
+            (rough if in_short else full).append(name)
+            return settled(prepared, prepared.start, effects[name][1] * 0.5 * tolerance.samples)
+
+        monkeypatch.setattr(short_list, "fit_tolerantly", fit_tolerantly)
+        one = round_of(motion, 3.0 * noise, dict.fromkeys(effects, 1.0))
+        found = [dataclasses.replace(each, gain=effects[each.name][0]) for each in one.scored.found]
+        scored = dataclasses.replace(one.scored, found=found, significant={each.name: each for each in found})
+        return [rival.name for rival in short_listed(scored, allowed, lambda stage: None)], rough, full
+
+    return short_list_of
+
+
+def test_a_candidate_that_promises_little_is_not_fitted(fits):
+    ranked, rough, _ = fits(coulomb_friction=(1000.0, 1.5), quadratic_drag=(99.0, 1.0), cubic_stiffness=(101.0, 2.0))
+    assert rough == ["coulomb_friction", "cubic_stiffness"]
+    assert ranked == ["coulomb_friction", "cubic_stiffness"]
+
+
+def test_where_one_explains_nearly_everything_only_what_may_be_its_twin_is_tried(fits):
+    _, rough, _ = fits(coulomb_friction=(1000.0, 1.1), quadratic_drag=(310.0, 1.0), cubic_stiffness=(290.0, 1.0))
+    assert rough == ["coulomb_friction", "quadratic_drag"]
+
+
+@pytest.mark.parametrize(("level", "finalists"), [(1.1, 3), (1.5, 2)])
+def test_all_that_are_near_are_fitted_in_full_where_one_explains_nearly_everything_and_two_where_none_does(fits, level, finalists):
+    costs = {"coulomb_friction": level + 0.002, "quadratic_drag": level, "cubic_stiffness": level + 0.001, "hysteresis": level + 0.5}
+    ranked, rough, full = fits(**{name: (1000.0, cost) for name, cost in costs.items()})
+    assert rough == list(costs)
+    assert full == ["quadratic_drag", "cubic_stiffness", "coulomb_friction"][:finalists]
+    assert ranked == ["quadratic_drag", "cubic_stiffness", "coulomb_friction", "hysteresis"]
+
+
+def test_a_faster_vibration_is_tried_only_where_it_promises_about_as_much_as_the_best(fits):
+    assert fits(coulomb_friction=(1000.0, 2.0), stop_compliance=(290.0, 2.0), cubic_stiffness=(290.0, 2.0))[1] == [
+        "coulomb_friction",
+        "cubic_stiffness",
+    ]
+    assert "stop_compliance" in fits(coulomb_friction=(1000.0, 2.0), stop_compliance=(310.0, 2.0))[1]
+
+
+def test_a_deep_stop_is_tried_from_its_two_most_promising_depths_and_friction_once(motion, allowed):
+    one = round_of(motion, 0.5 * allowed.samples, {"deep_stop": 1.0, "coulomb_friction": 2.0})
+    found = [dataclasses.replace(each, gain=gain) for each in one.scored.found for gain in (90.0, 60.0, 30.0)]
+    short = [each for each in found if each.gain == 90.0]
+    tried = with_other_starts(short, dataclasses.replace(one.scored, found=found))
+    assert [(each.name, each.gain) for each in tried] == [("deep_stop", 90.0), ("deep_stop", 60.0), ("coulomb_friction", 90.0)]
+    none = [dataclasses.replace(each, gain=each.gain if each in short else 0.0) for each in found]
+    assert with_other_starts(short, dataclasses.replace(one.scored, found=none)) == short
+
+
+def test_what_vibrates_much_faster_than_the_rig_takes_long_and_a_force_does_not(motion, allowed):
+    nominal, friction = model(motion, allowed, 2.0), model(motion, allowed, 2.0, CoulombFriction(friction_force=0.1))
+    sprung = model(motion, allowed, 2.0, StopCompliance(stop_stiffness=1e6, stop_frequency_hz=500.0, stop_damping_ratio=0.05))
+    assert takes_long(sprung.prepared, nominal)
+    assert takes_long(sprung.prepared, friction)
+    assert not takes_long(friction.prepared, nominal)
+    assert not takes_long(sprung.prepared, sprung)
