@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification.block_arrow import GAP_PRIOR_STD, columns
-from identification.discrepancy.continuity import apart, continuity_cost
+from identification.discrepancy.continuity import apart, continuity_cost, freedom_cost
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.signature import own_states
 from identification.fit import as_arrays, evaluator, fit, free_unknowns, integrator_for, on_device
@@ -63,10 +63,28 @@ def test_memory_chosen_anew_costs_much(motion, remembering):
     assert continuity_cost(remembering(Hysteresis(0.01, 5e-4), scattered)) > 0.5 * windows
 
 
+def test_free_memory_costs_what_noise_lets_it_gain_and_none_that_its_prior_holds(motion, remembering):
+    """Half a unit a window and three standard deviations; a tighter prior leaves less to choose."""
+    windows, free = len(motion.at.record), remembering(Hysteresis(0.01, 5e-4))
+    most = 0.5 * (windows + 3.0 * np.sqrt(2.0 * windows))
+    assert 0.9 * most < freedom_cost(free) < most
+    (state,) = free.prepared.layout.own_states
+
+    def held(scale: float) -> Fitted:
+        layout = dataclasses.replace(free.prepared.layout, own_states=(dataclasses.replace(state, scale=scale),))
+        prepared = dataclasses.replace(free.prepared, layout=layout)
+        equations = evaluator(prepared, integrator_for(prepared))(prepared.start)
+        return Fitted(prepared=prepared, outcome=dataclasses.replace(free.outcome, equations=equations))
+
+    assert freedom_cost(held(1e-6)) < 1e-3 * most
+    assert freedom_cost(held(1e-6)) < freedom_cost(held(3e-3)) < freedom_cost(free)
+
+
 def test_a_model_without_memory_costs_nothing(motion):
     equations = evaluator(motion.prepared, integrator_for(motion.prepared))(motion.estimate)
     outcome = Outcome(estimate=motion.estimate, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
-    assert continuity_cost(Fitted(prepared=motion.prepared, outcome=outcome)) == 0.0
+    fitted = Fitted(prepared=motion.prepared, outcome=outcome)
+    assert continuity_cost(fitted) == freedom_cost(fitted) == 0.0
 
 
 def test_the_derivatives_of_a_windows_end_are_those_of_its_difference(remembering):
