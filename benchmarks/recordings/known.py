@@ -80,6 +80,13 @@ KNOWN = (
         cannot="The hard stop: only held-back collisions reach it.",
     ),
     Known(
+        recipe="airtrack_fast",
+        question="Hunt-Crossley is fitted to the faster of these collisions, one of the two fastest among them. What does that one reach?",
+        truth="the fastest two reach something hard where bare metal ends meet, 134 mm apart, 28 mm behind the band; the riders shake and pitch",
+        expected=(("deep_stop",),),
+        cannot="How the riders take up energy: a heavy support and a light mode are what shaking and pitching look like from their distance.",
+    ),
+    Known(
         recipe="airtrack_rubber",
         question="The same riders at low speed.",
         truth="a stretched rubber band: nearly linear, little loss",
