@@ -82,9 +82,9 @@ KNOWN = (
     Known(
         recipe="airtrack_fast",
         question="Hunt-Crossley is fitted to the faster of these collisions, one of the two fastest among them. What does that one reach?",
-        truth="the fastest two reach something hard where bare metal ends meet, 134 mm apart, 28 mm behind the band; the riders shake and pitch",
+        truth="the fastest two reach something hard where bare metal ends meet, 28 mm behind the band; the riders shake and pitch",
         expected=(("deep_stop",),),
-        cannot="How the riders take up energy: a heavy support and a light mode are what shaking and pitching look like from their distance.",
+        cannot="How the riders take up energy: a heavy support and a light mode look like shaking and pitching from afar.",
     ),
     Known(
         recipe="airtrack_rubber",

@@ -10,13 +10,37 @@ from identification.layout import STATES
 
 _ASTRAY = 9.0
 """Cost over the median of the windows from which one has settled wrongly, and says nothing of its neighbours."""
-_MOST = 3.0
-"""Standard deviations."""
+_DEVIATIONS = 3.0
+"""Standard deviations up to which a gain is put down to noise."""
 
 
 def whole_cost(fitted: Fitted, allowed: Tolerance) -> float:
-    """Tolerant cost of all windows, and of the effects' own states: of their continuity, at least of their freedom."""
-    return allowed.total(fitted.outcome.equations.cost) + max(continuity_cost(fitted), freedom_cost(fitted))
+    """Tolerant cost of all windows, and the price of the effects' own states."""
+    return allowed.total(fitted.outcome.equations.cost) + states_cost(fitted)
+
+
+def states_cost(fitted: Fitted) -> float:
+    """What states that each window may choose cost, in half chi-square: their continuity, and no less than noise gains by them.
+
+    Jumps that a prior holds show no freedom: a hysteresis that hardly yields then looks better than the constant force that it is.
+    """
+    return max(continuity_cost(fitted), 0.5 * float(np.trace(_determined(fitted), axis1=1, axis2=2).sum()))
+
+
+def states_margin(fitted: Fitted) -> float:
+    """Three standard deviations of what noise gains by the windows' own states, in half chi-square."""
+    return _DEVIATIONS * float(np.sqrt(0.5 * np.sum(_determined(fitted) ** 2)))
+
+
+def _determined(fitted: Fitted) -> np.ndarray:
+    """(windows, own, own): I - V / (s s'), V the variance of a window's own states beside its others and s the scale of their prior.
+
+    An eigenvalue is 1 for what the window determines, where noise gains half a chi-square of one degree, and 0 for what the prior does.
+    """
+    own, layout = _carried(fitted), fitted.prepared.layout
+    variance, _ = reduce(fitted.outcome.equations, fitted.outcome.estimate, free_unknowns(fitted.prepared), 0.0).eliminated
+    scale = np.array([layout.own_states[layout.free_own[column - len(STATES)]].scale for column in own])
+    return np.eye(len(own)) - variance[:, own[:, None], own] / np.outer(scale, scale)
 
 
 def continuity_cost(fitted: Fitted) -> float:
@@ -30,21 +54,6 @@ def continuity_cost(fitted: Fitted) -> float:
     """
     own = _carried(fitted)
     return 0.5 * _mean_square(fitted, own) * len(own) * len(fitted.prepared.record)
-
-
-def freedom_cost(fitted: Fitted) -> float:
-    """The most, in half chi-square, that noise alone lets own states gain which each window may choose; 0 where nothing carries on.
-
-    Half a unit for each that its window determines, and three standard deviations of the sum; what the prior determines gains nothing.
-    Jumps show no freedom where a prior holds them: a hysteresis that hardly yields then looks better than the constant force that it is.
-    """
-    own, layout = _carried(fitted), fitted.prepared.layout
-    if not len(own):
-        return 0.0
-    variance, _ = reduce(fitted.outcome.equations, fitted.outcome.estimate, free_unknowns(fitted.prepared), 0.0).eliminated
-    scale = np.array([layout.own_states[layout.free_own[column - len(STATES)]].scale for column in own])
-    degrees = float(np.clip(1.0 - variance[:, own, own] / scale**2, 0.0, 1.0).sum())
-    return 0.5 * (degrees + _MOST * float(np.sqrt(2.0 * degrees)))
 
 
 def jump_variance(fitted: Fitted) -> float:

@@ -112,7 +112,7 @@ class Considered:
         detail: which channel, record or frequency.
         gain: drop of chi-square that the score test promises.
         chance: probability that noise alone promises as much.
-        drop: of chi-square when the whole was fitted again with it; None where it was not.
+        drop: of chi-square, and of the price of own states, when the whole was fitted again with it; None where it was not.
         bic: Bayesian information criterion after that, less that of the best; None likewise.
         held_out: drop of chi-square on windows left out of the fit; None likewise, and where the cost is far from the best.
         beside: effects that were in the model already.
@@ -148,10 +148,14 @@ class Disagreement:
 
     @property
     def scatter(self) -> float:
-        """Standard deviation of the values beyond their errors, SI, by the method of moments (DerSimonian and Laird 1986)."""
+        """Standard deviation of the values beyond their errors, SI, by the method of moments (DerSimonian and Laird 1986).
+
+        0 where one record alone tells the parameter.
+        """
         value, weight = np.array([(value, stderr**-2.0) for value, stderr in self.records.values()]).T
         chi2 = float(weight @ (value - weight @ value / weight.sum()) ** 2)
-        return float(np.sqrt(max(chi2 - len(value) + 1, 0.0) / (weight.sum() - weight @ weight / weight.sum())))
+        of_others = float(weight.sum() - weight @ weight / weight.sum())
+        return float(np.sqrt(max(chi2 - len(value) + 1, 0.0) / of_others)) if of_others > 0 else 0.0
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

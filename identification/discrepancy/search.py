@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
 from identification.discrepancy.colour import overstatement
-from identification.discrepancy.continuity import continuity_cost, jump_variance, whole_cost
+from identification.discrepancy.continuity import jump_variance, states_cost, whole_cost
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.evidence import FALSE_ALARM, chance, trials
 from identification.discrepancy.linearised import linearised
@@ -75,7 +75,7 @@ class Search:
     def share(self, fitted: Fitted, allowed: Tolerance) -> float:
         """Of the first misfit beyond noise, what the effects of one of the stages explain; there is one at least."""
         first = self.rounds[0]
-        torn = continuity_cost(fitted) / max(first.cost - allowed.noise, 1e-300)
+        torn = states_cost(fitted) / max(first.cost - allowed.noise, 1e-300)
         return max(allowed.explained(first.scored.fitted.outcome.equations.cost, fitted.outcome.equations.cost) - torn, 0.0)
 
     def dispersion(self, allowed: Tolerance) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identification.discrepancy.continuity import whole_cost
+from identification.discrepancy.continuity import states_margin, whole_cost
 from identification.discrepancy.look import Scored
 from identification.discrepancy.memory import give_back
 from identification.discrepancy.refit import Fitted, extended, windows_of
@@ -48,7 +48,9 @@ class Rival:
     candidate: Candidate
     fitted: Fitted
     cost: float
-    """Tolerant, of all windows, and of the continuity of the effects' own states."""
+    """`whole_cost`."""
+    margin: float = 0.0
+    """`states_margin`, by which an effect with memory must do better than one without."""
 
     @property
     def name(self) -> str:
@@ -61,8 +63,8 @@ class Rival:
         return dataclasses.replace(self.fitted.prepared, start=self.fitted.outcome.estimate)
 
     def bic(self, allowed: Tolerance) -> float:
-        """Bayesian information criterion of the tolerant cost, in chi-square."""
-        return 2.0 * self.cost + float(np.log(allowed.samples.sum())) * self.fitted.unknowns
+        """Bayesian information criterion of the tolerant cost and the margin, in chi-square."""
+        return 2.0 * (self.cost + self.margin) + float(np.log(allowed.samples.sum())) * self.fitted.unknowns
 
 
 def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
@@ -73,7 +75,7 @@ def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list
     thin = _thinned(scored, allowed)
     heats = _heats(thin, scored, progress)
     near = [rival for rival in heats if rival.cost <= _FINALIST * heats[0].cost + 100.0]
-    if near and near[0].cost > _NOISE * thin.allowed.noise:
+    if near and min(rival.cost for rival in near) > _NOISE * thin.allowed.noise:
         near = near[:_FINALISTS]
     finals, lowest = [], np.inf
     for rival in near:
@@ -83,6 +85,8 @@ def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list
             fitted = fit_tolerantly(start, allowed, give_up_above=_HOPELESS * lowest)
         except NoConvergenceError:
             continue
+        finally:
+            give_back()
         if fitted is not None:
             finals.append(rival_of(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
@@ -157,7 +161,7 @@ def with_other_starts(short: list[Candidate], scored: Scored) -> list[Candidate]
 
 def rival_of(candidate: Candidate, fitted: Fitted, allowed: Tolerance) -> Rival:
     """The candidate as it has been fitted, with its cost."""
-    return Rival(candidate=candidate, fitted=fitted, cost=whole_cost(fitted, allowed))
+    return Rival(candidate=candidate, fitted=fitted, cost=whole_cost(fitted, allowed), margin=states_margin(fitted))
 
 
 def _ranked(rivals: list[Rival], allowed: Tolerance) -> list[Rival]:

@@ -34,8 +34,8 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
     while _doubtful(found, allowed) and (loose := _loose(found, allowed)):
         progress(f"{loose} has no strength that holds for all records; searching without it")
         without = (*without, loose)
-        place = found.fitted.names.index(loose)
-        begun = (*found.rounds[:place], *reopened(found.rounds[place], allowed, without=without))
+        step = found.fitted.names.index(loose)
+        begun = (*found.rounds[:step], *reopened(found.rounds[step], allowed, without=without))
         again = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without), allowed)
         if again.ended == BUDGET:
             break

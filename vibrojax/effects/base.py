@@ -194,7 +194,10 @@ class AbstractEffect(eqx.Module):
 
     @property
     def place(self) -> str:
-        """Name of the parameter that says where it stands, for a stop: to know that suffices, however hard it is. Empty for all else."""
+        """Name of the parameter that says where it begins, if to know that is to know the effect, however strong it is; else empty.
+
+        Effects with `is_stop` are known without.
+        """
         return ""
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification.block_arrow import GAP_PRIOR_STD, columns
-from identification.discrepancy.continuity import apart, continuity_cost, freedom_cost
+from identification.discrepancy.continuity import apart, continuity_cost, states_cost, states_margin, whole_cost
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.signature import own_states
 from identification.fit import as_arrays, evaluator, fit, free_unknowns, integrator_for, on_device
@@ -63,28 +63,63 @@ def test_memory_chosen_anew_costs_much(motion, remembering):
     assert continuity_cost(remembering(Hysteresis(0.01, 5e-4), scattered)) > 0.5 * windows
 
 
-def test_free_memory_costs_what_noise_lets_it_gain_and_none_that_its_prior_holds(motion, remembering):
-    """Half a unit a window and three standard deviations; a tighter prior leaves less to choose."""
-    windows, free = len(motion.at.record), remembering(Hysteresis(0.01, 5e-4))
-    most = 0.5 * (windows + 3.0 * np.sqrt(2.0 * windows))
-    assert 0.9 * most < freedom_cost(free) < most
+@pytest.fixture(scope="module")
+def held(remembering):
+    """The example with hysteresis whose state has this scale."""
+    free = remembering(Hysteresis(0.01, 5e-4))
     (state,) = free.prepared.layout.own_states
 
-    def held(scale: float) -> Fitted:
+    def fitted(scale: float) -> Fitted:
         layout = dataclasses.replace(free.prepared.layout, own_states=(dataclasses.replace(state, scale=scale),))
         prepared = dataclasses.replace(free.prepared, layout=layout)
         equations = evaluator(prepared, integrator_for(prepared))(prepared.start)
         return Fitted(prepared=prepared, outcome=dataclasses.replace(free.outcome, equations=equations))
 
-    assert freedom_cost(held(1e-6)) < 1e-3 * most
-    assert freedom_cost(held(1e-6)) < freedom_cost(held(3e-3)) < freedom_cost(free)
+    return fitted
+
+
+def test_free_memory_costs_what_noise_gains_by_it_and_none_where_a_prior_holds_it(motion, held):
+    windows, small = len(motion.at.record), 1e-6
+    assert 0.95 * 0.5 * windows < states_cost(held(1e3)) <= 0.5 * windows
+    assert 0.95 * 3.0 * np.sqrt(0.5 * windows) < states_margin(held(1e3)) <= 3.0 * np.sqrt(0.5 * windows)
+    assert states_cost(held(small)) - continuity_cost(held(small)) < 1e-3 * windows
+    assert states_margin(held(small)) < 1e-3 * states_margin(held(1e3))
+
+
+def test_noise_gains_what_is_said_by_memory_that_is_half_determined(motion, held):
+    """Drawn: the best z under data of the precision h and a prior of the precision 1 / s^2 gains g^2 / 2 (h + 1 / s^2), g ~ N(0, h)."""
+    fitted = held(0.5)
+    precision = _determined_alone(fitted)
+    share = precision / (precision + 0.5**-2)
+    assert 0.1 < share.mean() < 0.9
+    drawn = 0.5 * np.random.default_rng(3).standard_normal((20_000, len(share))) ** 2 @ share
+    assert states_cost(fitted) == pytest.approx(drawn.mean(), rel=0.02)
+    assert states_margin(fitted) == pytest.approx(3.0 * drawn.std(), rel=0.02)
+
+
+def _determined_alone(fitted: Fitted) -> np.ndarray:
+    """(windows,): what each window's data say of its z with u and u' free, by the Schur complement of its own Hessian less the prior."""
+    block = fitted.outcome.equations.hessian[:, -3:, -3:]
+    motion = np.linalg.solve(block[:, :2, :2], block[:, :2, 2:])
+    return (block[:, 2:, 2:] - block[:, 2:, :2] @ motion)[:, 0, 0] - 0.5**-2
+
+
+def test_each_of_two_states_counts(motion, remembering):
+    one, two = remembering(Hysteresis(0.01, 5e-4)), remembering(StopCompliance(1e6, 400.0, 5e-3))
+    assert len(two.prepared.layout.free_own) == 2
+    assert states_cost(two) > 1.2 * states_cost(one)
+
+
+def test_the_whole_cost_holds_the_price_of_states(allowed, held):
+    fitted = held(1.0)
+    assert whole_cost(fitted, allowed) == allowed.total(fitted.outcome.equations.cost) + states_cost(fitted)
 
 
 def test_a_model_without_memory_costs_nothing(motion):
     equations = evaluator(motion.prepared, integrator_for(motion.prepared))(motion.estimate)
     outcome = Outcome(estimate=motion.estimate, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
     fitted = Fitted(prepared=motion.prepared, outcome=outcome)
-    assert continuity_cost(fitted) == freedom_cost(fitted) == 0.0
+    assert continuity_cost(fitted) == states_cost(fitted) == states_margin(fitted) == 0.0
 
 
 def test_the_derivatives_of_a_windows_end_are_those_of_its_difference(remembering):

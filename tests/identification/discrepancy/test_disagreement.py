@@ -52,3 +52,8 @@ def test_a_record_whose_clock_is_fast_has_a_natural_frequency_of_its_own(fits):
     assert found.chance < 1e-6
     (drop, _), *others = (found.records[record.file] for record in fits[1].prepared.experiment.records)
     assert drop < min(value for value, _ in others)
+
+
+def test_what_one_record_alone_tells_does_not_scatter():
+    records = {"a.csv": (1.0, 1e-9), "b.csv": (2.0, 1.0)}
+    assert Disagreement(name="f_n", chi2=9.0, degrees=1, chance=1e-3, records=records).scatter == 0.0

@@ -52,6 +52,15 @@ def test_all_that_are_near_are_fitted_in_full_where_one_explains_nearly_everythi
     assert ranked == ["quadratic_drag", "cubic_stiffness", "coulomb_friction", "hysteresis"]
 
 
+def test_memory_must_do_better_by_more_than_noise_gains_with_it(fits, monkeypatch):
+    def order(margin: float) -> list[str]:
+        monkeypatch.setattr(short_list, "states_margin", lambda fitted: margin * ("hysteresis" in fitted.names))
+        return fits(constant_force=(1000.0, 1.01), hysteresis=(1000.0, 1.0))[0]
+
+    assert order(0.0) == ["hysteresis", "constant_force"]
+    assert order(1e6) == ["constant_force", "hysteresis"]
+
+
 def test_a_faster_vibration_is_tried_only_where_it_promises_about_as_much_as_the_best(fits):
     assert fits(coulomb_friction=(1000.0, 2.0), stop_compliance=(290.0, 2.0), cubic_stiffness=(290.0, 2.0))[1] == [
         "coulomb_friction",
