@@ -66,7 +66,7 @@ def test_says_what_it_is(effect):
         assert not p.logarithmic or p.lower > 0
     assert len({state.name for state in effect.own_states}) == len(effect.own_states)
     assert all(state.unit and state.scale >= 0 for state in effect.own_states)
-    assert effect.place in {"", *(p.name for p in effect.parameters)}
+    assert usual(effect).place in {"", *(p.name for p in effect.parameters)}
 
 
 @each_effect
