@@ -7,11 +7,11 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from identification.discrepancy.assertion import asserted, considered, numbers, twins
+from identification.discrepancy.assertion import asserted, considered, twins
 from identification.discrepancy.continuity import apart
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.discrepancy.disagreement import disagreements
-from identification.discrepancy.errors import degrees
+from identification.discrepancy.errors import degrees, numbers
 from identification.discrepancy.evidence import significant
 from identification.discrepancy.explanation import Explanation, explanation
 from identification.discrepancy.held_out import SIGNAL, HeldOut, held_out
@@ -21,7 +21,7 @@ from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.refutation import refutation
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
-from identification.discrepancy.search import BUDGET, MOST_EFFECTS, Search
+from identification.discrepancy.search import BUDGET, DRIFTING, MOST_EFFECTS, Search
 from identification.discrepancy.steadiness import steady_search
 from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.discrepancy.verdict import sentences
@@ -47,6 +47,7 @@ _TOLERANT = (
 _ENDED = {
     BUDGET: "the budget ended the search before all was explained: what is said here may not be all, allow more minutes",
     MOST_EFFECTS: "the search stopped after as many effects as it adds to one model, before all was explained: more may be missing",
+    DRIFTING: "no listed effect was fitted: a parameter that changes in the course of records explains far more than any of them promises",
 }
 _IN_PART = (
     "more than noise is left, and neither a further listed effect nor a learned term explains it: a rig that does not repeat itself looks"
@@ -213,7 +214,7 @@ def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, re
     said += [] if ground.sound else [_TOLERANT]
     if found.without:
         said.append(f"{' and '.join(found.without)} {_STANDS_IN}")
-    if found.mimics is not None:
+    if found.mimics is not None and found.fitted.names:
         restless = next(p.symbol for p in side.parameters if p.name == found.mimics.name)
         said.append(f"{' and '.join(found.fitted.names)} {_MIMICS.format(restless)}")
     if found.ended in _ENDED:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.discrepancy.diagnosis import Asserted, Considered, Number
-from identification.discrepancy.errors import errors
 from identification.discrepancy.evidence import best_of_each, chance, trials
 from identification.discrepancy.held_out import HeldOut
 from identification.discrepancy.look import Scored
@@ -15,7 +14,6 @@ from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.search import Round, Search
 from identification.discrepancy.short_list import Rival
-from identification.fit import bounds, free_unknowns
 from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
@@ -25,20 +23,6 @@ TWIN = 8.0
 _SHOWN = 12
 _PREDICTED = 1.2
 """Cost over that of the best up to which a rival's predictions are looked at."""
-
-
-def numbers(fitted: Fitted, allowed: Tolerance) -> tuple[Number, ...]:
-    """Every shared parameter with its standard error; None where it is held, not identifiable, or stopped at the edge of its range."""
-    prepared, outcome = fitted.prepared, fitted.outcome
-    active, spread, (low, high) = free_unknowns(prepared), errors(fitted, allowed), bounds(prepared)
-    found = []
-    for index, p in enumerate(prepared.layout.parameters):
-        internal = outcome.estimate.shared[index]
-        value = p.to_physical(internal)
-        known = bool(active.shared[index] and spread.identifiable[index] and low[index] < internal < high[index])
-        stderr = float(spread.stderr[index] * p.slope(value)) if known else None
-        found.append(Number(name=p.name, symbol=p.symbol, unit=p.unit, value=float(value), stderr=stderr))
-    return tuple(found)
 
 
 def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:

@@ -11,6 +11,8 @@ from identification.discrepancy.robust import Tolerance
 
 Estimated = tuple[float, float]
 """Value and standard error, SI."""
+MUCH = 0.1
+"""Share of the misfit from which what a drift explains is much of it."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

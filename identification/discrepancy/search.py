@@ -7,8 +7,10 @@ import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
 from identification.discrepancy.colour import overstatement
+from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.continuity import jump_variance, states_cost, whole_cost
-from identification.discrepancy.drift import Drift
+from identification.discrepancy.disagreement import BY_CHANCE
+from identification.discrepancy.drift import MUCH, Drift, drifts
 from identification.discrepancy.evidence import FALSE_ALARM, chance, trials
 from identification.discrepancy.linearised import linearised
 from identification.discrepancy.look import Scored, look
@@ -19,6 +21,7 @@ from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from,
 from identification.fit import integrator_for
 
 EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
+RESTLESS, DRIFTING = "the first effect will not hold still", "a parameter drifts"
 """Why a search ended."""
 _MOST_EFFECTS = 3
 _BETTER = 8.0
@@ -27,6 +30,8 @@ _ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
 """Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
 _JUMP = 10.0
 """Mean squared jump of an effect's own states, in standard errors, above which it has not been followed but chosen anew by each window."""
+_FAR_MORE = 4.0
+"""What a drift explains over what any candidate promises from which none of them is tried."""
 _REST = 0.01
 """Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
 
@@ -49,11 +54,11 @@ class Search:
     fitted: Fitted
     last: Scored
     ended: str
-    """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS` or `BUDGET`."""
+    """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS`, `RESTLESS`, `DRIFTING` or `BUDGET`."""
     without: tuple[str, ...] = ()
     """Names of effects that were not to be tried."""
     mimics: Drift | None = None
-    """A parameter that changes in the course of records, which is what the effects stand in for."""
+    """A parameter that changes in the course of records, which is what the effects stand in for, or would."""
     doubted: bool = False
     """Whether it takes several effects to explain all, of which one does not hold still."""
 
@@ -96,13 +101,15 @@ def search(
 
     Goes on from the rounds that have `begun`, and does not try the effects that it is to do `without`.
     """
-    rounds = [*begun[:-1], *(_to_the_end(one, allowed) for one in begun[-1:])]
+    rounds = list(begun)
     fitted = rounds[-1].rivals[0].fitted if rounds else start
     while True:
         progress(f"scoring all candidates beside {fitted.title}")
         scored = look(fitted, allowed, without=without)
         cost = whole_cost(fitted, allowed)
         ended = why_ended(scored, allowed, rounds, deadline)
+        mimics = None if ended or rounds else drifting(scored, cost - allowed.noise, allowed)
+        ended = ended or (DRIFTING if mimics else "")
         rivals = [] if ended else short_listed(scored, allowed, progress)
         anew = fitted_from(fitted, rivals[0].fitted, allowed) if rivals else fitted
         if anew is not fitted and cost - whole_cost(anew, allowed) >= max(HELPS * (cost - allowed.noise), _BETTER):
@@ -115,24 +122,20 @@ def search(
         if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
         if ended:
-            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without)
+            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without, mimics=mimics)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
 
 
 def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tuple[Round, ...]:
-    """The round as it ends without some effects; none where no other one helps."""
+    """The round as it ends without some effects, the next that helps fitted in full; none where no other one helps."""
     rivals = tuple(rival for rival in one.rivals if rival.name not in without)
     if not rivals or not _helps(rivals[0], one.cost, one.scored, allowed):
         return ()
-    return (dataclasses.replace(one, rivals=rivals),)
-
-
-def _to_the_end(one: Round, allowed: Tolerance) -> Round:
-    """The round with its best rival, which may have been fitted in short, fitted in full."""
-    best, *others = one.rivals
-    fitted = fit_tolerantly(best.prepared, allowed)
-    return one if fitted is None else dataclasses.replace(one, rivals=(rival_of(best.candidate, fitted, allowed), *others))
+    best, *others = rivals  # that may have been fitted in short
+    if (fitted := fit_tolerantly(best.prepared, allowed)) is not None:
+        best = rival_of(best.candidate, fitted, allowed)
+    return (dataclasses.replace(one, rivals=(best, *others)),)
 
 
 def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:
@@ -143,7 +146,26 @@ def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline:
         return EXPLAINED if adequate(scored.fitted, allowed) else HELPLESS
     if len(scored.fitted.names) >= _MOST_EFFECTS:
         return MOST_EFFECTS
+    if len(rounds) > 1 and _never_still(rounds, allowed):
+        return RESTLESS
     return BUDGET if time.monotonic() > deadline else ""
+
+
+def _never_still(rounds: list[Round], allowed: Tolerance) -> bool:
+    """Whether the first effect neither held still when it came in nor does beside the last: a third would not make it the cause."""
+    first, last = rounds[0].rivals[0], rounds[-1].rivals[0]
+    return all(first.name in unsteady(fitted, allowed) for fitted in (first.fitted, last.fitted))
+
+
+def drifting(scored: Scored, misfit: float, allowed: Tolerance) -> Drift | None:
+    """The parameter whose change in the course of records explains much of the misfit (half chi-square), and far more than any candidate.
+
+    What drifts has nothing to do with what the list holds, and to fit its effects one beside the other is long and in vain.
+    """
+    promised = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    least = max(MUCH * 2.0 * misfit, _FAR_MORE * promised)
+    found = [one for one in drifts(scored.fitted, allowed) if one.gain > least and one.chance < BY_CHANCE]
+    return max(found, key=lambda one: one.gain, default=None)
 
 
 def _helps(best: Rival, cost: float, scored: Scored, allowed: Tolerance) -> bool:

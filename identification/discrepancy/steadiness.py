@@ -3,23 +3,18 @@
 import dataclasses
 from collections.abc import Callable
 
-from identification.discrepancy.assertion import numbers
-from identification.discrepancy.disagreement import BY_CHANCE, disagreements
-from identification.discrepancy.drift import Drift, drifts
+from identification.discrepancy.constancy import unsteady
+from identification.discrepancy.disagreement import BY_CHANCE
+from identification.discrepancy.drift import MUCH, Drift, drifts
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, Search, reopened, search
-from vibrojax.model import MASS
 
 ADDS = 0.05
 """Share of the first misfit that an effect must add to be asserted although more than noise is left."""
 MOSTLY = 0.75
 """Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
-_NO_CONSTANT = 0.25
-"""Scatter between records, beyond their errors, or standard error, over the value from which a strength is none."""
-_MIMICKED = 0.1
-"""Share of the misfit that a parameter must explain by another value in each half of a record for effects to stand in for it."""
 _AT_REST = 0.5
 """Its change beside the effects over that in the nominal model below which they explain it."""
 
@@ -53,7 +48,7 @@ def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
     for before in drifts(found.first.fitted, allowed):
         beside = after.get(before.name)
         restless = beside is not None and beside.chance < BY_CHANCE and beside.change > _AT_REST * before.change
-        if restless and before.gain > _MIMICKED * misfit:
+        if restless and before.gain > MUCH * misfit:
             return before
     return None
 
@@ -94,30 +89,3 @@ def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:
         if share - explained >= ADDS and not unsteady(fitted, allowed):
             most, explained = fitted, share
     return most, explained
-
-
-def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
-    """Names of the model's effects, in the order in which they were found, that are none of one strength.
-
-    A parameter is another one from record to record, or the records do not tell most of them.
-    """
-    differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
-    values = fitted.model.values() | {MASS.name: fitted.model.mass}
-    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(float(values[one.name]))]
-    vague = _vague(fitted, allowed)
-    return tuple(name for name in fitted.names if name in vague or any(one.startswith(f"{name}.") for one in loose))
-
-
-def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
-    """Effects of which less than half of the estimated parameters are known; of a stop, where it stands says enough.
-
-    What each record has of its own, and what is held at a searched value, is not asked for.
-    """
-    estimated, found = [one for one in numbers(fitted, allowed) if one.name not in fitted.prepared.fixed], []
-    for effect in fitted.model.effects:
-        own = [one for one in estimated if one.name.startswith(f"{effect.name}.")]
-        known = [one for one in own if one.stderr is not None and one.stderr < _NO_CONSTANT * abs(one.value)]
-        placed = effect.is_stop or any(one.name == f"{effect.name}.{effect.place}" for one in known)
-        if not placed and 2 * len(known) < len(own):
-            found.append(effect.name)
-    return tuple(found)

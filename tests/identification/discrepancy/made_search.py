@@ -58,4 +58,4 @@ def stage(motion, allowed, before: float, after: float, *effects) -> Round:
     one = round_of(motion, noise, {"coulomb_friction": 1.0})
     rival = dataclasses.replace(one.rivals[0], fitted=model(motion, allowed, after, *effects))
     scored = dataclasses.replace(one.scored, fitted=fitted(motion, before * noise))
-    return dataclasses.replace(one, cost=before * noise.sum(), scored=scored, rivals=(rival,))
+    return dataclasses.replace(one, cost=float(before * noise.sum()), scored=scored, rivals=(rival,))

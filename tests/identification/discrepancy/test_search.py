@@ -5,10 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.discrepancy import search
 from identification.discrepancy.assertion import TWIN, probability, twins
+from identification.discrepancy.drift import Drift
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, adequate, reopened, why_ended
-from tests.identification.discrepancy.made_search import fitted, round_of
+from identification.discrepancy.search import BUDGET, DRIFTING, EXPLAINED, HELPLESS, RESTLESS, adequate, reopened, why_ended
+from tests.identification.discrepancy.made_search import fitted, round_of, stage
+from vibrojax.effects import CoulombFriction, QuadraticDrag
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +71,52 @@ def test_the_search_says_why_it_ended(motion, allowed, noise):
     assert why_ended(promising, allowed, [], over) == BUDGET
 
 
-def test_a_round_without_its_best_ends_with_the_next_that_helps(motion, allowed, noise):
+@pytest.mark.parametrize(("loose_at_first", "loose_at_last", "ended"), [(True, True, RESTLESS), (False, True, ""), (True, False, "")])
+def test_two_effects_are_enough_where_the_first_never_held_still(motion, allowed, monkeypatch, loose_at_first, loose_at_last, ended):
+    """A third may have helped where it did for a while, or where the second made it hold still."""
+    friction, drag = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
+    rounds = [stage(motion, allowed, 9.0, 5.0, friction), stage(motion, allowed, 5.0, 3.0, friction, drag)]
+    loose = {1: loose_at_first, 2: loose_at_last}
+    monkeypatch.setattr(search, "unsteady", lambda fitted, allowed: fitted.names[:1] if loose[len(fitted.names)] else ())
+    promising = dataclasses.replace(rounds[0].scored, fitted=rounds[1].rivals[0].fitted)
+    assert why_ended(promising, allowed, rounds, np.inf) == ended
+    assert why_ended(promising, allowed, rounds[:1], np.inf) == ""
+
+
+@pytest.mark.parametrize(
+    ("explains", "promised", "chance", "drifts"),
+    [
+        (0.3, 0.05, 1e-9, True),
+        (0.3, 0.1, 1e-9, False),  # a candidate promises a third of that, which is worth its refit
+        (0.05, 0.0, 1e-9, False),  # not what the misfit is about
+        (0.3, 0.05, 1e-3, False),  # noise may do so
+    ],
+)
+def test_where_a_drift_explains_far_more_than_any_candidate_none_is_fitted(
+    motion, allowed, noise, monkeypatch, explains, promised, chance, drifts
+):
+    misfit = 2.0 * float(noise.sum())
+    weak = Drift(name="zeta", chance=1e-12, gain=1.0, change=0.1, halves={})
+    f_n = Drift(name="f_n", chance=chance, gain=2.0 * explains * misfit, change=0.008, halves={})
+    scored = round_of(motion, 3.0 * noise, {"coulomb_friction": 100.0}).scored
+    candidates = {name: dataclasses.replace(one, gain=2.0 * promised * misfit) for name, one in scored.significant.items()}
+    monkeypatch.setattr(search, "drifts", lambda fitted, allowed: (weak, f_n))
+    monkeypatch.setattr(search, "look", lambda fitted, allowed, *, without: dataclasses.replace(scored, significant=candidates))
+    monkeypatch.setattr(search, "whole_cost", lambda fitted, allowed: allowed.noise + misfit)
+    monkeypatch.setattr(search, "short_listed", lambda scored, allowed, progress: [])
+    found = search.search(scored.fitted, allowed, np.inf)
+    assert (found.ended, found.mimics) == ((DRIFTING, f_n) if drifts else (HELPLESS, None))
+    assert not found.explained
+
+
+def test_a_round_without_its_best_ends_with_the_next_that_helps_fitted_in_full(motion, allowed, noise, monkeypatch):
     one = round_of(motion, 3.0 * noise, {"hysteresis": 100.0, "coulomb_friction": 200.0, "quadratic_drag": 9999.9})
+    in_full = fitted(motion, noise)
+    monkeypatch.setattr(search, "fit_tolerantly", lambda prepared, allowed: in_full)
     (again,) = reopened(one, allowed, without=("hysteresis",))
     assert [rival.name for rival in again.rivals] == ["coulomb_friction", "quadratic_drag"]
+    assert again.rivals[0].fitted is in_full
     assert reopened(one, allowed, without=("hysteresis", "coulomb_friction")) == ()  # drag does not help
     assert reopened(one, allowed, without=tuple(rival.name for rival in one.rivals)) == ()
+    monkeypatch.setattr(search, "fit_tolerantly", lambda prepared, allowed: None)
+    assert reopened(one, allowed, without=("hysteresis",))[0].rivals[0] is one.rivals[1]

@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.discrepancy import steadiness
+from identification.discrepancy import constancy, steadiness
+from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.diagnosis import Disagreement, Number
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.look import blank
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
-from identification.discrepancy.steadiness import steadily, steady_search, unsteady
+from identification.discrepancy.steadiness import steadily, steady_search
 from tests.identification.discrepancy.made_search import model, round_of, stage
 from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, DeepStop, QuadraticDrag, SecondMode
 
@@ -35,7 +36,7 @@ def differing(name: str, values: list[float], stderr: float) -> Disagreement:
 @pytest.mark.parametrize("nominal", ["f_n", "m"])
 def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, monkeypatch, nominal, values, stderr, loose):
     found = [differing(nominal, [1.0, 9.0], 0.01), differing("coulomb_friction.friction_force", values, stderr)]
-    monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: tuple(found))
+    monkeypatch.setattr(constancy, "disagreements", lambda fitted, allowed: tuple(found))
     fitted = model(motion, allowed, 2.0, DRAG, FRICTION)
     assert unsteady(fitted, allowed) == (("coulomb_friction",) if loose else ())
 
@@ -58,8 +59,8 @@ def test_what_the_records_hardly_tell_is_no_cause(motion, allowed, monkeypatch, 
         Number(name=f"{effect.name}.{p.name}", symbol="", unit="", value=float(getattr(effect, p.field)), stderr=stderr)
         for p, stderr in zip(effect.parameters, errors, strict=True)
     ]
-    monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: ())
-    monkeypatch.setattr(steadiness, "numbers", lambda fitted, allowed: tuple(own))
+    monkeypatch.setattr(constancy, "disagreements", lambda fitted, allowed: ())
+    monkeypatch.setattr(constancy, "numbers", lambda fitted, allowed: tuple(own))
     assert unsteady(model(motion, allowed, 2.0, effect), allowed) == ((effect.name,) if vague else ())
 
 
@@ -67,8 +68,8 @@ def test_what_is_held_or_each_record_has_of_its_own_is_not_asked_for(motion, all
     """The amplitude of hum belongs to records, and its frequency was searched for."""
     hum = blank(EFFECTS["mains_hum"])
     frequency = Number(name="mains_hum.frequency_hz", symbol="f_h", unit="Hz", value=50.0, stderr=None)
-    monkeypatch.setattr(steadiness, "disagreements", lambda fitted, allowed: ())
-    monkeypatch.setattr(steadiness, "numbers", lambda fitted, allowed: (frequency,))
+    monkeypatch.setattr(constancy, "disagreements", lambda fitted, allowed: ())
+    monkeypatch.setattr(constancy, "numbers", lambda fitted, allowed: (frequency,))
     found = model(motion, allowed, 2.0, hum)
     assert unsteady(found, allowed) == ("mains_hum",)
     held = dataclasses.replace(found.prepared, fixed=found.prepared.fixed | {frequency.name: 50.0})

@@ -1,0 +1,37 @@
+"""Whether the effects of a model are each of one strength, which the records tell."""
+
+from identification.discrepancy.disagreement import BY_CHANCE, disagreements
+from identification.discrepancy.errors import numbers
+from identification.discrepancy.refit import Fitted
+from identification.discrepancy.robust import Tolerance
+from vibrojax.model import MASS
+
+_NO_CONSTANT = 0.25
+"""Scatter between records, beyond their errors, or standard error, over the value from which a strength is none."""
+
+
+def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
+    """Names of the model's effects, in the order in which they were found, that are none of one strength.
+
+    A parameter is another one from record to record, or the records do not tell most of them.
+    """
+    differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
+    values = fitted.model.values() | {MASS.name: fitted.model.mass}
+    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(float(values[one.name]))]
+    vague = _vague(fitted, allowed)
+    return tuple(name for name in fitted.names if name in vague or any(one.startswith(f"{name}.") for one in loose))
+
+
+def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
+    """Effects of which less than half of the estimated parameters are known; of a stop, where it stands says enough.
+
+    What each record has of its own, and what is held at a searched value, is not asked for.
+    """
+    estimated, found = [one for one in numbers(fitted, allowed) if one.name not in fitted.prepared.fixed], []
+    for effect in fitted.model.effects:
+        own = [one for one in estimated if one.name.startswith(f"{effect.name}.")]
+        known = [one for one in own if one.stderr is not None and one.stderr < _NO_CONSTANT * abs(one.value)]
+        placed = effect.is_stop or any(one.name == f"{effect.name}.{effect.place}" for one in known)
+        if not placed and 2 * len(known) < len(own):
+            found.append(effect.name)
+    return tuple(found)
