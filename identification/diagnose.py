@@ -175,7 +175,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
     """The verdict and its evidence."""
     start, allowed, progress = found.first.fitted, ground.allowed, course.progress
     with course.stage("model"):
-        cause = explanation(start, found, allowed, deadline=course.deadline, progress=progress)
+        cause = explanation(start, found, allowed, progress=progress)
     with course.stage("evidence"):
         progress("predicting windows left out of the fit")
         predicted = _Predicted(allowed)

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Callable
 
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
-from identification.discrepancy.free_form import learn
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
@@ -32,9 +31,7 @@ class Explanation:
     share: float = 1.0
 
 
-def explanation(
-    start: Fitted, found: Search, allowed: Tolerance, *, deadline: float, progress: Callable[[str], None] = lambda stage: None
-) -> Explanation:
+def explanation(start: Fitted, found: Search, allowed: Tolerance, *, progress: Callable[[str], None] = lambda stage: None) -> Explanation:
     """Listed effects that leave nothing but noise; else those that leave little, if no learned term leaves much less; else a learned term.
 
     A real rig never repeats itself exactly, and no effect is modelled to the last digit: what is left is then more than the sensors'
@@ -45,7 +42,6 @@ def explanation(
         start: the nominal model, where the search began.
         found: by the search.
         allowed: tolerance of its windows.
-        deadline: time (`time.monotonic`) after which learning begins no further round.
         progress: told each stage.
     """
     if found.explained and not found.fitted.names:
@@ -53,8 +49,7 @@ def explanation(
     if found.explained:
         progress("taking out what later effects have made needless")
         return Explanation(verdict=MISSING, fitted=pruned(found.fitted, allowed))
-    progress("learning a free-form term")
-    learned = learn(found.first, allowed, deadline=deadline, progress=progress)
+    learned = found.learned
     most, share = steadily(found, allowed)
     by_term = 0.0 if learned is None else learned.explained
     if most is not None and share >= max(MOSTLY, by_term - ADDS) and found.ended != BUDGET:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from identification.discrepancy.adequate import adequate
 from identification.discrepancy.errors import errors
 from identification.discrepancy.free_form_formula import common_phase, formula
 from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, reading_groups, select
@@ -14,7 +15,6 @@ from identification.discrepancy.look import Scored
 from identification.discrepancy.refit import Fitted, with_model
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Projector, projector
-from identification.discrepancy.search import adequate
 from identification.discrepancy.signature import Course, courses
 from identification.discrepancy.tolerant_fit import fit_tolerantly
 from identification.fit import free_unknowns, integrator_for

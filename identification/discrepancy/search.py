@@ -5,13 +5,14 @@ import time
 
 import numpy as np
 
-from identification.adequacy import OVERALL, chi2_limit
+from identification.discrepancy.adequate import adequate
 from identification.discrepancy.colour import overstatement
 from identification.discrepancy.constancy import unsteady
-from identification.discrepancy.continuity import jump_variance, states_cost, whole_cost
+from identification.discrepancy.continuity import states_cost, whole_cost
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import MUCH, Drift, drifts
 from identification.discrepancy.evidence import FALSE_ALARM, chance, trials
+from identification.discrepancy.free_form import Learned
 from identification.discrepancy.linearised import linearised
 from identification.discrepancy.look import Scored, look
 from identification.discrepancy.refit import Fitted
@@ -21,15 +22,11 @@ from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from,
 from identification.fit import integrator_for
 
 EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
-RESTLESS, DRIFTING = "the first effect will not hold still", "a parameter drifts"
+RESTLESS, DRIFTING, LEARNED = "the first effect will not hold still", "a parameter drifts", "a learned term explains all"
 """Why a search ended."""
 _MOST_EFFECTS = 3
 _BETTER = 8.0
 """Drop of the cost, half chi-square, below which a model fitted anew is no other."""
-_ASTRAY, _LEAST_ASTRAY = 0.02, 25.0
-"""Share of the windows that may have settled wrongly without a verdict being drawn from them, and the misfit that tells them."""
-_JUMP = 10.0
-"""Mean squared jump of an effect's own states, in standard errors, above which it has not been followed but chosen anew by each window."""
 _FAR_MORE = 4.0
 """What a drift explains over what any candidate promises from which none of them is tried."""
 _REST = 0.01
@@ -54,13 +51,15 @@ class Search:
     fitted: Fitted
     last: Scored
     ended: str
-    """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS`, `RESTLESS`, `DRIFTING` or `BUDGET`."""
+    """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS`, `RESTLESS`, `DRIFTING`, `LEARNED` or `BUDGET`."""
     without: tuple[str, ...] = ()
     """Names of effects that were not to be tried."""
     mimics: Drift | None = None
     """A parameter that changes in the course of records, which is what the effects stand in for, or would."""
     doubted: bool = False
     """Whether it takes several effects to explain all, of which one does not hold still."""
+    learned: Learned | None = None
+    """A term free in its form, beside the first model, where the effects do not explain all."""
 
     @property
     def first(self) -> Scored:
@@ -96,6 +95,7 @@ def search(
     *,
     begun: tuple[Round, ...] = (),
     without: tuple[str, ...] = (),
+    most_effects: int = _MOST_EFFECTS,
 ) -> Search:
     """Add effects to a model until nothing but noise is left, or none of them helps any more.
 
@@ -107,7 +107,7 @@ def search(
         progress(f"scoring all candidates beside {fitted.title}")
         scored = look(fitted, allowed, without=without)
         cost = whole_cost(fitted, allowed)
-        ended = why_ended(scored, allowed, rounds, deadline)
+        ended = why_ended(scored, allowed, rounds, deadline, most_effects=most_effects)
         mimics = None if ended or rounds else drifting(scored, cost - allowed.noise, allowed)
         ended = ended or (DRIFTING if mimics else "")
         rivals = [] if ended else short_listed(scored, allowed, progress)
@@ -138,13 +138,13 @@ def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tup
     return (dataclasses.replace(one, rivals=(best, *others)),)
 
 
-def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float) -> str:
+def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float, *, most_effects: int = _MOST_EFFECTS) -> str:
     """Why no further effect is tried; empty where one is."""
     if _explained(scored, allowed, rounds):
         return EXPLAINED
     if not scored.significant and not beyond_scores(scored, []):
         return EXPLAINED if adequate(scored.fitted, allowed) else HELPLESS
-    if len(scored.fitted.names) >= _MOST_EFFECTS:
+    if len(scored.fitted.names) >= most_effects:
         return MOST_EFFECTS
     if len(rounds) > 1 and _never_still(rounds, allowed):
         return RESTLESS
@@ -191,20 +191,3 @@ def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     first = max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
     left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     return (adequate(scored.fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
-
-
-def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
-    """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts or were lost.
-
-    An effect with memory must also carry it from window to window.
-    """
-    cost, samples = fitted.outcome.equations.cost, allowed.samples
-    told = samples > 0
-    x = np.where(np.isfinite(cost) & told, 2.0 * cost, np.inf)[told] / samples[told]
-    most = np.isfinite(x) & (x <= max(np.quantile(x, 1.0 - _ASTRAY, method="lower"), _LEAST_ASTRAY))
-    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in fitted.prepared.groups])
-    degrees = int(samples[told][most].sum()) - fitted.unknowns - fitted.prepared.layout.states * int(free[told][most].sum())
-    if np.mean(~most) > _ASTRAY or degrees <= 0:
-        return False
-    is_noise = float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
-    return is_noise and jump_variance(fitted) <= _JUMP

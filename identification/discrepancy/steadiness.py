@@ -3,14 +3,19 @@
 import dataclasses
 from collections.abc import Callable
 
+from identification.discrepancy.adequate import adequate
 from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import MUCH, Drift, drifts
+from identification.discrepancy.free_form import Learned, learn
+from identification.discrepancy.look import Scored
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, Search, reopened, search
+from identification.discrepancy.search import BUDGET, LEARNED, MOST_EFFECTS, Search, reopened, search
 
+_BEFORE_A_TERM = 2
+"""Effects that are tried before a learned term is asked for."""
 ADDS = 0.05
 """Share of the first misfit that an effect must add to be asserted although more than noise is left."""
 MOSTLY = 0.75
@@ -20,12 +25,49 @@ _AT_REST = 0.5
 
 
 def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: Callable[[str], None] = lambda stage: None) -> Search:
-    """The search; where steady effects do not explain most of the misfit, again and again without one that is none.
+    """The search, and a learned term where effects do not explain all; where that does not do so either, the search goes on.
+
+    Only then is a third effect tried: what two do not explain, and one term does, is on no list.
+    """
+    term = _Term(allowed, deadline, progress)
+    found = _weighed(search(start, allowed, deadline, progress, most_effects=_BEFORE_A_TERM), allowed)
+    if not found.explained and not _explains_all(term.beside(found.first), allowed):
+        found = _further(found, allowed, deadline, progress)
+    elif found.ended == MOST_EFFECTS:
+        found = dataclasses.replace(found, ended=LEARNED)
+    if found.fitted.names:
+        found = dataclasses.replace(found, mimics=mimicked(found, allowed))
+    return found if found.explained else dataclasses.replace(found, learned=term.beside(found.first))
+
+
+class _Term:
+    """A term learned beside the nominal model, once for each fit of that."""
+
+    def __init__(self, allowed: Tolerance, deadline: float, progress: Callable[[str], None]) -> None:
+        self._options = {"allowed": allowed, "deadline": deadline, "progress": progress}
+        self._fitted: Fitted | None = None
+        self._learned: Learned | None = None
+
+    def beside(self, first: Scored) -> Learned | None:
+        """None where none is significant."""
+        if self._fitted is not first.fitted:
+            self._fitted, self._learned = first.fitted, learn(first, **self._options)
+        return self._learned
+
+
+def _explains_all(learned: Learned | None, allowed: Tolerance) -> bool:
+    return learned is not None and adequate(learned.fitted, allowed)
+
+
+def _further(found: Search, allowed: Tolerance, deadline: float, progress: Callable[[str], None]) -> Search:
+    """Another effect; where steady ones do not explain most of the misfit, the search again and again without one that is none.
 
     What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
     either, so that small differences, however sure, say nothing.
     """
-    found, without = _weighed(search(start, allowed, deadline, progress), allowed), ()
+    if found.ended == MOST_EFFECTS:
+        found = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=found.rounds), allowed)
+    without: tuple[str, ...] = ()
     while _doubtful(found, allowed) and (loose := _loose(found, allowed)):
         progress(f"{loose} has no strength that holds for all records; searching without it")
         without = (*without, loose)
@@ -35,7 +77,7 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
         if again.ended == BUDGET:
             break
         found = again
-    return dataclasses.replace(found, mimics=mimicked(found, allowed)) if found.fitted.names else found
+    return found
 
 
 def mimicked(found: Search, allowed: Tolerance) -> Drift | None:

@@ -2,23 +2,20 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from identification.discrepancy import explanation as module
 from identification.discrepancy import steadiness
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.discrepancy.explanation import explanation
+from identification.discrepancy.free_form import Learned
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
 from tests.identification.discrepancy.made_search import model, round_of, stage
 from vibrojax.effects import CoulombFriction, QuadraticDrag
+from vibrojax.effects.free_form import FreeForm
 
 
-@dataclasses.dataclass(frozen=True)
-class Learned:
-    fitted: object
-    formula: str
-    explained: float
+TERM = FreeForm(terms=("u",), scales=(1.0,))
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +35,8 @@ def told(monkeypatch, found, allowed):
     monkeypatch.setattr(module, "pruned", lambda fitted, allowed: fitted)
 
     def of(search: Search, by_term: float | None):
-        learned = None if by_term is None else Learned(fitted=found.first.fitted, formula="c1 u", explained=by_term)
-        monkeypatch.setattr(module, "learn", lambda *args, **options: learned)
-        return explanation(found.first.fitted, search, allowed, deadline=np.inf)
+        learned = None if by_term is None else Learned(fitted=found.first.fitted, effect=TERM, formula="c1 u", explained=by_term)
+        return explanation(found.first.fitted, dataclasses.replace(search, learned=learned), allowed)
 
     return of
 

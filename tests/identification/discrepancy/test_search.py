@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import search
+from identification.discrepancy.adequate import adequate
 from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, DRIFTING, EXPLAINED, HELPLESS, RESTLESS, adequate, reopened, why_ended
+from identification.discrepancy.search import BUDGET, DRIFTING, EXPLAINED, HELPLESS, RESTLESS, reopened, why_ended
 from tests.identification.discrepancy.made_search import fitted, round_of, stage
 from vibrojax.effects import CoulombFriction, QuadraticDrag
 

@@ -9,11 +9,13 @@ from identification.discrepancy import constancy, steadiness
 from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.diagnosis import Disagreement, Number
 from identification.discrepancy.drift import Drift
+from identification.discrepancy.free_form import Learned
 from identification.discrepancy.look import blank
-from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, Search
+from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, LEARNED, MOST_EFFECTS, Search
 from identification.discrepancy.steadiness import steadily, steady_search
-from tests.identification.discrepancy.made_search import model, round_of, stage
+from tests.identification.discrepancy.made_search import fitted, model, round_of, stage
 from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, DeepStop, QuadraticDrag, SecondMode
+from vibrojax.effects.free_form import FreeForm
 
 FRICTION, DRAG = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
 
@@ -88,6 +90,7 @@ def searches(motion, allowed, monkeypatch):
 
     def given(*results: tuple, left: float = 8.0) -> tuple[list[Search], list[dict]]:
         monkeypatch.setattr(steadiness, "drifts", lambda fitted, allowed: ())
+        monkeypatch.setattr(steadiness, "learn", lambda first, **options: None)
         found, calls = [ended(*result, left=left) for result in results], []
 
         def search(start, allowed, deadline, progress, **options):
@@ -163,6 +166,21 @@ def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, sear
     found, _ = searches((HELPLESS, DRAG, FRICTION), (BUDGET, DRAG))
     result = steady_search(found[0].fitted, allowed, np.inf)
     assert (result.ended, result.fitted.names) == (HELPLESS, ("quadratic_drag", "coulomb_friction"))
+
+
+@pytest.mark.parametrize("all_by_term", [True, False])
+def test_a_third_effect_is_tried_only_where_no_learned_term_explains_all(motion, allowed, searches, monkeypatch, all_by_term):
+    found, calls = searches((MOST_EFFECTS, FRICTION, DRAG), (HELPLESS, FRICTION, DRAG))
+    left = fitted(motion, (0.9 if all_by_term else 3.0) * 0.5 * allowed.samples.astype(float))
+    learned = Learned(fitted=left, effect=FreeForm(terms=("u",), scales=(1.0,)), formula="c1 u", explained=0.99)
+    asked = []
+    monkeypatch.setattr(steadiness, "learn", lambda first, **options: asked.append(first) or learned)
+    monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: ())
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    assert (result.ended, result.learned) == (LEARNED if all_by_term else HELPLESS, learned)
+    assert [call.get("begun") for call in calls] == [None, found[0].rounds][: len(calls)]
+    assert len(calls) == (1 if all_by_term else 2)
+    assert asked[0] is found[0].first
 
 
 def test_what_held_still_before_trifles_were_added_to_it_is_enough(motion, allowed, searches, monkeypatch):
