@@ -14,7 +14,6 @@ from tests.identification.discrepancy.made_search import model, round_of, stage
 from vibrojax.effects import CoulombFriction, QuadraticDrag
 from vibrojax.effects.free_form import FreeForm
 
-
 TERM = FreeForm(terms=("u",), scales=(1.0,))
 
 
