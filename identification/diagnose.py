@@ -112,9 +112,11 @@ def diagnose_experiment(
         found = steady_search(ground.fitted, ground.allowed, course.deadline, progress)
     if not ground.sound and found.explained and apart(found.fitted) > _APART:
         with course.stage("nominal, longer windows"):
-            ground = _longer(experiment, law, ground, progress)
+            longer = _longer(experiment, law, ground, progress)
         with course.stage("search, longer windows"):
-            found = steady_search(ground.fitted, ground.allowed, course.deadline, progress)
+            again = steady_search(longer.fitted, longer.allowed, course.deadline, progress)
+        cut_short = again.ended == BUDGET
+        ground, found = (ground, dataclasses.replace(found, cut_short=True)) if cut_short else (longer, again)
     return _concluded(experiment, ground, found, course)
 
 
@@ -191,7 +193,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         rows = considered(found, allowed, predicted)
         advice = next_experiment(found, ambiguous, allowed)
     return Diagnosis(
-        experiment=start.prepared.experiment,
+        experiment=experiment,
         verdict=verdict,
         sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share, found.mimics),
         effects=named,
@@ -217,6 +219,8 @@ def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, re
     if found.mimics is not None and found.fitted.names:
         restless = next(p.symbol for p in side.parameters if p.name == found.mimics.name)
         said.append(f"{' and '.join(found.fitted.names)} {_MIMICS.format(restless)}")
+    if found.cut_short and found.ended != BUDGET:
+        said.append(_ENDED[BUDGET])
     if found.ended in _ENDED:
         said.append(_ENDED[found.ended])
     elif cause.share < 1.0:
@@ -252,7 +256,7 @@ def _side(fitted: Fitted, allowed: Tolerance, experiment: Experiment, predicted:
     return Side(
         model=fitted.model,
         parameters=numbers(fitted, allowed),
-        chi2_reduced=fitted.chi2 / degrees(fitted),
+        chi2_reduced=2.0 * allowed.total(fitted.outcome.equations.cost) / degrees(fitted),
         held_out_nrmse=_rms_nrmse(unseen) if unseen else predicted(fitted).nrmse,
         records=_fits(fitted),
         disagreements=disagreements(fitted, allowed),

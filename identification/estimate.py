@@ -20,6 +20,8 @@ from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived
 from identification.uncertainty import Uncertainty, interval, uncertainty
 
 Progress = Callable[[str], None]
+DERIVED = {"k": "N/m", "c": "N s/m"}
+"""Unit by name of the numbers that follow from mass, natural frequency and damping ratio."""
 _STRUCK = 12.0
 """A force this many standard deviations above zero is no noise."""
 
@@ -174,21 +176,22 @@ def _derived(prepared: Prepared, values: dict[str, float], spread: Uncertainty, 
     layout, mass = prepared.layout, values.get("m", prepared.experiment.mass)
     omega = 2 * np.pi * values["f_n"]
 
-    def row(name: str, unit: str, value: float, slopes: dict[str, float]) -> Derived:
+    def row(name: str, value: float, slopes: dict[str, float]) -> Derived:
         at = {layout.index(key): slope for key, slope in slopes.items() if key in values}
         told = all(known.shared[i] for i in at if layout.parameters[i].name != "m" or "m" not in prepared.fixed)
         vector = np.array([at.get(i, 0.0) for i in range(layout.shared)])
         variance = vector @ spread.covariance[: layout.shared, : layout.shared] @ vector
-        return Derived(name=name, symbol=name, unit=unit, value=float(value), stderr=float(value * np.sqrt(variance)) if told else None)
+        stderr = float(value * np.sqrt(variance)) if told else None
+        return Derived(name=name, symbol=name, unit=DERIVED[name], value=float(value), stderr=stderr)
 
     return (
-        row("k", "N/m", mass * omega**2, {"f_n": 2.0, "m": 1.0}),
-        row("c", "N s/m", 2 * values["zeta"] * omega * mass, {"zeta": 1.0, "f_n": 1.0, "m": 1.0}),
+        row("k", mass * omega**2, {"f_n": 2.0, "m": 1.0}),
+        row("c", 2 * values["zeta"] * omega * mass, {"zeta": 1.0, "f_n": 1.0, "m": 1.0}),
     )
 
 
 def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) -> np.ndarray:
-    """(records, 3) standard errors, NaN where not estimated."""
+    """(records, nuisances) standard errors, NaN where not estimated."""
     errors = spread.stderr[prepared.layout.shared :].reshape(active.nuisances.shape)
     return np.where(active.nuisances, errors, np.nan)
 

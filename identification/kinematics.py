@@ -68,7 +68,7 @@ def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarr
     force, touching = None, stands_out(inertia, near)
     if "impact_force" in record.channels:
         force = bridged(record.time, record.channels["impact_force"])
-        touching = force > _CONTACT_SIGNIFICANCE * record.noise["impact_force"]
+        touching = force > _CONTACT_SIGNIFICANCE * record.noise.get("impact_force", np.inf)
     elif acceleration is None:
         touching |= smooth > record.gap + _CONTACT_SIGNIFICANCE * _displacement_noise(record)
     touching = smooth > record.gap if record.kind == "prescribed" else touching & near

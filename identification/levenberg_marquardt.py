@@ -57,10 +57,9 @@ class LevenbergMarquardt:
         cost, damping, growth = equations.total(estimate), 1e-4, 2.0
         if not np.isfinite(cost):
             raise NoConvergenceError("the model cannot be integrated from the first guess: give better starts in [parameters]")
-        decrement, costs = np.inf, [np.inf] * _PATIENCE
+        costs = [np.inf] * _PATIENCE
         for iteration in range(1, self.most_iterations + 1):
-            free = _off_the_bounds(equations, estimate, active, bounds)
-            decrement = newton_decrement(reduce(equations, estimate, free, 0.0), equations)
+            free, decrement = _to_go(equations, estimate, active, bounds)
             progress(iteration, cost)
             costs.append(cost)
             if decrement < self.tolerance**2 or costs[-1 - _PATIENCE] - cost < self.crawl * (cost - self.floor):
@@ -76,16 +75,21 @@ class LevenbergMarquardt:
                 damping, growth = damping * growth, growth * 2.0
             if flat or damping > 1e12:
                 break
+        _, decrement = _to_go(equations, estimate, active, bounds)
         converged = decrement <= max(self.tolerance**2, 2.0 * self.flat * cost)
-        return Outcome(
-            estimate=estimate, equations=equations, cost=cost, converged=converged, iterations=iteration, decrement=float(decrement)
-        )
+        return Outcome(estimate=estimate, equations=equations, cost=cost, converged=converged, iterations=iteration, decrement=decrement)
 
     def _trial(self, estimate: Estimate, equations: Equations, active: Active, bounds, damping: float) -> Estimate:
         """Damped step within the trust region, cut to the bounds."""
         shared, nuisances, states = solve(reduce(equations, estimate, active, damping), equations, estimate, longest=self.longest_step)
         moved = estimate.moved(shared, nuisances, states)
         return dataclasses.replace(moved, shared=np.clip(moved.shared, *bounds))
+
+
+def _to_go(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> tuple[Active, float]:
+    """What may move, and the squared length of the Gauss-Newton step in standard errors."""
+    free = _off_the_bounds(equations, estimate, active, bounds)
+    return free, float(newton_decrement(reduce(equations, estimate, free, 0.0), equations))
 
 
 def _off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> Active:

@@ -14,10 +14,9 @@ from identification.prepare import Prepared
 from identification.residual import predict
 from identification.result import Nuisance, RecordFit
 from identification.windows import Windows
-from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS, UNITS
-from vibrojax.integrate import Landing
+from vibrojax.channels import EVERY_CHANNEL, UNITS
+from vibrojax.integrate import SUCCESS, Landing
 
-_ALL = (*CHANNELS, *SUPPORT_CHANNELS)
 _UNITS = {"base_amplitude": "m", "base_phase": "rad", "gap_error": "m"}
 
 
@@ -27,21 +26,21 @@ def _predict(model, layout, integrator: Landing, windows: Windows, local):
 
 
 def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, errors: np.ndarray) -> tuple[RecordFit, ...]:
-    """One `RecordFit` a record; `errors` are the standard errors of the nuisances, (records, 3), NaN where not estimated."""
+    """One `RecordFit` a record; `errors` are the standard errors of the nuisances, (records, nuisances), NaN where not estimated."""
     names = ("relative_velocity", "in_contact", "window")
-    series = [{name: np.full(len(record.time), np.nan) for name in (*_ALL, *names)} for record in prepared.experiment.records]
+    series = [{name: np.full(len(record.time), np.nan) for name in (*EVERY_CHANNEL, *names)} for record in prepared.experiment.records]
     model, begin = as_arrays(prepared.model), 0
     for group in prepared.groups:
         windows = range(begin, begin + len(group.record))
         begin += len(group.record)
-        everything = dataclasses.replace(on_device(group), channels=_ALL)
+        everything = dataclasses.replace(on_device(group), channels=EVERY_CHANNEL)
         local = jnp.asarray(estimate.local(prepared.record)[windows.start : windows.stop])
         predicted, trajectory = jax.tree.map(np.asarray, _predict(model, prepared.layout, integrator, everything, local))
         for lane, window in enumerate(windows):
             target, part = series[group.record[lane]], slice(group.first[lane], group.first[lane] + group.lengths[lane])
-            values = dict(zip(_ALL, predicted[lane].T, strict=True))
+            values = dict(zip(EVERY_CHANNEL, predicted[lane].T, strict=True))
             values |= {"relative_velocity": trajectory.v[lane], "in_contact": trajectory.in_contact[lane]}
-            for name, column in values.items():
+            for name, column in values.items() if trajectory.result[lane] == SUCCESS else ():
                 target[name][part] = column[: group.lengths[lane]]
             target["window"][part] = window
     return tuple(_record_fit(prepared, index, values, estimate, errors[index]) for index, values in enumerate(series))
@@ -50,16 +49,16 @@ def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, err
 def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], estimate: Estimate, errors: np.ndarray) -> RecordFit:
     record, nuisances = prepared.experiment.records[index], estimate.nuisances[index]
     inputs = driving_channels(record)
-    fitted = [name for name in _ALL if name in record.channels and name not in inputs]
-    residual = {name: record.channels[name] - values[name] for name in fitted}
+    fitted = [name for name in EVERY_CHANNEL if name in record.channels and name not in inputs]
+    residual = {name: _residual(record.channels[name], values[name]) for name in fitted}
     return RecordFit(
         file=record.file,
         kind=record.kind,
         gap=record.gap + nuisances[NUISANCES.index("gap_error")],
         nuisances=_nuisances(prepared.layout, nuisances, errors),
         time=record.time,
-        measured={name: record.channels[name] for name in _ALL if name in record.channels},
-        predicted={name: values[name] for name in _ALL},
+        measured={name: record.channels[name] for name in EVERY_CHANNEL if name in record.channels},
+        predicted={name: values[name] for name in EVERY_CHANNEL},
         noise=dict(record.noise),
         nrmse={name: float(_rms(r) / np.nanstd(record.channels[name])) for name, r in residual.items()},
         chi2_reduced={name: float((_rms(r) / record.noise[name]) ** 2) for name, r in residual.items()},
@@ -82,6 +81,11 @@ def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[
         for name, unit, scale, value, error in rows
         if np.isfinite(error)
     )
+
+
+def _residual(measured: np.ndarray, predicted: np.ndarray) -> np.ndarray:
+    """Measured less predicted; where a prediction broke off, as much as if it were the mean."""
+    return np.where(np.isfinite(predicted), measured - predicted, measured - np.nanmean(measured))
 
 
 def _rms(values: np.ndarray) -> float:

@@ -37,8 +37,11 @@ def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array,
     if base is None:
         base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=lane.frequency_hz)
     applied = Unforced() if lane.applied is None else lane.applied
-    here = model.replace(values).in_record(lambda file: jnp.where(lane.record == layout.files.index(file), 1.0, 0.0))
-    return here.system(gap=lane.gap + gap_error, base=base, applied=applied)
+
+    def acts(file: str) -> Float[Array, ""] | float:
+        return jnp.where(lane.record == layout.files.index(file), 1.0, 0.0) if file in layout.files else 0.0
+
+    return model.replace(values).in_record(acts).system(gap=lane.gap + gap_error, base=base, applied=applied)
 
 
 def initial_states(layout: Layout, local: Float[Array, "lanes size"]) -> Float[Array, "lanes states"]:

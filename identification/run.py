@@ -8,7 +8,7 @@ from rich.console import RenderableType
 
 from identification.diagnose import diagnose_experiment
 from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
-from identification.estimate import fit_experiment
+from identification.estimate import DERIVED, fit_experiment
 from identification.experiment import load_experiment
 from identification.nominal import nominal_model
 from identification.reference import check_reference, read_reference
@@ -17,7 +17,7 @@ from identification.result_file import FILE_NAME, StoredFit, read_result, write_
 from identification.result_json import provenance, write_fit_json
 from identification.simulate import simulate_record
 from vibrojax.errors import NoConvergenceError
-from vibrojax.model import MASS
+from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
 Progress = Callable[[str], None]
@@ -41,7 +41,7 @@ def run_fit(
     loaded = load_experiment(experiment)
     table = None if reference is None else read_reference(reference)
     if table is not None:
-        check_reference(table, {p.name: p.unit for p in (*nominal_model(loaded, law).parameters, MASS)})
+        check_reference(table, _units(nominal_model(loaded, law)))
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
     if not result.converged:
         raise NoConvergenceError(
@@ -80,6 +80,12 @@ def run_diagnose(
     return diagnosis_summary(diagnosis)
 
 
+def _units(model: Model) -> dict[str, str]:
+    """Unit by name of every number that a fit of the model gives, those derived from others included."""
+    units = {p.name: p.unit for p in (*model.parameters, MASS)}
+    return units | DERIVED if "f_n" in units else units
+
+
 def run_report(fitted: Path, folder: Path) -> RenderableType:
     """Write report.html and the plots of an earlier fit into `folder`, from the result.nc in `fitted`; returns the summary for a terminal.
 
@@ -96,4 +102,12 @@ def run_simulate(model: Path, experiment: Path, folder: Path, *, as_recorded: bo
     for record in loaded.records:
         series = simulate_record(fitted, record, as_recorded=as_recorded)
         table, header = np.stack(list(series.values()), axis=1), ",".join(series)
-        np.savetxt(folder / f"{record.stem}.csv", table, fmt="%.10g", delimiter=",", header=header, comments="")
+        formats = ["%.17g"] + ["%.10g"] * (table.shape[1] - 1)  # time stamps may lie far from zero
+        np.savetxt(
+            folder / f"{record.stem}.csv",
+            table,
+            fmt=formats,
+            delimiter=",",
+            header=header,
+            comments="",
+        )

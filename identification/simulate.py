@@ -10,7 +10,7 @@ from identification import measured_input
 from identification.experiment import ExperimentError, Record
 from identification.kinematics import kinematics
 from identification.start import harmonic_acceleration, harmonic_start
-from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS, channels
+from vibrojax.channels import CHANNELS, EVERY_CHANNEL, channels
 from vibrojax.errors import NoConvergenceError
 from vibrojax.excitation import Harmonic, Unforced, at_rest
 from vibrojax.integrate import RESULT_MESSAGES, SUCCESS, Guided, Landing
@@ -42,7 +42,7 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     if result != SUCCESS:
         raise NoConvergenceError(f"record {record.file!r} cannot be simulated: {RESULT_MESSAGES[result]}")
     readings = channels(system, trajectory)
-    names = CHANNELS if record.kind != "prescribed" else (*CHANNELS, *SUPPORT_CHANNELS)
+    names = CHANNELS if record.kind != "prescribed" else EVERY_CHANNEL
     return {"time": record.time} | {name: np.asarray(readings[name]) for name in names}
 
 

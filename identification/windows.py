@@ -9,12 +9,12 @@ from jaxtyping import Float, Int
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics
-from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS
+from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.excitation import SampledForce, SampledMotion
 
 Hosted = Any
 """Windows are cut with NumPy and run with JAX: an array of either kind."""
-FITTED_CHANNELS = tuple(name for name in (*CHANNELS, *SUPPORT_CHANNELS) if name != "applied_force")
+FITTED_CHANNELS = tuple(name for name in EVERY_CHANNEL if name != "applied_force")
 
 
 class Windows(eqx.Module):

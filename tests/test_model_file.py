@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import math
 
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 from vibrojax.contact import LAWS, HuntCrossley
 from vibrojax.effects import EFFECTS, CoulombFriction, GainError, GapStep, MainsHum
+from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document, read_model, write_model
@@ -172,3 +174,12 @@ def test_units_and_provenance_may_be_left_out(tmp_path):
     path = tmp_path / "model.json"
     path.write_text(changed(units=None, provenance=None))
     assert read_model(path) == MODEL
+
+
+@pytest.mark.parametrize(
+    "effect", [GainError(factor=1.1, of_channel="reaction_force"), FreeForm(terms=("u",), of_channel="reaction_force")]
+)
+def test_what_acts_on_the_gauge_behind_the_stop_comes_back(effect, tmp_path):
+    model = dataclasses.replace(MODEL, effects=(effect,))
+    write_model(model, tmp_path / "model.json")
+    assert read_model(tmp_path / "model.json") == model

@@ -18,6 +18,8 @@ CHANNELS = (
 SUPPORT_CHANNELS = ("reaction_force",)
 """What a gauge behind the suspension and the stop reads, as in a testing machine that prescribes the motion."""
 
+EVERY_CHANNEL = (*CHANNELS, *SUPPORT_CHANNELS)
+
 UNITS = {
     "hammer_displacement": "m",
     "cart_displacement": "m",

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import jax
 
-from vibrojax.channels import CHANNELS, UNITS
+from vibrojax.channels import EVERY_CHANNEL, UNITS
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
@@ -127,8 +127,8 @@ def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
         places = {"terms": list(effect.terms)} | ({"channel": effect.of_channel} if effect.of_channel else {})
     else:
         places = {key: getattr(effect, field) for field, key in _places(type(effect))}
-    if places.get("channel", CHANNELS[0]) not in CHANNELS:
-        raise ValueError(f"{effect.name} acts on channel {places['channel']!r}: expected one of {', '.join(CHANNELS)}")
+    if places.get("channel", EVERY_CHANNEL[0]) not in EVERY_CHANNEL:
+        raise ValueError(f"{effect.name} acts on channel {places['channel']!r}: expected one of {', '.join(EVERY_CHANNEL)}")
     return (
         {"name": effect.name} | places | {p.name: _number(getattr(effect, p.field), f"{effect.name}.{p.name}") for p in effect.parameters}
     )
@@ -142,14 +142,14 @@ def _effect(table: "_Table") -> AbstractEffect:
     kind: Any = EFFECTS[name]
     places = _places(kind)
     table.allow(["name", *(key for _, key in places), *(p.name for p in kind.parameters)])
-    named = {field: table.choice(key, CHANNELS) if key == "channel" else table.text(key) for field, key in places}
+    named = {field: table.choice(key, EVERY_CHANNEL) if key == "channel" else table.text(key) for field, key in places}
     return kind(**named, **{p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in kind.parameters})
 
 
 def _free_form(table: "_Table") -> FreeForm:
     """A learned term from its object in the file."""
     terms = table.texts("terms", most=MOST_TERMS)
-    of_channel = table.choice("channel", CHANNELS) if "channel" in table.values else ""
+    of_channel = table.choice("channel", EVERY_CHANNEL) if "channel" in table.values else ""
     try:
         blank = FreeForm(terms=terms, of_channel=of_channel)
     except ValueError as error:

@@ -85,7 +85,7 @@ def _nrmse(fitted: Fitted, local: np.ndarray) -> float:
     squares: dict[tuple[int, str], list[np.ndarray]] = {}
     for lanes, windows in chunked(prepared.groups, CHUNK):
         found = np.asarray(residuals(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes]))[0])
-        for row, lane in enumerate(lanes):
+        for lane, row in zip(*np.unique(lanes, return_index=True), strict=True):  # a chunk is filled up with copies
             for column, channel in enumerate(windows.channels):
                 counted = windows.weight[row, :, column] > 0
                 if counted.any():

@@ -205,8 +205,6 @@ def _ranked(
 ) -> tuple[tuple[Profile, ...], Coordinate, Missing]:
     """Profiles along all coordinates that have a meaning here, the best first, the best coordinate, and the measure that told."""
     among = tuple(one for one in among if (region & missing.known & np.isfinite(one.value)).any())
-    if not among:
-        raise ValueError("no window of the nominal model could be integrated: there is nothing to locate a misfit in")
     profiles = {one.name: profile(prepared, at, missing, region, one) for one in among}
     scores = {name: one.explained for name, one in profiles.items()}
     if max(scores.values()) < _TELLING:

@@ -21,6 +21,8 @@ from identification.windows import Windows
 from vibrojax.effects import EFFECTS
 from vibrojax.integrate import Landing
 
+_NO_RECORD = -1
+"""Number of a record that has not been taken: what acts in one record alone does not act there."""
 _SECONDS = 1.0
 """Longer motions with impacts diverge by themselves, and part nothing."""
 _SAMPLING_HZ = 2000.0
@@ -138,7 +140,7 @@ def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
     experiment, coarse = fitted.prepared.experiment, integrator_for(fitted.prepared)
     noise = {name: value for one in experiment.records for name, value in one.noise.items()}
     samples = len(record.time)
-    window = lane(0, record, 0, samples, samples, Inputs())
+    window = lane(_NO_RECORD, record, 0, samples, samples, Inputs())
     windows = jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf), (len(local), *np.shape(leaf))), window)
     steps = 4 * (_SECONDS / float(coarse.flight_step) + 20 * float(coarse.contact_steps))
     integrator = dataclasses.replace(coarse, most_steps=512 * int(np.ceil(steps / 512)))

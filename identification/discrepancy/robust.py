@@ -13,6 +13,7 @@ from identification.levenberg_marquardt import LevenbergMarquardt, settle
 from identification.prepare import Prepared, prepare
 from identification.start.contact import contact_start
 from identification.windows import WindowLength
+from vibrojax.errors import NoConvergenceError
 
 SHORT = WindowLength(impacts=0.5, longest=170)
 """Windows so short that the free initial states take up most of what the model gets wrong; none but a free decay's exceeds 256 samples."""
@@ -100,7 +101,10 @@ def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
 
 
 def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
-    """The nominal model on short windows of the same records, as most of them want it."""
+    """The nominal model on short windows of the same records, as most of them want it.
+
+    Raises `NoConvergenceError` where not one of them can be integrated.
+    """
     short = prepare(prepared.experiment, law=prepared.model.law.name, window=SHORT)
     evaluate, active, limits = evaluator(short, integrator_for(short)), free_unknowns(short), bounds(short)
     thin = windows_of(short, np.arange(0, len(short.record), _EVERY))
@@ -116,7 +120,10 @@ def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
         outcome = method(allowed.evaluator(evaluate), estimate, active, limits)
         if rough:
             estimate, cost = settle(evaluate, outcome.estimate, iterations=3)
-    return Fitted(prepared=short, outcome=dataclasses.replace(outcome, equations=evaluate(outcome.estimate))), allowed
+    equations = evaluate(outcome.estimate)
+    if not np.isfinite(equations.cost).any():
+        raise NoConvergenceError("the nominal model cannot be integrated in any window: check units, signs and gaps")
+    return Fitted(prepared=short, outcome=dataclasses.replace(outcome, equations=equations)), allowed
 
 
 def _starts(short: Prepared) -> list[Estimate]:

@@ -54,6 +54,8 @@ class Search:
     """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS`, `RESTLESS`, `DRIFTING`, `LEARNED` or `BUDGET`."""
     without: tuple[str, ...] = ()
     """Names of effects that were not to be tried."""
+    cut_short: bool = False
+    """Whether the budget ended another search, for what may stand in the place of what this one found."""
     mimics: Drift | None = None
     """A parameter that changes in the course of records, which is what the effects stand in for, or would."""
     doubted: bool = False

@@ -16,7 +16,7 @@ from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.response import Perturbation
 from identification.layout import Estimate
 from identification.prepare import Prepared
-from vibrojax.channels import CHANNELS, SUPPORT_CHANNELS, channels
+from vibrojax.channels import EVERY_CHANNEL, channels
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
@@ -78,7 +78,6 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
     size = next(size for size in _SIZES if size >= len(effects))
     filled = [*effects, *effects[-1:] * (size - len(effects))]
     stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *filled)
-    substeps = jnp.asarray(max(_substeps(effect, courses[0]) for effect in effects))
     shape = (len(effects), *at.u.shape)
     names = ("force", "stop_position", "stop_velocity", "base_displacement", "base_acceleration")
     whole = {name: np.zeros(shape) for name in names}
@@ -86,6 +85,7 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
     for index, course in enumerate(courses):
         if effects[0].record not in (None, files[index]):
             continue
+        substeps = jnp.asarray(max(_substeps(effect, course) for effect in effects))
         parts, read = jax.tree.map(lambda values: np.asarray(values)[: len(effects)], _along(stacked, course, substeps))
         for name in names:
             windows, values = at.in_windows(parts[name], index)
@@ -138,7 +138,7 @@ def _one(course: Course, substeps: Int[Array, ""], effect: AbstractEffect):
         - system.base.acceleration(course.ts)
         + effect.base_acceleration(own, course.push),
     }
-    shown = {name: read[name] - course.readings[name] for name in (*CHANNELS, *SUPPORT_CHANNELS) if name != "applied_force"}
+    shown = {name: read[name] - course.readings[name] for name in EVERY_CHANNEL if name != "applied_force"}
     return parts, shown | {"impact_force": shown["impact_force"] + further}
 
 

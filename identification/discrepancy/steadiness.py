@@ -75,7 +75,7 @@ def _further(found: Search, allowed: Tolerance, deadline: float, progress: Calla
         begun = (*found.rounds[:step], *reopened(found.rounds[step], allowed, without=without))
         again = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without), allowed)
         if again.ended == BUDGET:
-            break
+            return dataclasses.replace(found, cut_short=True)
         found = again
     return found
 

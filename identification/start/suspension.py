@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.experiment import Record
-from identification.kinematics import Kinematics, relative_displacement
+from identification.kinematics import Kinematics, bridged, relative_displacement
 from identification.start.bumps import bumps
 
 _FEWEST = 10
@@ -68,7 +68,8 @@ def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ..
     recorded = relative_displacement(record)
     recorded, alone = motion.u if recorded is None else recorded, _in_acceleration(record)
     dt = float(np.median(np.diff(record.time)))
-    force = record.channels.get("applied_force", np.zeros_like(motion.u))
+    driven = record.kind == "forced"
+    force = bridged(record.time, record.channels["applied_force"]) if driven else np.zeros_like(motion.u)
     rows = []
     for bump in bumps(motion.touching, dt):
         u, under = (motion.a[bump.part], bump.curve) if alone else (recorded[bump.part], bump.value)

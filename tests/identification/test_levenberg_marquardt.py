@@ -44,3 +44,11 @@ def test_it_stops_where_it_crawls(valley, crawl, floor, stops):
     outcome = LevenbergMarquardt(crawl=crawl, floor=floor)(valley, at(0.5, 0.25), BOTH, ANYWHERE)
     assert outcome.converged is not stops
     assert (outcome.iterations == 9) is stops
+
+
+def test_a_fit_that_arrives_with_its_last_iteration_has_converged(valley):
+    """The length of the next step is that from where it ended."""
+    free = LevenbergMarquardt()(valley, at(0.5, 0.25), BOTH, ANYWHERE)
+    just = LevenbergMarquardt(most_iterations=free.iterations - 1)(valley, at(0.5, 0.25), BOTH, ANYWHERE)
+    assert just.converged
+    assert just.decrement == pytest.approx(free.decrement)

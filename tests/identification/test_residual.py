@@ -2,13 +2,17 @@
 
 import dataclasses
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from identification.fit import as_arrays, evaluator, integrator_for, on_device
+from identification.layout import layout_of
 from identification.prepare import prepare
-from identification.residual import normal_equations, residuals
+from identification.records import record_fits
+from identification.residual import lane_system, normal_equations, residuals
+from vibrojax.effects import GapStep
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +72,35 @@ def test_a_failed_integration_costs_infinitely(prepared):
     """A step limit is no good fit."""
     poor = dataclasses.replace(integrator_for(prepared), contact_steps=jnp.asarray(1e9))
     assert np.isinf(evaluator(prepared, poor)(prepared.start).cost).any()
+
+
+def test_a_prediction_that_broke_off_counts_as_one_that_knows_nothing(prepared):
+    """Windows of which the integration failed are not a number, and as far off as the mean."""
+    poor = dataclasses.replace(integrator_for(prepared), contact_steps=jnp.asarray(1e9))
+    lost = np.isinf(evaluator(prepared, poor)(prepared.start).cost)
+    whole, broken = (
+        record_fits(prepared, integrator, prepared.start, np.full(prepared.start.nuisances.shape, np.nan))
+        for integrator in (integrator_for(prepared), poor)
+    )
+    for index, (before, after) in enumerate(zip(whole, broken, strict=True)):
+        of_lost = np.isin(after.window, np.flatnonzero(lost & (prepared.record == index)))
+        assert np.array_equal(np.isnan(after.predicted["hammer_displacement"]), of_lost)
+        assert np.isfinite(before.predicted["hammer_displacement"]).all()
+        assert of_lost.any()
+        assert np.isfinite(after.nrmse["hammer_displacement"])
+        if of_lost.all():
+            assert after.nrmse["hammer_displacement"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("file", "acts"), [("drop.csv.gz", 1.0), ("held.csv", 0.0)])
+def test_what_acts_in_one_record_does_not_act_in_others_nor_where_that_record_is_not(prepared, file, acts):
+    """A record that was held back has a layout without the others' files."""
+    step = GapStep(gap_jump=1e-4, instant=-1.0, in_file=file)
+    model = as_arrays(dataclasses.replace(prepared.model, effects=(step,)))
+    layout = layout_of(model, files=prepared.layout.files)
+    values = {name: float(value) for name, value in model.values().items()}
+    start = dataclasses.replace(prepared.start, shared=layout.internal({p.name: values[p.name] for p in layout.parameters}))
+    lane = jax.tree.map(lambda leaf: leaf[0], on_device(prepared.groups[0]))
+    assert prepared.layout.files[int(lane.record)] == "drop.csv.gz"
+    system = lane_system(model, layout, lane, jnp.asarray(start.local(prepared.record)[0]))
+    assert float(system.effects[0].gap_jump) == pytest.approx(1e-4 * acts)

@@ -1,12 +1,15 @@
 """The jobs behind the commands: what they refuse to write, and why."""
 
+import dataclasses
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from identification.run import run_fit
+from identification.run import run_fit, run_simulate
 from vibrojax.data_files import data_path
-from vibrojax.errors import NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError
 
 
 def test_a_fit_that_did_not_converge_says_what_to_do_and_writes_nothing(monkeypatch, tmp_path):
@@ -15,3 +18,29 @@ def test_a_fit_that_did_not_converge_says_what_to_do_and_writes_nothing(monkeypa
     with pytest.raises(NoConvergenceError, match=r"stopped after 40 steps; check units, signs and gaps, or ask `vibrojax diagnose`"):
         run_fit(data_path("example"), tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("unit", "message"), [("N/m", "stopped here"), ("N/mm", "k")])
+def test_a_reference_may_name_what_follows_from_the_fit_and_is_refused_before_it(monkeypatch, tmp_path, unit, message):
+    """The stiffness follows from mass and natural frequency."""
+
+    def fitting(*nouns, **options):
+        raise NoConvergenceError("stopped here")
+
+    monkeypatch.setattr("identification.run.fit_experiment", fitting)
+    row = f'[[value]]\nname = "k"\nsymbol = "k"\nvalue = 700.0\nunit = "{unit}"\nsource = "scales"\n'
+    (tmp_path / "table.toml").write_text(f'schema = 1\ntitle = "table"\n{row}', encoding="utf-8")
+    with pytest.raises(NoConvergenceError if unit == "N/m" else InputError, match=message):
+        run_fit(data_path("example"), tmp_path, reference=tmp_path / "table.toml")
+
+
+def test_a_simulation_keeps_the_time_stamps_of_a_clock_that_began_at_midnight(monkeypatch, small, tmp_path):
+    record = small.records[0]
+    time = 86400.0 + np.arange(len(record.time)) / 51200.0
+    shifted = dataclasses.replace(small, records=(dataclasses.replace(record, time=time),))
+    monkeypatch.setattr("identification.run.load_experiment", lambda path, need_files: shifted)
+    monkeypatch.setattr("identification.run.read_model", lambda path: None)
+    monkeypatch.setattr("identification.run.simulate_record", lambda *nouns, **options: {"time": time, "hammer_displacement": 0.0 * time})
+    run_simulate(Path("model.json"), Path("experiment.toml"), tmp_path)
+    (table,) = tmp_path.iterdir()
+    assert np.array_equal(np.loadtxt(table, delimiter=",", skiprows=1)[:, 0], time)

@@ -21,3 +21,12 @@ def test_stated_amplitude_and_phase_are_taken(small):
     record = dataclasses.replace(small.records[1], base_amplitude=1e-3, base_phase=0.5)
     cart = simulate_record(nominal_model(small, None), record)["cart_displacement"]
     assert cart[0] == pytest.approx(1e-3 * np.sin(0.5))
+
+
+def test_a_load_cell_that_reads_nothing_is_no_obstacle(small):
+    """Noise that cannot be estimated from a channel that stands still is not asked for."""
+    record = small.records[0]
+    silent = {name: np.zeros_like(values) if name == "impact_force" else values for name, values in record.channels.items()}
+    noise = {name: value for name, value in record.noise.items() if name != "impact_force"}
+    bare = dataclasses.replace(record, channels=silent, noise=noise, initial_displacement=None, initial_velocity=None)
+    assert np.isfinite(simulate_record(nominal_model(small, None), bare)["hammer_displacement"]).all()

@@ -20,7 +20,11 @@ def simulate(
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables.", show_default=False)],
     as_recorded: Annotated[
-        bool, typer.Option("--as-recorded", help="With the faults of the recorder that the model knows (lag, clipping, hum, gain, offset).")
+        bool,
+        typer.Option(
+            "--as-recorded",
+            help="With the faults of the recorder that the model knows (lag, clipping, gain, offset; not hum, another in each record).",
+        ),
     ] = False,
     quiet: Quiet = False,
 ) -> None:

@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 
 from identification.discrepancy.diagnosis import Diagnosis
 from identification.fit import as_arrays
-from vibrojax.channels import CHANNELS
+from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.effects import AbstractEffect, Motion
 
 Samples = Float[Array, " samples"]
@@ -38,7 +38,9 @@ class LearnedTerm:
 
 
 def learned_term(diagnosis: Diagnosis) -> LearnedTerm | None:
-    """The learned term along the records, or None where there is none that the motion alone decides."""
+    """The learned term along the records, or None where there is none that the motion alone decides: a sine's phase belongs to a record."""
+    if diagnosis.model.record_parameters:
+        return None
     effects = tuple(one for one in as_arrays(diagnosis.model).effects if not one.own_states)
     records = diagnosis.augmented.records
     motion = np.concatenate(
@@ -91,7 +93,7 @@ def _along(
 ) -> dict[str, Samples]:
     """Sum of the effects' forces, and of what they add to channels that read nothing."""
     motion = Motion(t=t, u=u, v=v, indentation=indentation, indentation_rate=v, in_contact=contact)
-    nothing, silent = jnp.zeros((len(t), 0)), {name: jnp.zeros_like(t) for name in CHANNELS}
+    nothing, silent = jnp.zeros((len(t), 0)), {name: jnp.zeros_like(t) for name in EVERY_CHANNEL}
     found = {"force": jnp.zeros_like(t)} | silent
     for effect in effects:
         found["force"] = found["force"] + effect.force(motion, nothing)

@@ -21,6 +21,7 @@ from tests.identification.discrepancy.made_diagnosis import FRICTION, made_diagn
 from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import read
 from vibrojax.effects import EFFECTS, GainError, MainsHum
+from vibrojax.effects.free_form import FreeForm
 
 VERDICTS = (MISSING, UNLISTED, ADEQUATE)
 
@@ -183,11 +184,17 @@ def test_the_learned_term_is_drawn_against_what_decides_it(made):
 
 
 def test_a_term_on_a_channel_is_drawn_in_its_unit(made):
-    hum = MainsHum(frequency_hz=50.0, sine=0.3, cosine=0.0, of_channel="hammer_acceleration")
-    augmented = dataclasses.replace(made[UNLISTED].augmented, model=dataclasses.replace(made[UNLISTED].model, effects=(hum,)))
+    drift = FreeForm(terms=("t",), of_channel="hammer_acceleration", c1=3.0)
+    augmented = dataclasses.replace(made[UNLISTED].augmented, model=dataclasses.replace(made[UNLISTED].model, effects=(drift,)))
     diagnosis = dataclasses.replace(made[UNLISTED], augmented=augmented)
     assert learned_term(diagnosis).channel == "hammer_acceleration"
     assert "m/s" in {image.name: image.alt for image in draw(diagnosis)}["learned-term"]
+
+
+def test_a_sine_whose_phase_belongs_to_a_record_is_not_drawn_along_all_of_them(made):
+    hum = MainsHum(frequency_hz=50.0, sine=0.3, cosine=0.0, of_channel="hammer_acceleration")
+    augmented = dataclasses.replace(made[UNLISTED].augmented, model=dataclasses.replace(made[UNLISTED].model, effects=(hum,)))
+    assert learned_term(dataclasses.replace(made[UNLISTED], augmented=augmented)) is None
 
 
 @pytest.mark.parametrize("phase", ["contact", "separation", "after impact", "all"])

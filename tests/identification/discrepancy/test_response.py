@@ -12,7 +12,7 @@ from identification.discrepancy.signature import signatures
 from identification.fit import as_arrays, integrator_for, on_device
 from identification.layout import Estimate, layout_of
 from identification.residual import residuals
-from vibrojax.effects import EFFECTS
+from vibrojax.effects import EFFECTS, StopCompliance
 
 SMALL = {
     "constant_force": {"constant_force": 1e-4},
@@ -49,3 +49,15 @@ def test_the_first_order_answer_is_that_of_the_integrated_motion(motion, name):
     inside = motion.at.weight > 0
     error = np.sqrt(np.mean((difference - predicted)[inside] ** 2) / np.mean(difference[inside] ** 2))
     assert error < 0.05
+
+
+def test_a_sprung_stop_is_followed_at_each_records_own_sampling(motion):
+    """Whatever the record that comes first: a tenth of its rate would not do."""
+    stop = StopCompliance(stop_stiffness=5e5, stop_frequency_hz=500.0, stop_damping_ratio=0.02)
+    files = motion.prepared.layout.files
+    fine = dataclasses.replace(motion.courses[0], ts=motion.courses[0].ts / 20.0)
+    (alone,) = signatures(motion.at, motion.courses, files, [stop])
+    (beside,) = signatures(motion.at, (fine, *motion.courses[1:]), files, [stop])
+    others = motion.prepared.record != 0
+    assert np.abs(alone.stop_position[others]).max() > 0.0
+    np.testing.assert_allclose(beside.stop_position[others], alone.stop_position[others])

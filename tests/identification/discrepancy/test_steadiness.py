@@ -166,6 +166,7 @@ def test_a_second_search_that_is_cut_short_is_not_believed(motion, allowed, sear
     found, _ = searches((HELPLESS, DRAG, FRICTION), (BUDGET, DRAG))
     result = steady_search(found[0].fitted, allowed, np.inf)
     assert (result.ended, result.fitted.names) == (HELPLESS, ("quadratic_drag", "coulomb_friction"))
+    assert result.cut_short
 
 
 @pytest.mark.parametrize("all_by_term", [True, False])

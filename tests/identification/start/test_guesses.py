@@ -38,12 +38,14 @@ def test_suspension_start_reads_a_free_decay(zeta):
     assert mass == 1.0
 
 
-def test_suspension_start_reads_the_mass_of_a_forced_oscillator():
-    """With an applied force the mass is a third unknown of the same regression."""
+@pytest.mark.parametrize("missing", [0, 3])
+def test_suspension_start_reads_the_mass_of_a_forced_oscillator(missing):
+    """With an applied force the mass is a third unknown of the same regression; a few samples of it may be missing."""
     mass, omega, zeta, drive = 2.5, 2 * np.pi * 5.0, 0.05, 2 * np.pi * 4.0
     gain = 1.0 / (mass * (omega**2 - drive**2 + 2j * zeta * omega * drive))
     force = 3.0 * np.sin(drive * TIME)
     u = np.imag(3.0 * gain * np.exp(1j * drive * TIME))
+    force[4000 : 4000 + missing] = np.nan
     u += np.imag(1e-4 * np.exp((-zeta * omega + 1j * omega * np.sqrt(1 - zeta**2)) * TIME))
     record = Record(file="a.csv", kind="forced", gap=1.0, time=TIME, channels={"hammer_displacement": u, "applied_force": force}, noise={})
     motion = kinematics(record, mass=1.0, base_acceleration=np.zeros_like(TIME))
