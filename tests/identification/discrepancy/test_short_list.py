@@ -69,6 +69,18 @@ def test_a_faster_vibration_is_tried_only_where_it_promises_about_as_much_as_the
     assert "stop_compliance" in fits(coulomb_friction=(1000.0, 2.0), stop_compliance=(310.0, 2.0))[1]
 
 
+@pytest.mark.parametrize(("gain", "first", "ranked"), [(2000.0, [0, 1, 8, 9], 2), (900.0, [0, 1, 2, 3], 3)])
+def test_where_much_is_promised_a_quarter_of_the_windows_tells_candidates_apart(fits, allowed, monkeypatch, gain, first, ranked):
+    """Two neighbours of every eight; what has been fitted to these alone is not ranked beside what has been fitted to all."""
+    parts, windows_of = [], short_list.windows_of
+    monkeypatch.setattr(short_list, "windows_of", lambda prepared, chosen: parts.append(chosen) or windows_of(prepared, chosen))
+    order, rough, full = fits(coulomb_friction=(gain, 1.5), quadratic_drag=(gain, 1.49), cubic_stiffness=(gain, 1.9))
+    assert [list(part[:4]) for part in parts] == [first] * 3
+    assert rough == ["coulomb_friction", "quadratic_drag", "cubic_stiffness"]
+    assert full == ["quadratic_drag", "coulomb_friction"]
+    assert order == [*full, "cubic_stiffness"][:ranked]
+
+
 def test_a_deep_stop_is_tried_from_its_two_most_promising_depths_and_friction_once(motion, allowed):
     one = round_of(motion, 0.5 * allowed.samples, {"deep_stop": 1.0, "coulomb_friction": 2.0})
     found = [dataclasses.replace(each, gain=gain) for each in one.scored.found for gain in (90.0, 60.0, 30.0)]
