@@ -16,7 +16,7 @@ from identification.report import fit_summary, write_report
 from identification.result_file import FILE_NAME, StoredFit, read_result, write_result
 from identification.result_json import provenance, write_fit_json
 from identification.simulate import simulate_record
-from vibrojax.errors import NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
@@ -96,9 +96,15 @@ def run_report(fitted: Path, folder: Path) -> RenderableType:
     return fit_summary(stored.result, stored.reference)
 
 
-def run_simulate(model: Path, experiment: Path, folder: Path, *, as_recorded: bool = False) -> None:
-    """Simulate every record of an experiment and write one CSV each into `folder`."""
+def run_simulate(model: Path, experiment: Path, folder: Path, *, out: Path | None = None, as_recorded: bool = False) -> None:
+    """Simulate every record of an experiment and write one CSV each into `folder`, from where they go to `out`.
+
+    Raises `InputError` where a table would take the place of a record.
+    """
     fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)
+    tables = {((out or folder) / f"{record.stem}.csv").resolve() for record in loaded.records}
+    if replaced := [record.file for record in loaded.records if (loaded.folder / record.file).resolve() in tables]:
+        raise InputError(f"the tables would replace the records {', '.join(replaced)}: expected another folder; give it with --out")
     for record in loaded.records:
         series = simulate_record(fitted, record, as_recorded=as_recorded)
         table, header = np.stack(list(series.values()), axis=1), ",".join(series)

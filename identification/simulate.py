@@ -11,6 +11,7 @@ from identification.experiment import ExperimentError, Record
 from identification.kinematics import kinematics
 from identification.start import harmonic_acceleration, harmonic_start
 from vibrojax.channels import CHANNELS, EVERY_CHANNEL, channels
+from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.errors import NoConvergenceError
 from vibrojax.excitation import Harmonic, Unforced, at_rest
 from vibrojax.integrate import RESULT_MESSAGES, SUCCESS, Guided, Landing
@@ -89,6 +90,10 @@ def _system(model: Model, record: Record, amplitude: float, phase: float) -> Sys
 def _state(model: Model, record: Record, amplitude: float, phase: float) -> np.ndarray:
     """Initial displacement and velocity of the hammer relative to the cart, stated or read."""
     stated = (record.initial_displacement, record.initial_velocity)
+    if isinstance(model.law, AbstractInstantaneousLaw) and stated[0] is not None and stated[0] > record.gap:
+        raise ExperimentError(
+            f"record {record.file!r} begins {stated[0] - record.gap:.3g} m behind a rigid stop: expected initial_displacement <= gap"
+        )
     if None not in stated:
         return np.array(stated)
     acceleration = harmonic_acceleration(record, amplitude, phase)

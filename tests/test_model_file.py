@@ -183,3 +183,10 @@ def test_what_acts_on_the_gauge_behind_the_stop_comes_back(effect, tmp_path):
     model = dataclasses.replace(MODEL, effects=(effect,))
     write_model(model, tmp_path / "model.json")
     assert read_model(tmp_path / "model.json") == model
+
+
+def test_a_restitution_above_one_is_not_possible(tmp_path):
+    document = model_document(dataclasses.replace(MODEL, law=LAWS["newton"](restitution=1.5)))
+    (tmp_path / "model.json").write_text(json.dumps(document), encoding="utf-8")
+    with pytest.raises(InputError, match=r"e is 1.5: expected a number of at most 1"):
+        read_model(tmp_path / "model.json")

@@ -77,6 +77,12 @@ class Model(eqx.Module):
         effects = tuple(effect if effect.record is None else effect.scaled(acts(effect.record)) for effect in self.effects)
         return dataclasses.replace(self, effects=effects)
 
+    @property
+    def rig(self) -> "Model":
+        """The rig by itself, as it moves in no record: without the faults of a recorder, and without what acted in one record alone."""
+        effects = tuple(effect for effect in self.effects if not effect.is_fault and effect.record is None)
+        return dataclasses.replace(self, effects=effects)
+
     def _of_effects(self) -> tuple[Parameter, ...]:
         return tuple(p for effect in self.effects for p in _named(effect))
 

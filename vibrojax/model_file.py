@@ -115,7 +115,7 @@ def model_from_document(document: Any, where: str) -> Model:
     below = table.table("law")
     rule: Any = LAWS[below.choice("name", LAWS)]
     below.allow(["name", *(p.name for p in rule.parameters)])
-    law = rule(**{p.field: below.number(p.name, zero=p.logarithmic) for p in rule.parameters})
+    law = rule(**{p.field: below.number(p.name, zero=p.logarithmic, most=p.most) for p in rule.parameters})
     effects = tuple(_effect(part) for part in table.tables("effects"))
     if "units" in table.values and table.values["units"] != _units(kind, rule, effects):
         table.refuse(f"units are {table.values['units']}: expected {_units(kind, rule, effects)}; give the numbers in these")
@@ -274,7 +274,7 @@ class _Table:
             self.refuse(f"unknown {key} {value!r}{_suggestion(str(value), known)}")
         return value
 
-    def number(self, key: str, *, zero: bool, negative: bool = False) -> float:
+    def number(self, key: str, *, zero: bool, negative: bool = False, most: float = math.inf) -> float:
         """A finite number above zero, or also zero itself, or any."""
         value = self.needed(key)
         wanted = "a finite number" if negative else f"a finite number {'of at least' if zero else 'above'} 0"
@@ -286,6 +286,8 @@ class _Table:
             number = math.inf
         if not math.isfinite(number) or (number < 0 and not negative) or (number == 0 and not zero):
             self.refuse(f"{key} is {number}: expected {wanted}")
+        if number > most:
+            self.refuse(f"{key} is {number}: expected a number of at most {most:g}")
         return number
 
 

@@ -28,6 +28,8 @@ class Parameter:
     """Order of magnitude, taken where the data suggest nothing better."""
     lower: float = 0.0
     upper: float = np.inf
+    most: float = np.inf
+    """Largest value that is possible; `upper` is where a fit stops looking."""
     logarithmic: bool = True
     scale: float = 1.0
     """Size that is usual, for one that is not estimated through its logarithm: a step of the fit is measured by it."""
@@ -38,6 +40,13 @@ class Parameter:
     meaning: str = ""
     from_gap: str = ""
     """Of one that counts from the gap as set: symbol of the place u that both make, which readers are told in its stead."""
+
+    def refusal(self, value: float) -> str:
+        """What was to be expected in place of a value that is not possible; empty where it is."""
+        if value > self.most:
+            return f"a number of at most {self.most:g}"
+        never = self.lower > 0 and not self.logarithmic
+        return f"a number {'above' if never else 'of at least'} 0" if self.lower >= 0 and (value < 0 or (never and value == 0)) else ""
 
     def to_internal(self, value: float) -> float:
         """Value in SI -> the coordinate in which the fit moves."""

@@ -1,10 +1,12 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
 from tests.batch.rigs import AMPLITUDE, model, points
 from vibrojax.batch import ExactFlight, Sampled, Span, Stepping, grid, integrate
-from vibrojax.contact import Newton
-from vibrojax.effects import CubicStiffness, SecondMode
+from vibrojax.contact import Newton, NoContact
+from vibrojax.effects import CubicStiffness, GainError, GapStep, SecondMode
 from vibrojax.errors import InputError
 from vibrojax.suspension import Pendulum
 
@@ -112,3 +114,64 @@ def test_what_is_missing_or_out_of_place_is_named():
         integrate(model(), points(), span=Span(recorded=0))
     with pytest.raises(InputError, match="chunk is 0"):
         integrate(model(), points(), chunk=0)
+
+
+@pytest.mark.parametrize("start", [{"gap": 1e-3, "u0": 1.2e-3}, {"gap": -2e-3}], ids=["thrown in", "pressed on"])
+def test_a_start_inside_the_stop_keeps_its_indentation(start):
+    axes = grid({"frequency_hz": [5.0, 6.0]}, base_amplitude=AMPLITUDE, **start)
+    fast, slow = (integrate(model(), axes, span=Span(transient=0, recorded=2, closed=None), engine=e) for e in (ExactFlight(), Stepping()))
+    np.testing.assert_allclose(fast.peak_force[:, 0], slow.peak_force[:, 0], rtol=2e-3)
+    np.testing.assert_allclose(fast.u[:, 0], slow.u[:, 0], atol=1e-3 * AMPLITUDE)
+
+
+@pytest.mark.parametrize("engine", [ExactFlight(), Stepping()])
+def test_without_a_stop_nothing_is_touched(engine):
+    axes = grid({"frequency_hz": [5.0]}, base_amplitude=AMPLITUDE, gap=1e-4)
+    found = integrate(dataclasses.replace(model(), law=NoContact()), axes, span=Span(transient=300, recorded=4), engine=engine)
+    assert found.failures == {}
+    assert not found.impacts.any()
+    steady = AMPLITUDE * 25.0 / abs(16.0 - 25.0 + 2j * model().suspension.damping_ratio * 20.0)
+    assert found.u_max[0] == pytest.approx(steady, rel=1e-4)
+
+
+@pytest.mark.parametrize("engine", [ExactFlight(), Stepping()])
+@pytest.mark.parametrize("closed", [1e-9, None])
+def test_the_largest_displacement_is_that_of_the_recorded_cycles(engine, closed):
+    """A heavily damped rig closes soon, and overshoots before."""
+    rig = model().replace({"zeta": 0.5})
+    axes = grid({"frequency_hz": [6.0]}, base_amplitude=AMPLITUDE, gap=1.0)
+    found = integrate(rig, axes, span=Span(transient=60, recorded=16, closed=closed), engine=engine)
+    steady = AMPLITUDE * 36.0 / abs(16.0 - 36.0 + 2j * 0.5 * 24.0)
+    assert found.u_max[0] == pytest.approx(steady, rel=1e-5)
+
+
+def test_an_axis_is_not_also_a_fixed_value():
+    with pytest.raises(InputError, match="gap is given both as an axis and as a fixed value"):
+        grid({"gap": [0.0, 1e-3]}, frequency_hz=5.0, base_amplitude=AMPLITUDE, gap=1e-3)
+
+
+def test_what_belongs_to_a_recorder_or_to_one_record_is_not_the_rigs():
+    strange = (GainError(factor=2.0, of_channel="impact_force"), GapStep(gap_jump=5e-4, instant=0.1, in_file="cart2.csv"))
+    axes, span = points(), Span(transient=6, recorded=6, closed=None)
+    bare = integrate(model(), axes, span=span, chunk=8)
+    found = integrate(dataclasses.replace(model(), effects=strange), axes, span=span, chunk=8)
+    assert found.engine == bare.engine == "exact-flight"
+    np.testing.assert_array_equal(found.u, bare.u)
+
+
+@pytest.mark.parametrize(
+    ("axis", "rig", "message"),
+    [
+        ({"k_i": [-1e6, 1e6]}, model(), "k_i is -1e\\+06 somewhere: expected a number of at least 0"),
+        ({"n": [0.0, 1.5]}, model(), "n is 0 somewhere: expected a number above 0"),
+        ({"e": [0.5, 1.5]}, dataclasses.replace(model(), law=Newton(0.8)), "e is 1.5 somewhere: expected a number of at most 1"),
+    ],
+)
+def test_parameters_that_are_not_possible_are_refused(axis, rig, message):
+    with pytest.raises(InputError, match=message):
+        integrate(rig, grid(axis, frequency_hz=5.0, base_amplitude=AMPLITUDE, gap=1e-3))
+
+
+def test_samples_do_not_show_the_touches_of_a_rigid_stop():
+    with pytest.raises(InputError, match="the engine sampled does not integrate a rigid stop, whose touches lie between samples"):
+        integrate(dataclasses.replace(model(), law=Newton(0.8)), points(), engine=Sampled())

@@ -1,5 +1,7 @@
 """Orbits and multipliers against the exact flow, a closed form, finite differences of the map, and a brute-force run."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -7,11 +9,12 @@ from scipy.linalg import expm
 
 from tests.continuation.rigs import FINE, SOFT, STEPS, rig, settled
 from tests.continuation.single_impact_orbit import Oscillator
-from vibrojax.contact import KelvinVoigtClipped, LankaraniNikravesh, Newton
+from vibrojax.contact import HuntCrossleySeparate, KelvinVoigtClipped, LankaraniNikravesh, Newton, NoContact
 from vibrojax.continuation import ForcedRig, find_orbit, settle
-from vibrojax.continuation.orbit import state_scale
+from vibrojax.continuation.orbit import landing_of, solved, state_scale
 from vibrojax.continuation.rig import as_arrays
 from vibrojax.continuation.stroboscope import strobe_from
+from vibrojax.effects.force_lag import ForceLag
 from vibrojax.effects.gap_drift import GapDrift
 from vibrojax.effects.second_mode import SecondMode
 from vibrojax.errors import InputError, NoConvergenceError
@@ -126,3 +129,38 @@ def test_a_section_in_contact_needs_a_law_that_forgets_its_touch():
     forced = rig(LankaraniNikravesh(1e6, 1.5, 0.8), frequency=7.0, gap=1e-3)
     with pytest.raises(NoConvergenceError, match="in contact when the cart passes its middle, and lankarani-nikravesh depends"):
         find_orbit(forced, state, landing=STEPS)
+
+
+def test_a_recorder_with_a_memory_is_no_part_of_the_rig():
+    """The state of its filter moves by itself, and would have a multiplier of exactly 1."""
+    bare = find_orbit(rig(frequency=8.0), np.zeros(2), landing=STEPS)
+    lagging = dataclasses.replace(bare.rig, model=dataclasses.replace(bare.rig.model, effects=(ForceLag(lag=1e-3),)))
+    assert lagging.size == 2
+    np.testing.assert_allclose(find_orbit(lagging, np.zeros(2), landing=STEPS).multipliers, bare.multipliers)
+
+
+def test_a_family_of_orbits_has_no_newton_step():
+    with pytest.raises(NoConvergenceError, match="a multiplier is 1 exactly"):
+        solved(np.zeros((2, 2)), np.ones(2))
+
+
+def test_without_a_stop_nothing_is_touched_or_grazed():
+    free = rig(frequency=8.0, gap=1e-4)
+    orbit = find_orbit(dataclasses.replace(free, model=dataclasses.replace(free.model, law=NoContact())), np.zeros(2), landing=STEPS)
+    assert orbit.touches == 0
+    assert orbit.stable
+
+
+def test_steps_are_as_fine_as_the_fastest_vibration_asks_for():
+    mode = SecondMode(mode_mass=0.1, mode_frequency_hz=700.0, mode_damping_ratio=0.03)
+    assert landing_of(rig(frequency=8.0)).flight_step == Landing().flight_step
+    assert landing_of(with_effect(mode, gap=1e-3)).flight_step == pytest.approx(1.0 / (40.0 * 700.0))
+    assert landing_of(rig(frequency=400.0)).flight_step == pytest.approx(1.0 / (200.0 * 400.0))
+
+
+def test_units_of_parameters_may_hold_brackets():
+    law = HuntCrossleySeparate(**{p.field: p.start for p in HuntCrossleySeparate.parameters})
+    forced = rig(frequency=8.0)
+    forced = dataclasses.replace(forced, model=dataclasses.replace(forced.model, law=law))
+    assert forced.unit("lambda_i") == "s m^(n-n_2-1)"
+    assert forced.label("lambda_i") == "λ_i (s m^(n-n_2-1))"

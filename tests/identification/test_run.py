@@ -44,3 +44,14 @@ def test_a_simulation_keeps_the_time_stamps_of_a_clock_that_began_at_midnight(mo
     run_simulate(Path("model.json"), Path("experiment.toml"), tmp_path)
     (table,) = tmp_path.iterdir()
     assert np.array_equal(np.loadtxt(table, delimiter=",", skiprows=1)[:, 0], time)
+
+
+def test_a_simulation_does_not_take_the_place_of_the_records(monkeypatch, small, tmp_path):
+    (tmp_path / "drop.csv").write_text("time\n", encoding="utf-8")
+    record = dataclasses.replace(small.records[0], file="drop.csv")
+    measured = dataclasses.replace(small, folder=tmp_path, records=(record,))
+    monkeypatch.setattr("identification.run.load_experiment", lambda path, need_files: measured)
+    monkeypatch.setattr("identification.run.read_model", lambda path: None)
+    with pytest.raises(InputError, match=r"the tables would replace the records drop.csv: expected another folder"):
+        run_simulate(Path("model.json"), tmp_path, tmp_path / "staged", out=tmp_path)
+    assert (tmp_path / "drop.csv").read_text() == "time\n"

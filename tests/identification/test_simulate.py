@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.experiment import ExperimentError
 from identification.nominal import nominal_model
 from identification.simulate import simulate_record
+from vibrojax.contact import Newton
 
 
 def test_a_phase_that_is_not_stated_is_read_off_the_cart(small):
@@ -30,3 +32,10 @@ def test_a_load_cell_that_reads_nothing_is_no_obstacle(small):
     noise = {name: value for name, value in record.noise.items() if name != "impact_force"}
     bare = dataclasses.replace(record, channels=silent, noise=noise, initial_displacement=None, initial_velocity=None)
     assert np.isfinite(simulate_record(nominal_model(small, None), bare)["hammer_displacement"]).all()
+
+
+def test_a_record_does_not_begin_behind_a_rigid_stop(small):
+    record = dataclasses.replace(small.records[0], gap=1e-3, initial_displacement=3e-3, initial_velocity=0.0)
+    rigid = dataclasses.replace(nominal_model(small, None), law=Newton(0.8))
+    with pytest.raises(ExperimentError, match="begins 0.002 m behind a rigid stop: expected initial_displacement <= gap"):
+        simulate_record(rigid, record)

@@ -8,10 +8,12 @@ import xarray as xr
 
 from tests.batch.rigs import AMPLITUDE, GAP, model
 from vibrojax.batch import Responses, Span, grid, integrate
+from vibrojax.continuation import ForcedRig, find_orbit, settle
+from vibrojax.effects import ForceClipping, GainError, SecondMode, StopCompliance
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import NOT_FINITE
 from vibrojax.studies import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
-from vibrojax.studies.bifurcation import coexisting, jumps
+from vibrojax.studies.bifurcation import jumps
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC, classify
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Free, Pendulum
@@ -64,8 +66,6 @@ def test_bifurcation_diagram_finds_the_jump_of_a_gap_that_is_too_wide(tmp_path):
     assert (kinds[0, gaps < 2.9e-3] == PERIODIC).all()
     assert (kinds[1, gaps > steady] == NO_IMPACT).all()
     assert data["jump"].sel(direction="up").sum() >= 1
-    both = coexisting(data)
-    np.testing.assert_array_equal(gaps[both] > steady, True)
     with pytest.raises(InputError, match="expected at least 3 that increase"):
         bifurcation(model(), parameter="gap", values=np.array([1.0, 0.5, 0.1]), base_amplitude=AMPLITUDE, frequency_hz=7.0)
     check_drawn("bifurcation", data, tmp_path)
@@ -165,3 +165,39 @@ def test_kinds_are_told_apart():
     assert kind.kind.tolist() == [PERIODIC, PERIODIC, APERIODIC, NO_IMPACT]
     assert kind.impacts.tolist() == [1, 2, 0, 0]
     assert kind.period.tolist() == [2, 1, 0, 1]
+
+
+@pytest.mark.parametrize("gap", [1e-3, 0.1], ids=["impacts", "flight"])
+def test_the_exponent_of_an_orbit_is_the_logarithm_of_its_largest_multiplier(gap):
+    """Also where an effect has states of its own, of which the rig feels the memory."""
+    rig = dataclasses.replace(model(), effects=(SecondMode(mode_mass=0.1, mode_frequency_hz=20.0, mode_damping_ratio=0.005),))
+    forced = ForcedRig(rig, gap=gap, base_amplitude=AMPLITUDE, frequency_hz=6.0)
+    state, cycles = settle(forced, np.zeros(4))
+    largest = abs(find_orbit(forced, state, cycles=cycles).multipliers[0])
+    data = lyapunov(rig, parameter="frequency_hz", values=[6.0], base_amplitude=AMPLITUDE, gap=gap)
+    assert data["exponent"].item() == pytest.approx(np.log(largest) / cycles, rel=0.02, abs=2e-3)
+
+
+@pytest.mark.parametrize("fault", [GainError(factor=2.0, of_channel="impact_force"), ForceClipping(ceiling=5.0)])
+def test_a_section_shows_the_rig_and_not_its_recorder(fault):
+    options = dict(frequency_hz=5.0, gap=0.0, base_amplitude=AMPLITUDE, strobes=4, transient=40)
+    bare, recorded = section(model(), **options), section(dataclasses.replace(model(), effects=(fault,)), **options)
+    np.testing.assert_array_equal(recorded["impact_force"], bare["impact_force"])
+
+
+def test_a_section_steps_as_finely_as_a_ringing_stop_asks_for():
+    sprung = StopCompliance(stop_stiffness=1e6, stop_frequency_hz=700.0, stop_damping_ratio=0.05)
+    data = section(
+        dataclasses.replace(model(), effects=(sprung,)),
+        frequency_hz=2.5,
+        gap=0.0,
+        base_amplitude=AMPLITUDE,
+        strobes=4,
+        transient=40,
+    )
+    assert np.isfinite(data["impact_force"]).all()
+
+
+def test_a_data_set_says_what_its_kinds_are():
+    data = frequency_response(model(), frequency_hz=[5.0], gap=[0.0], base_amplitude=AMPLITUDE)
+    assert data["kind"].attrs["long_name"] == "kind of motion: 0 no impact, 1 periodic impacts, 2 aperiodic impacts, 3 not integrated"

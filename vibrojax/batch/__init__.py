@@ -8,10 +8,7 @@ from vibrojax.batch.run import Span, engine_for, integrate, packed, unpacked
 from vibrojax.batch.sampled import Sampled
 from vibrojax.batch.stepping import Stepping
 
-ENGINES: dict[str, type[AbstractEngine]] = {engine.name: engine for engine in (ExactFlight, Stepping, Sampled)}
-
 __all__ = [
-    "ENGINES",
     "SETTINGS",
     "AbstractEngine",
     "Cycles",

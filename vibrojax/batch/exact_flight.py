@@ -148,7 +148,7 @@ class ExactFlight(AbstractEngine):
             approach_speed=jnp.where(touches, speed, carry.approach_speed),
             in_contact=carry.in_contact | touches,
             sections=sections,
-            u_max=u_max,
+            u_max=jnp.where(sections.cycle >= 0, u_max, carry.u_max),
             steps=carry.steps + count,
             result=jnp.where(moves, STEP_LIMIT, carry.result),
         )
@@ -182,7 +182,7 @@ class ExactFlight(AbstractEngine):
             since_touch=jnp.where(entering, jnp.where(inside, contact.since_touch, 0.0), carry.since_touch),
             sections=_with_strobe(carry.sections, strobed, contact.u, contact.v),
             impacts=_with_impact(carry.impacts, carry.sections.cycle, entering & afresh, entering, carry.approach_speed, peak),
-            u_max=jnp.where(entering, contact.u_max, carry.u_max),
+            u_max=jnp.where(entering & (carry.sections.cycle >= 0), contact.u_max, carry.u_max),
             steps=carry.steps + count,
             result=jnp.where(moves, STEP_LIMIT, carry.result),
         )

@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from vibrojax.batch.base import Lanes, LaneState
-from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.contact import AbstractInstantaneousLaw, NoContact
+from vibrojax.contact.no_contact import NOWHERE
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.model import MASS, Model
@@ -22,6 +23,8 @@ SETTINGS = {
     "v0": ("m/s", "initial velocity of the hammer relative to the cart"),
 }
 """What an operating point sets beside the model's parameters: unit and meaning."""
+_LONG_SINCE = 1e-12
+"""s since the touch of what starts inside the stop: it did not touch it now."""
 _NEEDED = ("frequency_hz", "base_amplitude", "gap")
 
 
@@ -65,8 +68,10 @@ def grid(axes: Mapping[str, Any], **fixed: float) -> Points:
         fixed: what is the same at every point.
 
     Raises:
-        InputError: an axis is empty, not one-dimensional, or holds what is not a finite number.
+        InputError: an axis is empty, not one-dimensional, holds what is not a finite number, or is also given as a fixed value.
     """
+    if both := sorted(set(axes) & set(fixed)):
+        raise InputError(f"{both[0]} is given both as an axis and as a fixed value: expected one of the two; leave one out")
     coords = {name: np.atleast_1d(np.asarray(values, dtype=float)) for name, values in axes.items()}
     for name, values in coords.items():
         if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
@@ -78,15 +83,18 @@ def grid(axes: Mapping[str, Any], **fixed: float) -> Points:
 def lanes_of(model: Model, points: Points) -> tuple[Lanes, LaneState]:
     """The rigs of all points, and their states at t = 0: at rest in the cart where u0 and v0 are left out.
 
+    Effects that belong to a recorder or to one record alone (`Model.rig`) are left out.
+
     Raises:
         InputError: a point sets what the model does not have, leaves out what it needs, or is out of range.
     """
-    values = points.flat()
+    values, model = points.flat(), model.rig
     _check(model, values)
     full = {name: jnp.asarray(values.get(name, np.zeros(points.lanes))) for name in SETTINGS}
     chosen = {name: jnp.asarray(value) for name, value in values.items() if name not in SETTINGS}
     base = Harmonic(full["base_amplitude"], full["base_phase"], full["frequency_hz"])
-    system = model.replace(chosen).system(gap=full["gap"], base=base, applied=Unforced())
+    gap = jnp.full(points.lanes, NOWHERE) if isinstance(model.law, NoContact) else full["gap"]
+    system = model.replace(chosen).system(gap=gap, base=base, applied=Unforced())
     systems = _spread(system, points.lanes)
     at_rest = jnp.zeros(points.lanes)
     touching = full["u0"] > jnp.asarray(systems.gap)
@@ -97,7 +105,7 @@ def lanes_of(model: Model, points: Points) -> tuple[Lanes, LaneState]:
         v=full["v0"],
         in_contact=touching,
         approach_speed=jnp.abs(full["v0"]),
-        since_touch=at_rest,
+        since_touch=jnp.where(touching, _LONG_SINCE, at_rest),
         cycle=jnp.zeros(points.lanes, int),
         own=jnp.zeros((points.lanes, system.own_size)),
     )
@@ -114,6 +122,10 @@ def _check(model: Model, values: Mapping[str, np.ndarray]) -> None:
     for name in _NEEDED:
         if name not in values:
             raise InputError(f"{name} is given neither as an axis nor as a fixed value: expected one of the two; add it")
+    for p in model.parameters:
+        for value in np.unique(values.get(p.name, np.zeros(0))):
+            if expected := p.refusal(value):
+                raise InputError(f"{p.name} is {value:g} somewhere: expected {expected}; correct the axis")
     for name in ("frequency_hz", MASS.name):
         if name in values and not np.all(values[name] > 0):
             raise InputError(f"{name} is {values[name].min():g} somewhere: expected numbers above 0; correct the axis")

@@ -20,7 +20,7 @@ class Responses:
         impacts: touches that began in the cycle.
         peak_force: largest push of the stop in the cycle, N.
         impact_speed: fastest approach in the cycle, m/s.
-        u_max: largest displacement in the last stretch of cycles that was integrated, m, `(*axes,)`.
+        u_max: largest displacement in the recorded cycles, m; of the fast path, also in up to three flights before them, `(*axes,)`.
         closed: cycles after which the orbit was seen to repeat itself, and integration stopped; 0 where it did not.
         cycles: integrated, `(*axes,)`.
         result: `SUCCESS` or why the lane stopped, a code of `vibrojax.integrate.base`.

@@ -135,6 +135,7 @@ class _Batch:
         self.open = np.ones(count, dtype=bool)
         self.result = np.full(count, SUCCESS)
         self.closed = np.zeros(count, dtype=int)
+        self.closing = np.zeros(count, dtype=bool)
         self.done = np.zeros(count, dtype=int)
         self.u_max = np.full(count, np.nan)
         self.kept: dict[str, np.ndarray] = {name: np.zeros((kept, count)) for name in _RECORDED}
@@ -177,14 +178,15 @@ class _Batch:
             self._close(index[cycles["result"] == SUCCESS])
 
     def _close(self, index: np.ndarray) -> None:
-        """Orbits that repeat are continued by repetition, and integrated no further."""
+        """Orbits that repeat, and did so a segment before, so that nothing kept is older, are continued by repetition and left there."""
         u, v = self.kept["u"][:, index], self.kept["v"][:, index]
         known = min(int(self.done[index].min(initial=self.span.recorded)), self.span.recorded)
         if known < 2:
             return
         scales = self.scale_u[index], self.scale_v[index]
         tolerance = self.span.closed or 0.0
-        over = repeats(u[-known:], v[-known:], *scales, tolerance, _LONGEST) > 0
+        repeat = repeats(u[-known:], v[-known:], *scales, tolerance, _LONGEST) > 0
+        over, self.closing[index] = repeat & self.closing[index], repeat
         period = repeats(u[-known:], v[-known:], *scales, _SLACK * tolerance, _LONGEST)[over]
         over, total = index[over], self.span.calls * self.span.call[0]
         more = total - self.done[over]

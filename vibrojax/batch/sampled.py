@@ -9,6 +9,7 @@ from jax import lax
 from jaxtyping import Array
 
 from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.integrate.base import AbstractIntegrator, without_effects
 from vibrojax.integrate.smoothed import Smoothed
 from vibrojax.system import System
@@ -38,6 +39,8 @@ class Sampled(AbstractEngine):
             without_effects(lanes.systems, self.name)
         except TypeError:
             return f"effects ({', '.join(effect.name for effect in lanes.systems.effects)})"
+        if isinstance(lanes.systems.law, AbstractInstantaneousLaw):
+            return "a rigid stop, whose touches lie between samples"
         return None
 
     def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
@@ -60,7 +63,7 @@ class Sampled(AbstractEngine):
         cycle = state.cycle.astype(state.u.dtype)
         found = jax.vmap(one_lane, out_axes=-1)(lanes.systems, lanes.frequency_hz, cycle, state.u, state.v)
         u, v, impacts, peak, speed, u_max, result, steps = found
-        worst, most = jnp.max(result, axis=0), jnp.max(u_max, axis=0)
+        worst, most = jnp.max(result, axis=0), jnp.max(u_max[-recorded:], axis=0)
         kept = [part[-recorded:] for part in (u, v, impacts, peak, speed)]
         what = Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], most, worst, jnp.sum(steps))
         touching = lanes.systems.indentation(u[-1]) > 0

@@ -11,12 +11,10 @@ from jaxtyping import Array, Bool, Float, Int
 from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
 from vibrojax.batch.cubic import top
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS
-from vibrojax.integrate.landing import Landing, LandingState
+from vibrojax.integrate.landing import STEPS_OF_A_VIBRATION, Landing, LandingState
 from vibrojax.system import System
 
 _Lanes = Float[Array, " lanes"]
-_STEPS_OF_A_VIBRATION = 40.0
-"""Flight steps in a period of the fastest vibration of an effect, at least."""
 
 
 class _Cycle(NamedTuple):
@@ -70,11 +68,11 @@ class Stepping(AbstractEngine):
         nothing = jnp.zeros_like(motion.u)
         after = LaneState(motion.u, motion.v, motion.in_contact, motion.approach_speed, nothing, state.cycle + cycles, motion.own)
         kept = [part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed)]
-        return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max, axis=0), result, jnp.sum(steps))
+        return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max[-recorded:], axis=0), result, jnp.sum(steps))
 
     def _landing(self, period: Float[Array, ""], fastest_hz: Float[Array, ""] | float = 0.0) -> Landing:
         """The stepper of one lane."""
-        per_second = jnp.maximum(self.flight_steps / period, _STEPS_OF_A_VIBRATION * jnp.asarray(fastest_hz))
+        per_second = jnp.maximum(self.flight_steps / period, STEPS_OF_A_VIBRATION * jnp.asarray(fastest_hz))
         return Landing(contact_steps=self.contact_steps, flight_step=1.0 / per_second)
 
     def _to_strobe(self, systems: System, periods: _Lanes, targets: _Lanes, motion: LandingState):

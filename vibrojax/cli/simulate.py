@@ -39,7 +39,7 @@ def simulate(
         prepare_jax()
         from identification.run import run_simulate
 
-        run_simulate(model, experiment, folder, as_recorded=as_recorded)
+        run_simulate(model, experiment, folder, out=out, as_recorded=as_recorded)
         tables = len(list(folder.iterdir()))
     if not quiet:
         typer.echo(f"{tables} table{'s' if tables != 1 else ''} in {out}")

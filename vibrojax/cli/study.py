@@ -18,7 +18,9 @@ from vibrojax.errors import InputError
 _AMPLITUDE = typer.Option("--base-amplitude", metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)
 _GAP = typer.Option("--gap", metavar="M", help="Gap, m.", show_default=False)
 _FREQUENCY = typer.Option("--frequency", metavar="HZ", help="Excitation frequency, Hz.", show_default=False)
-_CYCLES = typer.Option("--cycles", min=1, metavar="N", help="Cycles left to die down; fewer where an orbit closes.")
+_CYCLES = typer.Option(
+    "--cycles", min=1, metavar="N", help="Cycles left to die down; fewer where an orbit closes, but for section and lyapunov."
+)
 
 _DRAWS = 100
 

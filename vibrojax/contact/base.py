@@ -103,7 +103,16 @@ IMPACT_DAMPING = Parameter(
     name="lambda_i", field="impact_damping", symbol="λ_i", unit="s/m", start=0.3, lower=1e-6, upper=1e3, meaning="contact damping factor"
 )
 RESTITUTION = Parameter(
-    name="e", field="restitution", symbol="e", unit="1", start=0.7, lower=1e-3, upper=1.0, logarithmic=False, meaning="restitution"
+    name="e",
+    field="restitution",
+    symbol="e",
+    unit="1",
+    start=0.7,
+    lower=1e-3,
+    upper=1.0,
+    most=1.0,
+    logarithmic=False,
+    meaning="restitution",
 )
 LINEAR_STIFFNESS = Parameter(
     name="k_i", field="impact_stiffness", symbol="k_i", unit="N/m", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness"

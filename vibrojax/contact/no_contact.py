@@ -8,6 +8,9 @@ from vibrojax.contact.base import AbstractCompliantLaw
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars
 
+NOWHERE = 1e6
+"""m; where the stop of such a rig is put, so that nothing passes it."""
+
 
 class NoContact(AbstractCompliantLaw):
     """A hammer with nothing in front of it: F = 0.

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from vibrojax.continuation.multipliers import multipliers
-from vibrojax.continuation.orbit import Orbit, map_with_jacobian, state_scale
+from vibrojax.continuation.orbit import Orbit, map_with_jacobian, solved, state_scale
 from vibrojax.continuation.rig import ForcedRig, as_arrays
 from vibrojax.continuation.stroboscope import Passage
 from vibrojax.errors import NoConvergenceError
@@ -65,7 +65,7 @@ class Curve:
             if not error < _WORSE * last:
                 break
             bordered = np.vstack([jacobian, normal])
-            z = z - np.linalg.solve(bordered, np.append(gap, normal @ (z - guess)))
+            z = z - solved(bordered, np.append(gap, normal @ (z - guess)))
             last = error
         raise NoConvergenceError(f"no orbit on the plane through {self.name} = {guess[-1] * self.scale[-1]:g}: closing error {error:.1e}")
 

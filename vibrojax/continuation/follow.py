@@ -8,7 +8,7 @@ from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.arclength import Coordinates, Curve, Point, curve_through
 from vibrojax.continuation.branch import Branch, End
 from vibrojax.continuation.corner import around_corner
-from vibrojax.continuation.orbit import Orbit
+from vibrojax.continuation.orbit import Orbit, landing_of
 from vibrojax.continuation.special import Kind, SpecialPoint, special_points
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
@@ -79,7 +79,7 @@ def follow(orbit: Orbit, name: str, bounds: tuple[float, float], *, landing: Lan
     if not low < high or not low <= value <= high:
         raise InputError(f"{name} runs from {low:g} to {high:g}, the orbit is at {value:g}: expected a range that holds it; give another")
     steps = Steps() if steps is None else steps
-    curve = curve_through(orbit, name, high - low, Landing() if landing is None else landing)
+    curve = curve_through(orbit, name, high - low, landing_of(orbit.rig) if landing is None else landing)
     start = curve.start(orbit)
     limits = (low / curve.scale[-1], high / curve.scale[-1])
     up = start.tangent * (1.0 if start.tangent[-1] >= 0 else -1.0)

@@ -8,11 +8,12 @@ import jax
 import numpy as np
 
 from vibrojax import __version__
+from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.branch import Branch
 from vibrojax.continuation.figure import draw
 from vibrojax.continuation.follow import follow
 from vibrojax.continuation.orbit import find_orbit, settle
-from vibrojax.continuation.rig import SETTINGS, ForcedRig
+from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
 from vibrojax.errors import InputError
 from vibrojax.integrate import Landing
 
@@ -48,7 +49,11 @@ def follow_and_write(
         raise InputError(
             f"the first orbit is looked for at {name} = {at:g}: expected a value from {bounds[0]:g} to {bounds[1]:g}; correct it"
         )
+    for value in bounds:
+        check_settings(rig.replace(name, value))
     rig = rig.replace(name, at)
+    if isinstance(rig.model.law, AbstractInstantaneousLaw) and start[0] > float(rig.gap):
+        raise InputError(f"the start lies {start[0] - float(rig.gap):g} m behind a rigid stop: expected u <= gap; move one of them")
     progress("settling onto an orbit")
     state, cycles = settle(rig, np.array([*start, *np.zeros(rig.size - 2)]), landing=landing)
     orbit = find_orbit(rig, state, cycles=cycles, landing=landing)
@@ -58,7 +63,7 @@ def follow_and_write(
     (folder / "branch.csv").write_text(branch.csv(), encoding="utf-8")
     document = {
         "parameter": name,
-        "unit": branch.label.rsplit("(", 1)[1].rstrip(")"),
+        "unit": rig.unit(name),
         "cycles": branch.cycles,
         "ends": [end.value for end in branch.ends],
         "special": branch.special_table(),

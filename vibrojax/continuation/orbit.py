@@ -13,6 +13,7 @@ from vibrojax.continuation.stroboscope import Passage, linearised, strobe_from
 from vibrojax.errors import NoConvergenceError
 from vibrojax.integrate import RESULT_MESSAGES, Landing
 from vibrojax.integrate.base import SUCCESS
+from vibrojax.integrate.landing import landing_for
 
 TOLERANCE = 1e-10
 """Of the closing error of an orbit, over `state_scale`."""
@@ -59,6 +60,12 @@ def state_scale(rig: ForcedRig) -> State:
     return np.array([amplitude, amplitude * 2.0 * np.pi * float(rig.frequency_hz), *own])
 
 
+def landing_of(rig: ForcedRig) -> Landing:
+    """Steps of half a millisecond, or as fine as the cart and the vibrations of effects ask for."""
+    fine = landing_for(rig.model.effects, float(rig.frequency_hz))
+    return Landing(flight_step=min(float(fine.flight_step), float(Landing().flight_step)))
+
+
 def find_orbit(rig: ForcedRig, state: State, *, cycles: int = 1, landing: Landing | None = None) -> Orbit:
     """Periodic orbit near a state, by Newton's method on P^p(x) - x = 0; stable or not.
 
@@ -68,7 +75,7 @@ def find_orbit(rig: ForcedRig, state: State, *, cycles: int = 1, landing: Landin
         rig: the rig.
         state: guess of (u, u', ...) at the section, m and m/s.
         cycles: p, how many cycles of the cart the orbit takes.
-        landing: the integrator; `Landing()` by default.
+        landing: the integrator; `landing_of` the rig by default.
 
     Raises:
         InputError: impossible settings, or an effect that does not repeat with the cart.
@@ -86,7 +93,7 @@ def find_orbit(rig: ForcedRig, state: State, *, cycles: int = 1, landing: Landin
         (True, 0)
     """
     check_settings(rig)
-    landing, rig = Landing() if landing is None else landing, as_arrays(rig)
+    landing, rig = landing_of(rig) if landing is None else landing, as_arrays(rig)
     scale, identity = state_scale(rig), np.eye(len(state))
     x = np.asarray(state, dtype=float)
     reached, jacobian, passage = map_with_jacobian(landing, rig, _PROBE, cycles, x)
@@ -94,7 +101,7 @@ def find_orbit(rig: ForcedRig, state: State, *, cycles: int = 1, landing: Landin
         error = float(np.max(np.abs((reached - x) / scale)))
         if error < TOLERANCE:
             return Orbit(rig, cycles, x, jacobian[:, :-1], passage)
-        step = np.linalg.solve(jacobian[:, :-1] - identity, x - reached)
+        step = solved(jacobian[:, :-1] - identity, x - reached)
         for halving in range(_HALVINGS + 1):
             trial = x + step / 2.0**halving
             reached, jacobian, passage = map_with_jacobian(landing, rig, _PROBE, cycles, trial)
@@ -127,7 +134,7 @@ def settle(
         NoConvergenceError: no repetition within `most_cycles` (a longer period, chaos, or a transient not over).
     """
     check_settings(rig)
-    landing, rig = Landing() if landing is None else landing, as_arrays(rig)
+    landing, rig = landing_of(rig) if landing is None else landing, as_arrays(rig)
     states = [_advance(landing, rig, transient, np.asarray(state, dtype=float))]
     for _ in range(most_cycles):
         states.append(_advance(landing, rig, 1, states[-1]))
@@ -150,6 +157,14 @@ def map_with_jacobian(landing: Landing, rig: ForcedRig, name: str, cycles: int, 
     reached, jacobian, passage = linearised(landing, rig, name, jnp.asarray(cycles), jnp.asarray(state))
     passage = _checked(rig, passage)
     return np.asarray(reached), np.asarray(jacobian), passage
+
+
+def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution of a linear system; `NoConvergenceError` where it has none, as at an orbit that is one of a continuous family."""
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        raise NoConvergenceError("no isolated orbit: a multiplier is 1 exactly; leave out the effect whose state nothing drives") from None
 
 
 def _advance(landing: Landing, rig: ForcedRig, cycles: int, state: State) -> State:

@@ -8,10 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from vibrojax.contact import NoContact
+from vibrojax.contact.no_contact import NOWHERE
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
 from vibrojax.shapes import Number
 from vibrojax.system import System
 
@@ -26,7 +29,8 @@ _SAME = 1e-9
 class ForcedRig(eqx.Module):
     """A model in front of a stop, its cart driven by y = A0 sin(2 pi f t): all that an orbit depends on.
 
-    Differentiable in every number. Effects must repeat with the cart; `check_periodic` refuses those that drift.
+    Differentiable in every number. Effects must repeat with the cart; `check_settings` refuses those that drift. Faults of a recorder, and
+    what acted in one record alone, are left out.
 
     Arguments:
         model: hammer, suspension, contact law, effects.
@@ -42,7 +46,7 @@ class ForcedRig(eqx.Module):
         0.05
     """
 
-    model: Model
+    model: Model = eqx.field(converter=lambda model: model.rig)
     gap: Number
     base_amplitude: Number
     frequency_hz: Number
@@ -73,20 +77,26 @@ class ForcedRig(eqx.Module):
 
     def label(self, name: str) -> str:
         """Symbol and unit of a number, for tables and axes."""
-        self._check(name)
-        if name in UNITS:
-            return f"{_SYMBOLS[name]} ({UNITS[name]})"
-        known = {p.name: p for p in (*self.model.parameters, *self.model.record_parameters)}
-        return f"{known[name].symbol} ({known[name].unit})"
+        symbol = _SYMBOLS[name] if name in _SYMBOLS else self._parameter(name).symbol
+        return f"{symbol} ({self.unit(name)})"
+
+    def unit(self, name: str) -> str:
+        """Unit of a number."""
+        return UNITS[name] if name in UNITS else self._parameter(name).unit
 
     def system(self) -> System:
         """The rig in its equation of motion; time zero is where the cart passes its middle, moving forward."""
         base = Harmonic(base_amplitude=self.base_amplitude, base_phase=jnp.zeros(()), frequency_hz=self.frequency_hz)
-        return self.model.system(gap=self.gap, base=base, applied=Unforced())
+        gap = jnp.asarray(NOWHERE) if isinstance(self.model.law, NoContact) else self.gap
+        return self.model.system(gap=gap, base=base, applied=Unforced())
 
     def period(self, cycles: Int[Array, ""]) -> Float[Array, ""]:
         """Duration of so many cycles of the cart, s."""
         return jnp.asarray(cycles, dtype=float) / self.frequency_hz
+
+    def _parameter(self, name: str) -> Parameter:
+        self._check(name)
+        return next(p for p in self.model.parameters if p.name == name)
 
     def _check(self, name: str) -> None:
         if name not in self.names:
@@ -102,12 +112,17 @@ def check_settings(rig: ForcedRig) -> None:
     """Refuse settings that are not possible, and effects that do not repeat with the cart.
 
     Raises:
-        InputError: amplitude or frequency not above zero, a gap that is not finite, or an effect that drifts from cycle to cycle.
+        InputError: amplitude, frequency or mass not above zero, a parameter or gap that is not possible, or an effect that drifts from
+            cycle to cycle.
     """
     for name in ("amplitude", "frequency"):
         value = float(rig.value(name))
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} is {value:g} {UNITS[name]}: expected a finite number above 0; correct it")
+    for p in (MASS, *rig.model.parameters):
+        expected = "a number above 0" if p is MASS and float(rig.value(p.name)) <= 0 else p.refusal(float(rig.value(p.name)))
+        if expected:
+            raise InputError(f"{p.name} is {float(rig.value(p.name)):g}: expected {expected}; correct it")
     if not np.isfinite(float(rig.gap)):
         raise InputError(f"gap is {float(rig.gap)} m: expected a finite number; correct it")
     drifting = [effect.name for effect in rig.model.effects if not _repeats(rig, effect)]

@@ -1,5 +1,6 @@
 """Runge-Kutta steps that land on every touch and release; natively batched."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -10,6 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
+from vibrojax.effects.base import AbstractEffect
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
 from vibrojax.integrate.crossing import crossing, landing_correction
 from vibrojax.integrate.dense import Point, at_samples
@@ -19,6 +21,10 @@ from vibrojax.system import System
 _Lanes = Float[Array, " lanes"]
 _SLOWEST_TOUCH = 1e-4
 """m/s; an approach slower than this does not lengthen the contact steps further."""
+
+
+STEPS_OF_A_VIBRATION = 40.0
+"""Flight steps in a period of the fastest vibration of an effect, at least."""
 
 
 class LandingState(NamedTuple):
@@ -193,3 +199,9 @@ class Landing(AbstractIntegrator):
 
 def _point(carry: LandingState) -> Point:
     return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact, carry.own, carry.own_rates)
+
+
+def landing_for(effects: Iterable[AbstractEffect], frequency_hz: float, *, flight_steps: int = 200) -> Landing:
+    """Steps of a part of an excitation cycle, or of the fastest vibration of an effect where that asks for shorter ones."""
+    fastest = max((float(effect.fastest_hz) for effect in effects), default=0.0)
+    return Landing(flight_step=1.0 / max(flight_steps * frequency_hz, STEPS_OF_A_VIBRATION * fastest))

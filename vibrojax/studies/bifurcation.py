@@ -14,7 +14,7 @@ from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import APERIODIC, FAILED, PERIODIC, classify
+from vibrojax.studies.classify import APERIODIC, FAILED, MEANING, classify
 
 DIRECTIONS = ("up", "down")
 _TIMES, _SHARE = 2.0, 0.02
@@ -125,7 +125,7 @@ def sweep(
             "impact_force": Labelled((*dims, "cycle"), part(found, "peak_force"), "N", "largest impact force of a cycle"),
             "impacts": Labelled((*dims, "cycle"), part(found, "impacts"), "1", "impacts in a cycle"),
             "period": Labelled(dims, part(kinds, "period"), "1", "cycles of excitation in one period, q"),
-            "kind": Labelled(dims, part(kinds, "kind"), "1", "kind of motion"),
+            "kind": Labelled(dims, part(kinds, "kind"), "1", MEANING),
             "result": outcome(dims, part(found, "result")),
             "state": Labelled((*dims, "row"), state, "SI", "state after the last cycle, from which the next value goes on"),
         },
@@ -198,12 +198,3 @@ def _going_on(found: Responses, before: LaneState | None) -> LaneState:
 def _rising(met: np.ndarray, direction: Sequence[str]) -> np.ndarray:
     """Values in rising order; a sweep down met them in falling order."""
     return np.stack([row if name == "up" else row[::-1] for row, name in zip(met, direction, strict=True)])
-
-
-def coexisting(data: xr.Dataset) -> np.ndarray:
-    """Values at which the two directions end on different periodic motions."""
-    up, down = data["displacement"].values
-    periodic = (data["kind"].values == PERIODIC).all(axis=0)
-    apart = np.abs(np.sort(up, axis=-1) - np.sort(down, axis=-1)).max(axis=-1)
-    scale = np.ptp(data["displacement"].values)
-    return periodic & (apart > 1e-3 * scale)

@@ -10,6 +10,7 @@ from vibrojax.integrate.base import SUCCESS
 
 NO_IMPACT, PERIODIC, APERIODIC, FAILED = 0, 1, 2, 3
 KINDS = {NO_IMPACT: "no impact", PERIODIC: "periodic impacts", APERIODIC: "aperiodic impacts", FAILED: "not integrated"}
+MEANING = "kind of motion: " + ", ".join(f"{code} {words}" for code, words in KINDS.items())
 LONGEST = 8
 """Cycles; an orbit of a longer period counts as aperiodic."""
 

@@ -9,7 +9,7 @@ import xarray as xr
 from vibrojax.batch import Span, grid, integrate
 from vibrojax.model import Model
 from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import classify
+from vibrojax.studies.classify import MEANING, classify
 
 
 def frequency_response(
@@ -55,7 +55,7 @@ def frequency_response(
             "displacement": Labelled(dims, found.u_max, "m", "largest displacement of the hammer relative to the cart"),
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
-            "kind": Labelled(dims, kind.kind, "1", "kind of motion"),
+            "kind": Labelled(dims, kind.kind, "1", MEANING),
             "result": outcome(dims, found.result),
         },
         settings={"base_amplitude": base_amplitude},

@@ -9,7 +9,7 @@ from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import classify
+from vibrojax.studies.classify import MEANING, classify
 from vibrojax.suspension import Linear
 
 
@@ -68,7 +68,7 @@ def hammer_design(
             "impact_force": Labelled(dims, found.peak_force.max(axis=-1), "N", "largest impact force"),
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
-            "kind": Labelled(dims, kind.kind, "1", "kind of motion"),
+            "kind": Labelled(dims, kind.kind, "1", MEANING),
             "result": outcome(dims, found.result),
         },
         settings={"gap": gap, "base_amplitude": base_amplitude},

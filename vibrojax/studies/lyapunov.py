@@ -10,15 +10,17 @@ import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 from jax import lax
+from jaxtyping import Array, Float
 
 from vibrojax.batch import AbstractEngine, Lanes, LaneState, Points, Span, engine_for, grid, integrate
 from vibrojax.batch.points import lanes_of
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
+from vibrojax.system import System
 
 _APART = 1e-7
-"""Distance of twins at the start of a cycle, over the base amplitude: far above rounding, far below the orbit."""
+"""Distance of twins at the start of a cycle: far above rounding, far below the orbit."""
 
 
 def exponents(
@@ -27,7 +29,8 @@ def exponents(
     """Largest Lyapunov exponent per cycle of excitation of some lanes, from states on their attractors.
 
     Each lane has a twin that starts a small distance off. After every cycle the logarithm of the growth of that distance is noted, and the
-    twin is put back to the small distance in the direction that it has gone. Distances are sqrt(du^2 + (du' / Omega)^2).
+    twin is put back to the small distance in the direction that it has gone. Distances are measured over A0 in u, A0 Omega in u', and the
+    usual size of every state of an effect, or A0.
 
     Arguments:
         model: the rig.
@@ -42,39 +45,56 @@ def exponents(
     """
     lanes, _ = lanes_of(model, points)
     engine, index = engine_for(lanes), np.flatnonzero(chosen)
-    amplitude = points.flat()["base_amplitude"]
+    scales = _scales(model, points)
     pieces = [index[i : i + chunk] for i in range(0, index.size, chunk)]
 
     def one(piece: np.ndarray) -> np.ndarray:
         full = jnp.asarray(np.concatenate([piece, np.full(chunk - piece.size, piece[-1])]))
-        rigs, start = jax.tree.map(lambda leaf: leaf[full], (lanes, state))
-        return np.asarray(_growth(engine, rigs, start, jnp.asarray(_APART * amplitude)[full], cycles))[: piece.size]
+        rigs, start, scale = jax.tree.map(lambda leaf: leaf[full], (lanes, state, jnp.asarray(scales)))
+        return np.asarray(_growth(engine, rigs, start, scale, cycles))[: piece.size]
 
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
         return np.concatenate(list(pool.map(one, pieces)))
 
 
+def _scales(model: Model, points: Points) -> np.ndarray:
+    """Sizes by which u, u' and the effects' own states are measured, (lanes, states)."""
+    values = points.flat()
+    amplitude, omega = values["base_amplitude"], 2.0 * np.pi * values["frequency_hz"]
+    own = [np.full(points.lanes, one.scale) if one.scale else amplitude for effect in model.rig.effects for one in effect.own_states]
+    return np.stack([amplitude, amplitude * omega, *own], axis=1)
+
+
 @eqx.filter_jit
-def _growth(engine: AbstractEngine, lanes: Lanes, state: LaneState, small: jax.Array, cycles: int) -> jax.Array:
+def _growth(
+    engine: AbstractEngine, lanes: Lanes, state: LaneState, scale: Float[Array, "lanes states"], cycles: int
+) -> Float[Array, " lanes"]:
     """Mean logarithm of the growth per cycle."""
-    omega, count = 2.0 * np.pi * lanes.frequency_hz, small.shape[0]
+    count, size = scale.shape
     both = jax.tree.map(lambda leaf: jnp.concatenate([leaf, leaf]), lanes)
     skipped = max(cycles // 10, 1)
 
     def cycle(carry, number):
-        state, du, dv, total = carry
-        u, v = jnp.concatenate([state.u, state.u + du]), jnp.concatenate([state.v, state.v + dv])
+        state, apart, total = carry
         pair = jax.tree.map(lambda leaf: jnp.concatenate([leaf, leaf]), state)
-        pair = pair._replace(u=u, v=v, in_contact=u > jnp.asarray(both.systems.gap))
-        after, _ = engine.advance(both, pair, 1, 1)
-        du, dv = after.u[count:] - after.u[:count], after.v[count:] - after.v[:count]
-        size = jnp.maximum(jnp.sqrt(du**2 + (dv / omega) ** 2), 1e-300)
-        total = total + jnp.where(number >= skipped, jnp.log(size / small), 0.0)
-        return (jax.tree.map(lambda leaf: leaf[:count], after), du * small / size, dv * small / size, total), None
+        x = _states(pair).at[count:].add(apart * scale)
+        u, v, own = x[:, 0], x[:, 1], x[:, 2:]
+        t = pair.cycle.astype(u.dtype) / both.frequency_hz
+        near = jax.vmap(System.approach)(both.systems, t, u, v, own)
+        after, _ = engine.advance(both, pair._replace(u=u, v=v, own=own, in_contact=near.indentation > 0), 1, 1)
+        apart = (_states(after)[count:] - _states(after)[:count]) / scale
+        length = jnp.maximum(jnp.linalg.norm(apart, axis=1), 1e-300)
+        total = total + jnp.where(number >= skipped, jnp.log(length / _APART), 0.0)
+        return (jax.tree.map(lambda leaf: leaf[:count], after), apart * _APART / length[:, None], total), None
 
-    start = (state, small * np.cos(1.0), small * np.sin(1.0) * omega, jnp.zeros_like(small))
-    (_, _, _, total), _ = lax.scan(cycle, start, jnp.arange(cycles + skipped))
+    along = np.cos(1.0 + np.arange(size))  # along no axis
+    start = (state, jnp.broadcast_to(jnp.asarray(_APART * along / np.linalg.norm(along)), scale.shape), jnp.zeros(count))
+    (_, _, total), _ = lax.scan(cycle, start, jnp.arange(cycles + skipped))
     return total / cycles
+
+
+def _states(state: LaneState) -> Float[Array, "lanes states"]:
+    return jnp.concatenate([state.u[:, None], state.v[:, None], state.own], axis=1)
 
 
 def lyapunov(

@@ -9,7 +9,7 @@ from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies.base import GRAVITY, Labelled, Values, labelled, natural_frequency, outcome
-from vibrojax.studies.classify import APERIODIC, classify
+from vibrojax.studies.classify import APERIODIC, MEANING, classify
 from vibrojax.studies.lyapunov import exponents
 
 
@@ -67,7 +67,7 @@ def peterka(
             "ratio": Labelled(("ratio",), ratio, "1", "excitation frequency over natural frequency"),
         },
         variables={
-            "kind": Labelled(dims, kind.kind, "1", "kind of motion"),
+            "kind": Labelled(dims, kind.kind, "1", MEANING),
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
             "impact_force": Labelled(dims, force, "N", "largest impact force"),

@@ -1,15 +1,19 @@
 """One operating point in full: Poincaré section, phase plane, and histories over a few cycles."""
 
+import dataclasses
+import math
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
 from vibrojax.batch import Span, grid, integrate
+from vibrojax.batch.points import lanes_of
 from vibrojax.channels import channels
 from vibrojax.errors import NoConvergenceError
-from vibrojax.excitation import Harmonic, Unforced
-from vibrojax.integrate import Landing
 from vibrojax.integrate.base import RESULT_MESSAGES, SUCCESS
+from vibrojax.integrate.landing import landing_for
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, labelled
 
@@ -48,12 +52,13 @@ def section(
     found = integrate(model, points, span=Span(transient=transient, recorded=strobes, closed=None), chunk=1, threads=1)
     if found.failures:
         raise NoConvergenceError(f"the motion at {frequency_hz:g} Hz could not be integrated: {', '.join(found.failures)}")
-    base = Harmonic(base_amplitude, 0.0, frequency_hz)
-    system = model.system(gap=gap, base=base, applied=Unforced())
+    system = jax.tree.map(lambda leaf: leaf[0], lanes_of(model, points)[0].systems)
     begin = float(found.state.cycle[0]) / frequency_hz
     ts = jnp.asarray(begin + np.arange(cycles * samples + 1) / (samples * frequency_hz))
     start = jnp.concatenate([jnp.stack([found.state.u[0], found.state.v[0]]), found.state.own[0]])
-    path = Landing(flight_step=1.0 / (samples * frequency_hz))(system, ts, start)
+    landing = landing_for(system.effects, frequency_hz, flight_steps=samples)
+    most_steps = 1000 + 3 * math.ceil(cycles / (frequency_hz * landing.flight_step))
+    path = dataclasses.replace(landing, most_steps=most_steps)(system, ts, start)
     if int(path.result) != SUCCESS:
         raise NoConvergenceError(f"the histories at {frequency_hz:g} Hz could not be integrated: {RESULT_MESSAGES[int(path.result)]}")
     readings = channels(system, path)
