@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def cost(sizes: list[int], cycles: int, console: Console) -> list[dict]:
-    """Wall time of maps of several sizes: of the study, which classifies motions and takes exponents of the aperiodic ones, and without that."""
+    """Wall time of maps of several sizes: of the study, exponents of aperiodic motions included, and of its integration alone."""
     from benchmarks.maps.cases import AMPLITUDE, MODEL, plane, whole_map
     from vibrojax.batch import Span
     from vibrojax.studies import peterka
