@@ -45,8 +45,10 @@ class Parameter:
         """What was to be expected in place of a value that is not possible; empty where it is."""
         if value > self.most:
             return f"a number of at most {self.most:g}"
-        never = self.lower > 0 and not self.logarithmic
-        return f"a number {'above' if never else 'of at least'} 0" if self.lower >= 0 and (value < 0 or (never and value == 0)) else ""
+        positive = self.lower > 0 and not self.logarithmic
+        if self.lower >= 0 and (value < 0 or (positive and value == 0)):
+            return f"a number {'above' if positive else 'of at least'} 0"
+        return ""
 
     def to_internal(self, value: float) -> float:
         """Value in SI -> the coordinate in which the fit moves."""
