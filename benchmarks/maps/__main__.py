@@ -54,7 +54,8 @@ def cost(sizes: list[int], cycles: int, console: Console) -> list[dict]:
     from vibrojax.studies import peterka
 
     def study(side: int) -> None:
-        peterka(MODEL, **plane(side), base_amplitude=AMPLITUDE, span=Span(transient=cycles))
+        axes = plane(side)
+        peterka(MODEL, clearance=axes["clearance"], ratio=axes["ratio"], base_amplitude=AMPLITUDE, span=Span(transient=cycles))
 
     whole_map(8, transient=cycles)
     study(32)

@@ -58,7 +58,7 @@ class Cycles(NamedTuple):
     impact_speed: Float[Array, "recorded lanes"]
     """Largest approach speed of the touches of the cycle, m/s; 0 without impact."""
     u_max: Float[Array, " lanes"]
-    """Largest displacement over all cycles of the call, m."""
+    """Largest displacement in the recorded cycles, m; see `Responses.u_max`."""
     result: Int[Array, " lanes"]
     """A code of `vibrojax.integrate.base`: `SUCCESS`, or why the lane stopped short."""
     steps: Int[Array, ""]
