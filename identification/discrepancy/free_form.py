@@ -65,7 +65,7 @@ def learn(
     they explain less than a tenth of the misfit.
 
     Args:
-        scored: last look of the search.
+        scored: the look at the model that the term is to stand beside.
         allowed: tolerance of its windows.
         most_terms: at most 6.
         deadline: time (`time.monotonic`) after which no further round begins.

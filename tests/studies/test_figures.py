@@ -45,3 +45,21 @@ def test_every_curve_is_drawn_in_its_own_colour_and_explained(name, count, uncer
         assert len(legend.get_texts()) == count and not bars
     else:
         assert legend is None and len(bars) == 1
+
+
+@pytest.mark.parametrize(("spread", "width"), [(1e-12, 0.02), (1e-3, 1.1)])
+def test_a_section_no_wider_than_rounding_is_drawn_as_a_point(spread, width):
+    """Its axes hold a fiftieth of the phase plane at least; those of a cloud are as wide as that."""
+    t = np.linspace(0.0, 1.0, 101)
+    strobes = spread * np.linspace(-0.5, 0.5, 11)
+    along = {"u": 0.5e-3 * np.sin(2.0 * np.pi * t), "v": 0.5 * np.cos(2.0 * np.pi * t)} | dict.fromkeys(
+        ("impact_force", "hammer_acceleration"), np.zeros(101)
+    )
+    variables = {name: (("time",), values) for name, values in along.items()} | {
+        name: (("strobe",), strobes) for name in ("displacement", "velocity")
+    }
+    data = xr.Dataset(variables, {"time": t}, {"settings": '{"gap": 1e-3}'})
+    with style():
+        section = FIGURES["section"](data).axes[0]
+    low, high = section.get_xlim()
+    assert high - low == pytest.approx(width, rel=1e-6)

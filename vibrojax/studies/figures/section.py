@@ -1,10 +1,14 @@
 """One operating point: section, phase plane, histories."""
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.studies.figures.base import setting
+
+_NARROWEST = 0.02
+"""Of the phase plane; a section no wider than rounding is a point, not a cloud."""
 
 
 def draw(data: xr.Dataset) -> Figure:
@@ -15,6 +19,9 @@ def draw(data: xr.Dataset) -> Figure:
     section, plane = plan["section"], plan["plane"]
     section.plot(1e3 * data["displacement"], data["velocity"], ".", color=COLOURS[0], ms=2, mew=0)
     section.set(xlabel="displacement at the strobes (mm)", ylabel="velocity (m/s)")
+    section.set_xlim(_no_narrower(section.get_xlim(), _NARROWEST * 1e3 * np.ptp(data["u"].values)))
+    section.set_ylim(_no_narrower(section.get_ylim(), _NARROWEST * np.ptp(data["v"].values)))
+    section.locator_params(axis="x", nbins=4)
     plane.plot(1e3 * data["u"], data["v"], color=COLOURS[0], lw=0.8)
     plane.axvline(gap, color=COLOURS[1], lw=0.8, ls="--")
     plane.set(xlabel="relative displacement (mm)", ylabel="relative velocity (m/s)")
@@ -26,3 +33,10 @@ def draw(data: xr.Dataset) -> Figure:
     plan["u"].legend(loc="upper right")
     plan["acceleration"].set_xlabel("time since a strobe (s)")
     return figure
+
+
+def _no_narrower(limits: tuple[float, float], width: float) -> tuple[float, float]:
+    """Limits of an axis about the same middle, so far apart at least."""
+    low, high = limits
+    half = 0.5 * max(high - low, width)
+    return 0.5 * (low + high) - half, 0.5 * (low + high) + half
