@@ -1,7 +1,7 @@
 """`python -m benchmarks.concealed --null N --per-effect K --json FILE`: conceal effects in simulated experiments and count what is found.
 
 Each case is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept,
-except for failures and for cases drawn with other settings.
+except for failures and for cases drawn with other settings. Baselines that they lack are added, without diagnosing anew.
 """
 
 import argparse
@@ -13,8 +13,8 @@ from rich.console import Console
 
 from benchmarks.concealed.jobs import SERIES, Draw, Job, jobs
 from benchmarks.concealed.summary import summary
-from benchmarks.concealed.table import effects_table, methods_table
-from benchmarks.concealed.trial import trial
+from benchmarks.concealed.table import effects_table, methods_table, time_table
+from benchmarks.concealed.trial import compared, trial
 from benchmarks.machine import machine
 from benchmarks.resumable import finished, lines_beside, run_trials
 from benchmarks.simulator import EFFECTS
@@ -31,7 +31,11 @@ def main() -> None:
     each = functools.partial(trial, budget_minutes=options.budget_minutes, baselines=not options.no_baselines)
     run_trials("cases", each, [job for job in wanted if not is_done(job, done)], lines, workers=options.workers)
     trials = finished(lines, "key")
-    result = summary([trials[job.key] for job in wanted if job.key in trials])
+    if not options.no_baselines:
+        lacking = [(job, trials[job.key]) for job in wanted if "baselines" not in trials[job.key]]
+        run_trials("baselines", compared, lacking, lines, workers=options.workers)
+        trials = finished(lines, "key")
+    result = summary([trials[job.key] for job in wanted])
     settings = {"series": draw.series, "seed": draw.seed, "noise": draw.noise, "channels": draw.channels, "driven": draw.driven}
     settings |= {"coloured": draw.coloured, "restless": draw.restless}
     document = result | {"settings": settings, "machine": machine()}
@@ -39,6 +43,7 @@ def main() -> None:
     console = Console()
     console.print(methods_table(result))
     console.print(effects_table(result))
+    console.print(time_table(result))
     for key, failure in result["failures"].items():
         console.print(f"  {key}: {failure}", markup=False)
 

@@ -9,6 +9,8 @@ from scipy.stats import binomtest
 from benchmarks.concealed.outcome import ADEQUATE, FAILURE, PROGRAM, UNLISTED, Outcome, outcome
 
 _STRENGTH_EDGES = (0.0, 0.4, 0.7, 1.0, 1.3)
+LIMIT = 180.0
+"""Seconds that a diagnosis should take at most."""
 _SINGLE = ("null", "listed", "off-list")
 
 
@@ -23,6 +25,7 @@ def summary(trials: Sequence[Mapping]) -> dict:
         "held_out": held_out(trials),
         "detail": detail(trials),
         "gap_step_located": located(trials),
+        "time": time(trials),
         "baselines": {name: verdicts([t for t in trials if name in t.get("baselines", {})], name) for name in methods},
         "cases": len(trials),
         "failures": {trial["key"]: trial["failure"] for trial in trials if "failure" in trial},
@@ -47,6 +50,7 @@ def verdicts(trials: Sequence[Mapping], method: str) -> dict:
         "named_alone": _share(listed, lambda found: found.named_alone),
         "unlisted_counts": _count(by_group["off-list"], lambda found: found.verdict == UNLISTED),
         "pairs": {"of": len(pairs), "both": _share(pairs, lambda p: p.all_named), "one": _share(pairs, lambda p: p.named_or_twin)},
+        "pairs_alone": _count(pairs, lambda found: found.named_alone),
     }
 
 
@@ -95,7 +99,29 @@ def located(trials: Sequence[Mapping]) -> dict:
     ]
     right = [(place, truth) for place, truth in found if place.get("record") == truth["record"]]
     errors = [abs(place["time"] - truth["time"]) for place, truth in right if place.get("time") is not None]
-    return {"of": len(found), "record": len(right), "time_error_median": float(np.median(errors)) if errors else None}
+    return {
+        "of": len(found),
+        "record": len(right),
+        "time_error_median": float(np.median(errors)) if errors else None,
+        "time_error_most": max(errors, default=None),
+    }
+
+
+def time(trials: Sequence[Mapping]) -> dict[str, dict]:
+    """Seconds of a diagnosis by group: of the processor, the median; of the wall clock, the longest and how many exceed the limit."""
+    groups: dict[str, list[Mapping]] = {}
+    for trial in trials:
+        if "diagnosis" in trial:
+            groups.setdefault(trial["group"], []).append(trial)
+    return {
+        group: {
+            "of": len(cases),
+            "cpu_median": float(np.median([case["cpu_seconds"] for case in cases])),
+            "longest": max(case["seconds"] for case in cases),
+            "over_limit": sum(case["seconds"] > LIMIT for case in cases),
+        }
+        for group, cases in groups.items()
+    }
 
 
 def _by(trials: Sequence[Mapping], key: Callable[[Mapping], str]) -> dict[str, dict]:

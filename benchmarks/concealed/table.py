@@ -3,6 +3,7 @@
 from rich.table import Table
 
 from benchmarks.concealed.outcome import PROGRAM
+from benchmarks.concealed.summary import LIMIT
 
 
 def methods_table(result: dict) -> Table:
@@ -26,6 +27,14 @@ def effects_table(result: dict) -> Table:
         others = ", ".join(f"{name} {count}" for name, count in said.items() if name != truth)
         right = row.get("unlisted") if truth.startswith("x_") else row.get("named")
         shown.add_row(truth, str(sum(said.values())), percent(right), percent(row.get("named_or_twin")), others)
+    return shown
+
+
+def time_table(result: dict) -> Table:
+    """How long the program took."""
+    shown = Table("cases", "of", "median, s of processor", "longest, s", f"above {LIMIT:g} s", title="Time of a diagnosis")
+    for group, found in result["time"].items():
+        shown.add_row(group, str(found["of"]), f"{found['cpu_median']:.0f}", f"{found['longest']:.0f}", str(found["over_limit"]))
     return shown
 
 

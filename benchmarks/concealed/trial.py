@@ -32,6 +32,15 @@ def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> d
     return found
 
 
+def compared(finished: tuple[Job, dict]) -> dict:
+    """A finished case and what simpler methods say about it; its records are drawn again."""
+    job, found = finished
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "rig"
+        written(job, folder)
+        return found | {"baselines": _baselines(folder)}
+
+
 def written(job: Job, folder: Path) -> Case:
     """Draw the case and write it; where the hammer runs away in one of the motions, the case is drawn anew."""
     for attempt in range(_ATTEMPTS):

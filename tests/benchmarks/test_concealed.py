@@ -10,7 +10,7 @@ from benchmarks.concealed.jobs import Draw, jobs
 from benchmarks.concealed.outcome import outcome
 from benchmarks.concealed.prediction import displacement_error, impact_peaks, peak_error, sealed_errors
 from benchmarks.concealed.summary import summary
-from benchmarks.concealed.table import effects_table, methods_table
+from benchmarks.concealed.table import effects_table, methods_table, time_table
 from benchmarks.concealed.trial import trial, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
 from benchmarks.simulator.case import WITHOUT
@@ -28,7 +28,7 @@ def said(verdict, *effects, twins=(), after=0.1, before=1.0, location=None):
 def case(key, group, truth, diagnosis, *, strength=1.0, bic=None, **more):
     effects = [{"name": name, "strength": strength} for name in truth]
     found = {"key": key, "group": group, "effects": effects, "where": None, "kind": "soft", "noise": 1.0, "channels": "all", "driven": 3}
-    found |= {"seconds": 2.0} | more
+    found |= {"seconds": 2.0, "cpu_seconds": 3.0} | more
     found |= {"failure": diagnosis} if isinstance(diagnosis, str) else {"diagnosis": diagnosis}
     return found | ({"baselines": {"bic": {"name": bic}}} if bic is not None else {})
 
@@ -65,6 +65,7 @@ def test_shares_are_those_of_the_contract():
     assert result["seconds_per_case"] == 2.0
     assert result["failures"] == {"null-2": "ValueError: no", "d": "RuntimeError: bad"}
     assert result["pairs"] == {"of": 1, "both": 1.0, "one": 1.0}
+    assert (result["pairs_alone"]["count"], result["pairs_alone"]["of"]) == (1, 1)
 
 
 def test_detail_tells_strength_and_effect():
@@ -95,7 +96,15 @@ def test_jump_is_located():
     where = {"record": "cart2.csv", "time": 1.30}
     found = case("j", "listed", ("gap_step",), said("missing", "gap_step", location=place), where=where)
     other = case("k", "listed", ("gap_step",), said("missing", "gap_step", location={"record": "cart1.csv", "time": 1.0}), where=where)
-    assert summary([found, other])["gap_step_located"] == {"of": 2, "record": 1, "time_error_median": pytest.approx(0.01)}
+    assert summary([found, other])["gap_step_located"] == {"of": 2, "record": 1, **dict.fromkeys(("time_error_median", "time_error_most"), pytest.approx(0.01))}
+
+
+def test_time_is_told_by_group():
+    slow = case("s", "pair", ("drag", "friction"), said("unlisted"), seconds=181.0, cpu_seconds=200.0)
+    quick = case("t", "pair", ("drag", "friction"), said("unlisted"), seconds=20.0, cpu_seconds=30.0)
+    result = summary([slow, quick, case("u", "pair", ("drag", "friction"), "ValueError: no")])
+    assert result["time"] == {"pair": {"of": 2, "cpu_median": 115.0, "longest": 181.0, "over_limit": 1}}
+    assert time_table(result).row_count == 1
 
 
 def test_nothing_drawn_is_no_figure():
@@ -241,10 +250,28 @@ def test_resuming_keeps_what_is_done_and_repeats_failures(tmp_path, monkeypatch,
     ran = []
     monkeypatch.setattr(command, "run_trials", fake_run)
     for arguments in (["--null", "2"], ["--null", "3", "--resume"], ["--null", "1", "--resume", "--noise", "2"]):
-        monkeypatch.setattr(sys, "argv", ["concealed", *arguments, "--json", str(tmp_path / "x.json")])
+        monkeypatch.setattr(sys, "argv", ["concealed", *arguments, "--no-baselines", "--json", str(tmp_path / "x.json")])
         command.main()
     assert ran == [["null-0000", "null-0001"], ["null-0001", "null-0002"], ["null-0000"]]
     result = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
     assert result["false_alarm"]["of"] == 1
     assert result["settings"]["noise"] == [2.0]
+    capsys.readouterr()
+
+
+def test_resuming_adds_the_baselines_that_were_left_out(program, tmp_path, monkeypatch, capsys):
+    def in_this_process(what, trial, wanted, lines, *, workers):
+        ran[what] = len(wanted)
+        with lines.open("a", encoding="utf-8") as file:
+            file.writelines(json.dumps(trial(one)) + "\n" for one in wanted)
+
+    ran = {}
+    monkeypatch.setattr(command, "run_trials", in_this_process)
+    for arguments in (["--no-baselines"], ["--resume"], ["--resume"]):
+        monkeypatch.setattr(sys, "argv", ["concealed", "--null", "1", "--json", str(tmp_path / "x.json"), *arguments])
+        command.main()
+        found = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
+        assert set(found["baselines"]) == (set() if arguments == ["--no-baselines"] else {"bic", "sindy"})
+    assert len(program) == 1
+    assert ran == {"cases": 0, "baselines": 0}
     capsys.readouterr()
