@@ -8,12 +8,14 @@ from rich.console import RenderableType
 
 from identification.diagnose import diagnose_experiment
 from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
+from identification.discrepancy.report.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
 from identification.estimate import DERIVED, fit_experiment
 from identification.experiment import load_experiment
+from identification.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
 from identification.nominal import nominal_model
 from identification.reference import check_reference, read_reference
 from identification.report import fit_summary, write_report
-from identification.result_file import FILE_NAME, StoredFit, read_result, write_result
+from identification.result_file import StoredFit, stored_fit, write_result
 from identification.result_json import provenance, write_fit_json
 from identification.simulate import simulate_record
 from vibrojax.errors import InputError, NoConvergenceError
@@ -64,7 +66,7 @@ def run_diagnose(
     budget_minutes: float = 5.0,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
-    """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, report.html and plots into `folder`.
+    """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into `folder`.
 
     Returns the summary for a terminal. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `NoConvergenceError` where the nominal model cannot be fitted.
@@ -76,6 +78,7 @@ def run_diagnose(
     write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
     write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
+    write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
     write_diagnosis_report(diagnosis, folder, provenance=origin)
     return diagnosis_summary(diagnosis)
 
@@ -86,12 +89,15 @@ def _units(model: Model) -> dict[str, str]:
     return units | DERIVED if "f_n" in units else units
 
 
-def run_report(fitted: Path, folder: Path) -> RenderableType:
-    """Write report.html and the plots of an earlier fit into `folder`, from the result.nc in `fitted`; returns the summary for a terminal.
+def run_report(finished: Path, folder: Path) -> RenderableType:
+    """Write report.html and the plots of an earlier fit or diagnosis into `folder`, from the result.nc in `finished`.
 
-    Raises `InputError` where there is no such result.
+    Returns the summary for a terminal. Raises `InputError` where there is no such result.
     """
-    stored = read_result(fitted / FILE_NAME)
+    stored = read_netcdf(finished / FILE_NAME, {FIT: stored_fit, DIAGNOSIS: stored_diagnosis})
+    if isinstance(stored, StoredDiagnosis):
+        write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance)
+        return diagnosis_summary(stored.diagnosis)
     write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance)
     return fit_summary(stored.result, stored.reference)
 

@@ -262,8 +262,13 @@ def _side(side: Side) -> dict[str, Any]:
         }
         for one in side.disagreements
     }
-    unseen = {record.file: record.nrmse for record in side.held_back}
-    return {"chi2_reduced": side.chi2_reduced, "held_out_nrmse": side.held_out_nrmse, "between_records": differ, "held_back": unseen}
+    return {
+        "chi2_reduced": side.chi2_reduced,
+        "held_out_nrmse": side.held_out_nrmse,
+        "between_records": differ,
+        "records": {record.file: {"gap": record.gap, "nrmse": record.nrmse} for record in side.records},
+        "held_back": {record.file: record.nrmse for record in side.held_back},
+    }
 
 
 def _location(location: Location | None) -> dict[str, Any] | None:

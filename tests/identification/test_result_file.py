@@ -10,8 +10,9 @@ import xarray as xr
 from identification.plain_dataclass import from_plain, to_plain
 from identification.reference import read_reference
 from identification.report import write_report
-from identification.result_file import SERIES, StoredFit, read_result, write_result
+from identification.result_file import StoredFit, read_result, write_result
 from identification.run import run_report
+from identification.stored_records import SERIES
 from tests.identification.made_result import made_result, with_unknown
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
@@ -76,12 +77,12 @@ def test_other_programs_read_the_series(stored):
 
 
 def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
-    with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc that a fit writes"):
+    with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc of a fit or a diagnosis"):
         run_report(tmp_path, tmp_path)
     whole = (stored[1] / "result.nc").read_bytes()
     for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 1,', b'"schema": 9,', 1)):
         (tmp_path / "result.nc").write_bytes(content)
-        with pytest.raises(InputError, match=r"cannot be read as a result of a fit|is of schema 9: expected 1") as caught:
+        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 1") as caught:
             read_result(tmp_path / "result.nc")
         assert "\n" not in str(caught.value)
 

@@ -43,7 +43,7 @@ def diagnose(
 ) -> None:
     """Find out what the impact model leaves out of recorded experiments.
 
-    Writes diagnosis.json, nominal.json, model.json, report.html and plots into the results folder, all of them or none.
+    Writes diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into the results folder, all of them or none.
     Exit status: 0 done, whatever the verdict; 2 bad input; 3 no convergence.
     """
     check_source(experiment, recipe, data)

@@ -138,6 +138,9 @@ def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
     assert read_back["location"]["interval"] == [None, 1.0]
     assert read_back["nominal"]["held_out_nrmse"] is None
     assert read_back["effects"][0]["parameters"]["friction_force"]["value"] == FRICTION
+    assert {file: found["gap"] for file, found in read_back["augmented"]["records"].items()} == {
+        r.file: r.gap for r in odd.augmented.records
+    }
     assert read_back["provenance"]["versions"]["jax"]
     assert "mostly below 1.00 m/s" in read(write_diagnosis_report(odd, tmp_path)[0]).text
 
