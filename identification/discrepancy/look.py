@@ -12,7 +12,7 @@ from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate, projector, score
 from identification.discrepancy.signature import Course, courses
 from identification.fit import free_unknowns, integrator_for
-from vibrojax.effects import EFFECTS, AbstractEffect
+from vibrojax.effects import EFFECTS, AbstractEffect, Facts
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -20,6 +20,7 @@ class Scored:
     """What a look at all candidates showed."""
 
     fitted: Fitted
+    known: Facts
     at: Linearised
     courses: tuple[Course, ...]
     found: list[Candidate]
@@ -37,7 +38,7 @@ def look(fitted: Fitted, allowed: Tolerance, *, without: tuple[str, ...] = ()) -
     candidates = [one for kind in kinds for one in blank(kind).probes(known)]
     found = score(prepared, by, along, candidates, known.mass)
     give_back()
-    return Scored(fitted=fitted, at=at, courses=along, found=found, significant=significant(found))
+    return Scored(fitted=fitted, known=known, at=at, courses=along, found=found, significant=significant(found))
 
 
 def blank(kind: type[AbstractEffect]) -> AbstractEffect:

@@ -8,7 +8,7 @@ import numpy as np
 from identification.block_arrow import Equations
 from identification.discrepancy.refit import Fitted, windows_of
 from identification.fit import bounds, evaluator, free_unknowns, integrator_for
-from identification.layout import Estimate
+from identification.layout import NUISANCES, Estimate
 from identification.levenberg_marquardt import LevenbergMarquardt, settle
 from identification.prepare import Prepared, prepare
 from identification.start.contact import contact_start
@@ -134,12 +134,12 @@ def _starts(short: Prepared) -> list[Estimate]:
         return starts
     names = tuple(p.name for p in short.model.law.parameters if p.name not in short.fixed)
     for load_cell in (True, False):
-        values, errors = contact_start(
+        loops = contact_start(
             short.model, list(short.experiment.records), list(short.motions), names, load_cell=load_cell, each_contact=True
         )
-        if values:
-            shared = layout.internal(layout.physical(short.start.shared) | values)
+        if loops is not None:
+            shared = layout.internal(layout.physical(short.start.shared) | loops.values)
             nuisances = short.start.nuisances.copy()
-            nuisances[:, 2] = errors
+            nuisances[:, NUISANCES.index("gap_error")] = loops.errors
             starts.append(dataclasses.replace(short.start, shared=shared, nuisances=nuisances))
     return starts

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.discrepancy.continuity import states_margin, whole_cost
+from identification.discrepancy.from_loops import from_loops
 from identification.discrepancy.look import Scored
 from identification.discrepancy.memory import give_back
 from identification.discrepancy.refit import Fitted, extended, windows_of
@@ -121,27 +122,41 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     """The short list, fitted in short to the chosen windows; best first."""
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     short = [_startable(one) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
-    noise, rivals = thin.allowed.noise, []
+    rivals: list[Rival] = []
+
+    def explained() -> bool:
+        return any(rival.cost < _NOISE * thin.allowed.noise for rival in rivals)
+
     for candidate in [*with_other_starts(short, scored), *beyond_scores(scored, short)]:
-        lowest = min((rival.cost for rival in rivals), default=np.inf)
-        prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
-        if candidate.gain < _CLOSE * best and (lowest < _NOISE * noise or takes_long(prepared, scored.fitted)):
+        prepared = extended(scored.fitted, candidate, scored.courses)
+        if candidate.gain < _CLOSE * best and (explained() or takes_long(prepared, scored.fitted)):
             continue
-        progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
-        try:
-            limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
-            newest = "" if candidate.members[0].is_stop else candidate.name
-            fitted = fit_tolerantly(prepared, thin.allowed, newest=newest, give_up_above=limit, in_short=True)
-        except NoConvergenceError:
-            continue
-        finally:
-            give_back()
-        if fitted is not None:
-            rivals.append(rival_of(candidate, fitted, thin.allowed))
+        newest = "" if candidate.members[0].is_stop else candidate.name
+        rivals += _heat(thin, scored, candidate, prepared, rivals, progress, newest=newest)
+    if not explained() and _resist(scored):
+        for candidate, prepared in from_loops(scored):
+            rivals += _heat(thin, scored, candidate, prepared, rivals, progress)
     leading: dict[str, Rival] = {}
     for rival in _ranked(rivals, thin.allowed):
         leading.setdefault(f"{rival.name} {rival.candidate.members[0].channel or ''}", rival)
     return list(leading.values())
+
+
+def _heat(
+    thin: _Thinned, scored: Scored, candidate: Candidate, prepared: Prepared, before: list[Rival], progress: Progress, *, newest: str = ""
+) -> list[Rival]:
+    """One candidate, fitted in short; empty where it cannot be integrated or is given up beside those `before` it."""
+    progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
+    lowest = min((rival.cost for rival in before), default=np.inf)
+    limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
+    try:
+        windows = windows_of(prepared, thin.chosen)
+        fitted = fit_tolerantly(windows, thin.allowed, newest=newest, give_up_above=limit, in_short=True)
+    except NoConvergenceError:
+        return []
+    finally:
+        give_back()
+    return [] if fitted is None else [rival_of(candidate, fitted, thin.allowed)]
 
 
 def takes_long(prepared: Prepared, beside: Fitted) -> bool:
@@ -178,12 +193,18 @@ def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
 
 def beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
     """Stops that the nominal motion passes through: no derivative tells what they would do, so they are tried where windows resist."""
-    resisting = float(np.mean(scored.fitted.outcome.equations.cost > 2.0 * np.median(scored.fitted.outcome.equations.cost) + 100.0))
-    if resisting < 0.02 or scored.fitted.prepared.experiment.only_decays:
+    if not _resist(scored):
         return []
     listed = {candidate.name for candidate in short}
     stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed]
     return [_startable(one) for one in stops[:_STOPS]]
+
+
+def _resist(scored: Scored) -> bool:
+    """Whether some windows are fitted far worse than most, as where impacts are."""
+    cost = scored.fitted.outcome.equations.cost
+    resisting = float(np.mean(cost > 2.0 * np.median(cost) + 100.0))
+    return resisting >= 0.02 and not scored.fitted.prepared.experiment.only_decays
 
 
 def _startable(candidate: Candidate) -> Candidate:

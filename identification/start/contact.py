@@ -1,5 +1,6 @@
 """Contact parameters read off the force-indentation loops, before any integration."""
 
+import dataclasses
 from typing import Any, cast
 
 import jax
@@ -10,6 +11,7 @@ from scipy.optimize import least_squares
 from identification.experiment import Record
 from identification.kinematics import Kinematics
 from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
 _MOST_SAMPLES = 1500
@@ -17,6 +19,20 @@ _MOST_CONTACTS = 1_000_000
 _CONTACTS = 30
 """Contacts that are looked at one by one."""
 _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
+_DEEP, _DEEP_BESIDE = 0.3, 0.6
+"""Of the largest indentation, from where a sample tells the stiffness; up to where it does so beside an effect that changes the law."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Loops:
+    """What the force-indentation loops tell."""
+
+    values: dict[str, float]
+    """Parameters by name, SI."""
+    errors: np.ndarray
+    """(records,) setting error of the gap, m."""
+    cost: float
+    """Half the mean squared error in fiftieths of the largest force, less where a sample is off by much."""
 
 
 def contact_start(
@@ -27,42 +43,51 @@ def contact_start(
     *,
     load_cell: bool,
     each_contact: bool = False,
-) -> tuple[dict[str, float], np.ndarray]:
-    """Parameters of the contact law, and each record's gap setting error, m, that best explain force against indentation.
+    probes: tuple[AbstractEffect, ...] = (),
+) -> Loops | None:
+    """Parameters of the contact law, and each record's gap setting error, that best explain force against indentation.
 
     Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so this is quick and has no
-    trouble with many impacts; smoothing the record biases it by a few per cent, which the fit removes. Empty where there is no contact,
+    trouble with many impacts; smoothing the record biases it by a few per cent, which the fit removes. None where there is no contact,
     no load cell to read, or a rigid stop, which has no force.
 
     Arguments:
-        model: with the suspension's first guess in place.
+        model: with the suspension's first guess in place; its effects do not matter.
         records: of the experiment.
         motions: smoothed motion of each, None where there is none.
         names: the law's parameters that are to be estimated.
         load_cell: take F from the load cell; otherwise from the hammer's inertia, less the force of the suspension.
         each_contact: give every contact a gap of its own, for a gap that does not hold still; a record's error is then the median.
+        probes: of an effect that changes the law, whose parameters are estimated as well, from each of these.
     """
-    errors = np.zeros(len(records))
     samples = _samples(model, records, motions, load_cell)
     if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
-        return {}, errors
-    specs = {p.name: p for p in model.law.parameters}
+        return None
     if each_contact:
         samples = _some_contacts(samples)
-    owner = samples["contact" if each_contact else "record"]
-    owners, slot = np.unique(owner, return_inverse=True)
-    scale = 0.02 * np.max(samples["force"])
-    jacobian: Any
-    residual, jacobian = _residual(model, names, samples, slot, scale)
-    starts = [_guess(model, specs, names, samples, exponent) for exponent in (_EXPONENTS if "n" in names else (None,))]
+    owners, slot = np.unique(samples["contact" if each_contact else "record"], return_inverse=True)
     still = np.zeros(len(owners))
-    fits = [least_squares(residual, np.concatenate([start, still]), jac=jacobian, loss="soft_l1", max_nfev=60) for start in starts]
-    best = min(fits, key=lambda fit: fit.cost)
-    values = {name: _bounded(specs[name], best.x[i]) for i, name in enumerate(names)}
-    shifts = best.x[len(names) :][slot] * 1e-4
+    fits = []
+    for effects in [(probe,) for probe in probes] or [()]:
+        changed = dataclasses.replace(model, effects=effects)
+        specs = {p.name: p for p in changed.parameters}
+        wanted = (*names, *(p.name for p in changed.parameters if "." in p.name))
+        residual, jacobian = _residual(changed, wanted, samples, slot)
+        for exponent in _EXPONENTS if "n" in names else (None,):
+            start = np.concatenate([_guess(changed, specs, wanted, samples, exponent), still])
+            fit: Any = least_squares(residual, start, jac=cast(Any, jacobian), loss="soft_l1", max_nfev=60)
+            fits.append(
+                (
+                    float(fit.cost) / len(samples["force"]),
+                    {name: _bounded(specs[name], fit.x[i]) for i, name in enumerate(wanted)},
+                    fit.x[len(wanted) :],
+                )
+            )
+    cost, values, shifts = min(fits, key=lambda fit: fit[0])
+    errors = np.zeros(len(records))
     for record in np.unique(samples["record"]):
-        errors[record] = np.median(shifts[samples["record"] == record])
-    return values, errors
+        errors[record] = np.median(1e-4 * shifts[slot][samples["record"] == record])
+    return Loops(values=values, errors=errors, cost=cost)
 
 
 def _bounded(spec, internal: float) -> float:
@@ -71,29 +96,32 @@ def _bounded(spec, internal: float) -> float:
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.ndarray:
-    """Start of the regression: the listed orders of magnitude, with the stiffness that gives the median force."""
-    values = {name: specs[name].start for name in names}
+    """Start of the regression: the listed orders of magnitude, with the stiffness that gives the median force; effects as they are."""
+    values = {name: float(model.values()[name]) if "." in name else specs[name].start for name in names}
     if exponent is not None:
         values["n"] = exponent
     if "k_i" in values:
         n = values.get("n", model.values().get("n", 1.0))
-        deep = samples["indentation"] > 0.3 * samples["indentation"].max()
+        depth = samples["indentation"] / samples["indentation"].max()
+        deep = (depth > _DEEP) & (depth < (_DEEP_BESIDE if model.effects else np.inf))
         stiffness = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
         values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # a wrong unit or sign makes it negative
     return np.array([specs[name].to_internal(values[name]) for name in names])
 
 
-def _residual(model: Model, names, samples, slot, scale):
+def _residual(model: Model, names, samples, slot):
     """Function of (internal parameters, gap errors in 0.1 mm) that SciPy minimises, and its derivative, compiled once."""
-    specs = [next(p for p in model.law.parameters if p.name == name) for name in names]
+    specs = {p.name: p for p in model.parameters}
     data = {key: jnp.asarray(value) for key, value in samples.items()}
-    slot = jnp.asarray(slot)
+    slot, scale = jnp.asarray(slot), 0.02 * np.max(samples["force"])
 
     def misfit(x):
-        values = {p.name: jnp.exp(x[i]) if p.logarithmic else x[i] for i, p in enumerate(specs)}
-        delta = data["indentation"] - 1e-4 * x[len(names) :][slot]
-        law = cast(AbstractCompliantLaw, model.replace(values).law)
-        return (law.force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"]) - data["force"]) / scale
+        changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
+        delta, law = data["indentation"] - 1e-4 * x[len(names) :][slot], changed.law
+        for effect in changed.effects:
+            law, _ = effect.stop(law, 0.0)
+        force = cast(AbstractCompliantLaw, law).force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
+        return (force - data["force"]) / scale
 
     compiled, derivative = jax.jit(misfit), jax.jit(jax.jacfwd(misfit))
     return lambda x: np.asarray(compiled(x)), lambda x: np.asarray(derivative(x))

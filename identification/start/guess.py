@@ -28,5 +28,5 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     model = model.replace(values)
     free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
     found = {origin: contact_start(model, records, motions, free, load_cell=origin == "load cell") for origin in ("load cell", "inertia")}
-    guesses = {origin: (values | contact, gap_errors) for origin, (contact, gap_errors) in found.items() if contact}
+    guesses = {origin: (values | loops.values, loops.errors) for origin, loops in found.items() if loops is not None}
     return guesses or {"usual values": (values, np.zeros(len(records)))}

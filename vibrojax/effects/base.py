@@ -193,6 +193,11 @@ class AbstractEffect(eqx.Module):
         return False
 
     @property
+    def in_loops(self) -> bool:
+        """Whether the loops of force against indentation show it so well that a fit should also begin from what they tell."""
+        return False
+
+    @property
     def place(self) -> str:
         """Name of the parameter that says where it begins, if to know that is to know the effect, however strong it is; else empty.
 

@@ -114,6 +114,11 @@ class DeepStop(AbstractEffect):
         return 2
 
     @property
+    def in_loops(self) -> bool:
+        """They bend where it begins; a nominal law that has bent with them is far from the one in front."""
+        return True
+
+    @property
     def place(self) -> str:
         """Its depth."""
         return "depth"

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.block_arrow import Equations
+from identification.discrepancy.facts import facts
 from identification.discrepancy.look import Scored, blank
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.score import Candidate
@@ -40,7 +41,10 @@ def round_of(motion, noise: np.ndarray, costs: dict[str, float]) -> Round:
     """One step of the search in which these effects were fitted, with these costs."""
     candidates = {name: Candidate(members=(blank(EFFECTS[name]),), factors=np.ones(1), gain=100.0, degrees=1) for name in costs}
     before = fitted(motion, noise)
-    scored = Scored(fitted=before, at=motion.at, courses=motion.courses, found=list(candidates.values()), significant=candidates)
+    known = facts(motion.prepared, motion.at, motion.estimate)
+    scored = Scored(
+        fitted=before, known=known, at=motion.at, courses=motion.courses, found=list(candidates.values()), significant=candidates
+    )
     rivals = tuple(Rival(candidate=candidates[name], fitted=before, cost=cost) for name, cost in costs.items())
     return Round(scored=scored, cost=1e4, rivals=rivals)
 

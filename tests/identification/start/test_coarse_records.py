@@ -54,6 +54,4 @@ def test_a_rigid_stop_has_no_force_to_read():
     record = long_contact()
     motion = kinematics(record, mass=0.15, base_acceleration=np.zeros(100))
     model = Model(mass=0.15, suspension=Free(), law=Newton(restitution=0.5))
-    values, errors = contact_start(model, [record], [motion], ("e",), load_cell=False)
-    assert values == {}
-    assert errors.tolist() == [0.0]
+    assert contact_start(model, [record], [motion], ("e",), load_cell=False) is None
