@@ -103,7 +103,9 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
     if "k_i" in values:
         n = values.get("n", model.values().get("n", 1.0))
         depth = samples["indentation"] / samples["indentation"].max()
-        deep = (depth > _DEEP) & (depth < (_DEEP_BESIDE if model.effects else np.inf))
+        deep = depth > _DEEP
+        if model.effects and (deep & (depth < _DEEP_BESIDE)).any():
+            deep &= depth < _DEEP_BESIDE
         stiffness = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
         values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # a wrong unit or sign makes it negative
     return np.array([specs[name].to_internal(values[name]) for name in names])

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from identification.discrepancy.diagnosis import Asserted, Considered, Diagnosis, Disagreement, Location, Number, Profile, Side
+from identification.discrepancy.diagnosis import Asserted, Diagnosis, Disagreement, Location, Number, Profile, Side
 from identification.netcdf_file import DIAGNOSIS, Series, floats, variable, write_netcdf
 from identification.plain_dataclass import from_plain, to_plain
 from identification.result_json import plain
@@ -60,7 +60,6 @@ def stored_diagnosis(document: dict[str, Any], series: Series) -> StoredDiagnosi
     nominal = _restored_side(document["nominal"], series, _BEFORE)
     augmented = nominal if document["augmented"] is None else _restored_side(document["augmented"], series, _AFTER)
     hints = {field.name: field.type for field in dataclasses.fields(Diagnosis)}
-    hints["considered"] = tuple[Considered, ...]
     diagnosis = Diagnosis(
         experiment=restore_experiment(document["experiment"], (*nominal.records, *nominal.held_back)),
         effects=tuple(_restored_effect(each, augmented.model) for each in document["effects"]),
