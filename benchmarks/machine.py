@@ -3,21 +3,35 @@
 import os
 import platform
 import resource
+import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-_PACKAGES = ("vibrojax", "jax", "jaxlib", "diffrax", "numpy", "scipy", "numba")
+_PACKAGES = (
+    *("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "optax", "numpy", "scipy", "numba"),
+    *("xarray", "zarr", "dask", "pysindy"),
+)
 
 
 def machine() -> dict[str, object]:
-    """Processor, cores, load and versions."""
+    """Revision of the program, processor, cores, load and versions."""
     return {
+        "revision": revision(),
         "processor": _processor(),
         "cores": len(os.sched_getaffinity(0)),
         "load": round(os.getloadavg()[0], 2),
         "system": f"{platform.system()} {platform.machine()}",
         "versions": {"python": platform.python_version()} | {name: _version(name) for name in _PACKAGES},
     }
+
+
+def revision() -> str | None:
+    """Commit of the working tree, with "-dirty" where it has been changed since; None outside a clone."""
+    command = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude", "*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
 
 
 def peak_mb() -> float:

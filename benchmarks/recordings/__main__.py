@@ -1,7 +1,7 @@
 """`python -m benchmarks.recordings --data DIR --out DIR`: diagnose the recordings one after another, and write the page about them.
 
-What an earlier call has finished in `--out` is kept; what failed is tried again. Each diagnosis is the command `vibrojax diagnose
---recipe` in a process of its own.
+What an earlier call has finished in `--out` with the same budget is kept; what failed is tried again. Each diagnosis is the command
+`vibrojax diagnose --recipe` in a process of its own. The page tells of all recipes that have been finished there, whichever are named.
 """
 
 import argparse
@@ -19,10 +19,9 @@ def main() -> None:
     options = parser().parse_args()
     found = []
     for known in KNOWN:
-        if options.names and known.recipe not in options.names:
-            continue
         one = finished(known.recipe, options.out)
-        if one is None and not options.only_page:
+        wanted = not options.only_page and known.recipe in (options.names or known.recipe)
+        if wanted and (one is None or one.budget_minutes != options.budget_minutes):
             one = run(known.recipe, options.data, options.out, budget_minutes=options.budget_minutes)
         if one is not None:
             found.append((known, one))
@@ -39,6 +38,7 @@ def main() -> None:
                 "seconds": one.seconds,
                 "cpu_seconds": one.cpu_seconds,
                 "peak_mb": one.peak_mb,
+                "revision": one.revision,
             }
             for known, one in found
         }
@@ -54,7 +54,10 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--page", type=Path, help="Markdown file whose table and sections are written anew, between its two marks")
     made.add_argument("--json", type=Path, help="file to write the figures to")
     made.add_argument("--only-page", action="store_true", help="run nothing: write of what there is")
-    made.add_argument("names", nargs="*", metavar="NAME", help="recipes; all if none is named")
+    recipes = [known.recipe for known in KNOWN]
+    made.add_argument(
+        "names", nargs="*", metavar="NAME", choices=[[], *recipes], help=f"which to run, of {', '.join(recipes)}; all if none"
+    )
     return made
 
 

@@ -40,7 +40,7 @@ KNOWN = (
     Known(
         recipe="friction_backlash",
         question="A spring and a damper are fitted to the force of a friction damper. What do they leave out?",
-        truth="dry friction of about 9.4 kN (2.1 kip) at any stroke and speed, gone over some 4 mm after a reversal (play in the linkage)",
+        truth="dry friction of some 9 to 12 kN (2.0 to 2.6 kip), which is gone over some 4 mm after a reversal (play in the linkage)",
         expected=(("coulomb_friction", "hysteresis"),),
         cannot="Whether the way from one sliding force to the other is play or elastic: both draw the same loop.",
     ),
@@ -75,7 +75,7 @@ KNOWN = (
     Known(
         recipe="airtrack_collisions",
         question="Hunt-Crossley is fitted to slow and medium collisions with a rubber band. What happens beyond?",
-        truth="restitution falls from 0.86 to 0.26 with speed; the fastest two reach something hard 28 mm behind the band",
+        truth="restitution falls from 0.86 to 0.49 with speed; the fastest two reach something hard 28 mm behind the band",
         expected=(),
         cannot="The hard stop: only held-back collisions reach it.",
     ),
@@ -95,7 +95,7 @@ KNOWN = (
     ),
     Known(
         recipe="airtrack_metal",
-        question="The same riders with metal ends. Does Hunt-Crossley describe them?",
+        question="The same riders with metal ends. Does one coefficient of restitution describe them?",
         truth="nothing but that the impact is over within two samples",
         expected=(),
         cannot="The law of the contact: the cameras take 500 frames a second.",

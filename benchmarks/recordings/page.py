@@ -54,16 +54,19 @@ def numbers(effect: dict) -> str:
 
 
 def section(known: Known, run: Run, pictures: Path) -> str:
-    """Question, what the program printed, a picture, errors before and after, what it cannot tell, and the command."""
+    """Question, what the program printed and warned of, a picture, errors before and after, what it cannot tell, and the command."""
     lines = [f"## {run.recipe}", "", known.question, ""]
     if run.document is None:
         return "\n".join([*lines, f"The command failed: {run.failure}", ""])
     lines += [f"> {' '.join(run.document['sentences'])}", ""]
+    lines += [*(f"- Warned: {warning}." for warning in run.document["warnings"]), *([""] if run.document["warnings"] else [])]
     if told := picture(run, pictures):
         lines += [told, ""]
     lines += [*errors(run), f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""]
     lines += ["```", f"vibrojax {' '.join(arguments(run.recipe, 'FOLDER'))}", "```", ""]
-    return "\n".join([*lines, f"{_whole(run.seconds)} s ({_whole(run.cpu_seconds)} s of a core), at most {_whole(run.peak_mb)} MB.", ""])
+    cost = f"{_whole(run.seconds)} s ({_whole(run.cpu_seconds)} s of a core), at most {_whole(run.peak_mb)} MB"
+    cost += "." if run.revision is None else f", revision {run.revision}."
+    return "\n".join([*lines, cost, ""])
 
 
 def errors(run: Run) -> list[str]:

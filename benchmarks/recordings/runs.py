@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks.machine import machine
+from benchmarks.machine import machine, revision
 from identification.recipes.load import load_recipe
 
 _FIGURES = "run.json"
@@ -26,7 +26,9 @@ class Run:
         failure: its last line then.
         seconds: wall time of the whole command; None, like the other two, where the command was called by hand.
         cpu_seconds: of all its threads.
-        peak_mb: largest memory of the process.
+        peak_mb: largest memory of the process, 10^6 bytes.
+        budget_minutes: that it was allowed.
+        revision: of the program.
     """
 
     recipe: str
@@ -36,6 +38,8 @@ class Run:
     seconds: float | None
     cpu_seconds: float | None
     peak_mb: float | None
+    budget_minutes: float | None = None
+    revision: str | None = None
 
 
 def finished(recipe: str, out: Path) -> Run | None:
@@ -45,7 +49,7 @@ def finished(recipe: str, out: Path) -> Run | None:
         return None
     figures = json.loads((folder / _FIGURES).read_text(encoding="utf-8"))
     document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-    figures = {name: figures.get(name) for name in ("seconds", "cpu_seconds", "peak_mb")}
+    figures = {name: figures.get(name) for name in ("seconds", "cpu_seconds", "peak_mb", "budget_minutes", "revision")}
     return Run(recipe=recipe, folder=folder, document=document, failure="", **figures)
 
 
@@ -62,12 +66,14 @@ def run(recipe: str, data: Path, out: Path, *, budget_minutes: float) -> Run:
     figures = {
         "seconds": time.monotonic() - before,
         "cpu_seconds": used.ru_utime + used.ru_stime,
-        "peak_mb": used.ru_maxrss / 1024.0,
+        "peak_mb": used.ru_maxrss * 1024.0 / 1e6,
+        "budget_minutes": budget_minutes,
+        "revision": revision(),
     }
     if process.returncode:
         last = log.read_text(encoding="utf-8", errors="replace").strip().rsplit("\n", 1)[-1]
         return Run(recipe=recipe, folder=folder, document=None, failure=last, **figures)
-    document = figures | {"budget_minutes": budget_minutes, "machine": machine()}
+    document = figures | {"machine": machine()}
     (folder / _FIGURES).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     found = finished(recipe, out)
     assert found is not None

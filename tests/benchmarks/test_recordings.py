@@ -13,6 +13,7 @@ from vibrojax.effects import EFFECTS
 DOCUMENT = {
     "verdict": "missing",
     "sentences": ["Dry friction explains 80 % of it.", "The error falls."],
+    "warnings": ["the last fit stopped early"],
     "effects": [{"name": "coulomb_friction", "parameters": {"friction_force": {"value": 9400.0, "stderr": 120.0, "unit": "N"}}}],
     "nominal": {"held_out_nrmse": 0.64, "held_back": {"later.npz": {"reaction_force": 0.64}}},
     "augmented": {"held_out_nrmse": 0.21, "held_back": {"later.npz": {"reaction_force": None}}},
@@ -21,7 +22,17 @@ FRICTION = next(known for known in KNOWN if known.recipe == "friction_backlash")
 
 
 def made(folder, document=DOCUMENT, failure=""):
-    return Run(recipe="friction_backlash", folder=folder, document=document, failure=failure, seconds=61.2, cpu_seconds=40.0, peak_mb=903.4)
+    return Run(
+        recipe="friction_backlash",
+        folder=folder,
+        document=document,
+        failure=failure,
+        seconds=61.2,
+        cpu_seconds=40.0,
+        peak_mb=903.4,
+        budget_minutes=5.0,
+        revision="abc1234",
+    )
 
 
 def test_what_is_known_is_of_recipes_and_effects_that_there_are():
@@ -65,7 +76,8 @@ def test_the_page_is_written_between_its_marks_and_again(tmp_path):
     assert "> Dry friction explains 80 % of it. The error falls." in text
     assert "| later.npz | reaction force | 0.64 | – |" in text
     assert "vibrojax diagnose --recipe friction_backlash --data FOLDER/friction_backlash" in text
-    assert "61 s (40 s of a core), at most 903 MB." in text
+    assert "- Warned: the last fit stopped early." in text
+    assert "61 s (40 s of a core), at most 903 MB, revision abc1234." in text
     assert (page.parent / "images" / "recordings" / "friction_backlash.png").read_bytes() == b"a picture"
     page.write_text("no marks")
     with pytest.raises(SystemExit, match="lacks the lines"):
@@ -96,3 +108,22 @@ def test_the_command_goes_on_where_it_stopped(tmp_path, monkeypatch, capsys):
     rows = json.loads((tmp_path / "x.json").read_text())["recordings"]
     assert rows["friction_backlash"]["agrees"] == "yes" and rows["silverbox"]["failure"] == "x"
     assert capsys.readouterr().out.count("\n") == 2
+
+
+def test_the_page_keeps_what_is_not_named_and_another_budget_is_another_run(tmp_path, monkeypatch, capsys):
+    ran = []
+    monkeypatch.setattr(command, "finished", lambda recipe, out: made(tmp_path))
+    monkeypatch.setattr(command, "run", lambda recipe, *a, **k: ran.append(recipe) or made(tmp_path))
+    page = tmp_path / "page.md"
+    page.write_text(f"{BEGIN}\n{END}\n")
+    arguments = ["recordings", "--data", "d", "--out", "o", "--page", str(page)]
+    for more, expected in ((["silverbox"], []), (["silverbox", "--budget-minutes", "9"], ["silverbox"]), (["--only-page"], [])):
+        ran.clear()
+        monkeypatch.setattr("sys.argv", [*arguments, *more])
+        command.main()
+        assert ran == expected
+        assert page.read_text().count("## friction_backlash") == len(KNOWN)
+    monkeypatch.setattr("sys.argv", [*arguments, "cyberdiver_damped"])
+    with pytest.raises(SystemExit):
+        command.main()
+    assert "invalid choice: 'cyberdiver_damped'" in capsys.readouterr().err
