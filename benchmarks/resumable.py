@@ -15,6 +15,8 @@ from vibrojax.cli.environment import prepare_jax
 def lines_beside(json_file: Path, *, resume: bool) -> Path:
     """The file of the trials, beside that of the figures; what an earlier run left there goes unless it is to be resumed."""
     lines = json_file.with_suffix(".jsonl")
+    if lines == json_file:
+        raise SystemExit(f"{json_file} is the name that the trials take: expected another suffix for the figures, such as .json")
     if not resume:
         lines.unlink(missing_ok=True)
     return lines

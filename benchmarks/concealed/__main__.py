@@ -1,7 +1,7 @@
 """`python -m benchmarks.concealed --null N --per-effect K --json FILE`: conceal effects in simulated experiments and count what is found.
 
 Each case is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept,
-except for failures and for cases drawn with other settings. Baselines that they lack are added, without diagnosing anew.
+except for failures and for cases drawn with other settings or budget. Baselines that they lack are added, without diagnosing anew.
 """
 
 import argparse
@@ -20,6 +20,9 @@ from benchmarks.resumable import finished, lines_beside, run_trials
 from benchmarks.simulator import EFFECTS
 from benchmarks.simulator.case import WITHOUT
 
+_BUDGET = 5.0
+"""Minutes; of cases that an earlier version has written, too."""
+
 
 def main() -> None:
     """Command line."""
@@ -29,10 +32,10 @@ def main() -> None:
     wanted = jobs(draw)
     done = finished(lines, "key")
     each = functools.partial(trial, budget_minutes=options.budget_minutes, baselines=not options.no_baselines)
-    run_trials("cases", each, [job for job in wanted if not is_done(job, done)], lines, workers=options.workers)
+    run_trials("cases", each, [job for job in wanted if not is_done(job, done, options.budget_minutes)], lines, workers=options.workers)
     trials = finished(lines, "key")
     if not options.no_baselines:
-        lacking = [(job, trials[job.key]) for job in wanted if "baselines" not in trials[job.key]]
+        lacking = [(job, trials[job.key]) for job in wanted if not is_compared(trials[job.key])]
         run_trials("baselines", compared, lacking, lines, workers=options.workers)
         trials = finished(lines, "key")
     result = summary([trials[job.key] for job in wanted])
@@ -66,7 +69,7 @@ def parser() -> argparse.ArgumentParser:
         "--series", choices=list(SERIES), default="calibration", help="thresholds are set on the first, figures come from the second"
     )
     made.add_argument("--seed", type=int, default=0, help="of the series")
-    made.add_argument("--budget-minutes", type=float, default=5.0, help="of one diagnosis")
+    made.add_argument("--budget-minutes", type=float, default=_BUDGET, help="of one diagnosis")
     made.add_argument("--no-baselines", action="store_true", help="leave out the simpler methods")
     made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
     made.add_argument("--workers", type=int, default=1, metavar="W", help="processes")
@@ -94,10 +97,17 @@ def drawn(options: argparse.Namespace) -> Draw:
     )
 
 
-def is_done(job: Job, done: dict[str, dict]) -> bool:
+def is_done(job: Job, done: dict[str, dict], budget_minutes: float) -> bool:
     """Whether an earlier run has finished this very case; what failed is tried again."""
     found = done.get(job.key)
-    return found is not None and "failure" not in found and found["job"] == json.loads(json.dumps(job.settings))
+    if found is None or "failure" in found or found["job"] != json.loads(json.dumps(job.settings)):
+        return False
+    return found.get("budget_minutes", _BUDGET) == budget_minutes
+
+
+def is_compared(trial: dict) -> bool:
+    """Whether all baselines have answered."""
+    return "baselines" in trial and not any("failure" in answer for answer in trial["baselines"].values())
 
 
 if __name__ == "__main__":

@@ -28,8 +28,18 @@ def summary(trials: Sequence[Mapping]) -> dict:
         "time": time(trials),
         "baselines": {name: verdicts([t for t in trials if name in t.get("baselines", {})], name) for name in methods},
         "cases": len(trials),
-        "failures": {trial["key"]: trial["failure"] for trial in trials if "failure" in trial},
+        "revisions": sorted({trial["revision"] for trial in trials if trial.get("revision")}),
+        "failures": failures(trials),
     }
+
+
+def failures(trials: Sequence[Mapping]) -> dict[str, str]:
+    """What went wrong, by case, or by case and baseline."""
+    found = {trial["key"]: trial["failure"] for trial in trials if "failure" in trial}
+    for trial in trials:
+        answers = trial.get("baselines", {})
+        found |= {f"{trial['key']}, {name}": answer["failure"] for name, answer in answers.items() if "failure" in answer}
+    return found
 
 
 def verdicts(trials: Sequence[Mapping], method: str) -> dict:
@@ -111,7 +121,7 @@ def time(trials: Sequence[Mapping]) -> dict[str, dict]:
     """Seconds of a diagnosis by group: of the processor, the median; of the wall clock, the longest and how many exceed the limit."""
     groups: dict[str, list[Mapping]] = {}
     for trial in trials:
-        if "diagnosis" in trial:
+        if "diagnosis" in trial and "cpu_seconds" in trial:
             groups.setdefault(trial["group"], []).append(trial)
     return {
         group: {

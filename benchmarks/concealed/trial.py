@@ -9,6 +9,7 @@ from pathlib import Path
 import psutil
 
 from benchmarks.concealed.jobs import Job
+from benchmarks.machine import revision
 from benchmarks.simulator import Case, draw_case, write_case
 from benchmarks.simulator.case import truth
 
@@ -24,9 +25,11 @@ def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> d
         known = truth(written(job, folder))
         found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven", "coloured", "restless")}
         found = {"key": job.key, "group": job.group, "job": job.settings} | found
+        found |= {"revision": revision(), "budget_minutes": budget_minutes}
         before, of_cores = time.perf_counter(), time.process_time()
-        found |= _kept("diagnosis", lambda: diagnosed(folder, budget_minutes=budget_minutes))
+        said = _kept("diagnosis", lambda: diagnosed(folder, budget_minutes=budget_minutes))
         found |= {"seconds": time.perf_counter() - before, "cpu_seconds": time.process_time() - of_cores}
+        found |= _kept("diagnosis", lambda: scored(said["diagnosis"], folder)) if "diagnosis" in said else said
         if baselines:
             found |= {"baselines": _baselines(folder)}
     return found
@@ -54,21 +57,24 @@ def written(job: Job, folder: Path) -> Case:
     raise ArithmeticError(f"the hammer ran away in {_ATTEMPTS} drawings of {job.key}: choose weaker effects")
 
 
-def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:
-    """The program's verdict on an experiment, and how well its two models predict the sealed records beside it.
-
-    This is the only place that calls the program. What is read is the document that `vibrojax diagnose` writes.
-    """
+def diagnosed(folder: Path, *, budget_minutes: float = 5.0):
+    """The program's diagnosis of an experiment. This is the only place that calls the program."""
     import jax
 
-    from benchmarks.concealed.prediction import sealed_errors
     from identification.experiment import load_experiment
 
     if psutil.Process().memory_info().rss > _MEMORY:
         jax.clear_caches()  # compiled programs of case after case would fill the memory; they come back from disk
     diagnose = import_module("identification.diagnose")
-    result = diagnose.diagnose_experiment(load_experiment(folder), budget_minutes=budget_minutes)
-    document = result.document()
+    return diagnose.diagnose_experiment(load_experiment(folder), budget_minutes=budget_minutes)
+
+
+def scored(diagnosis, folder: Path) -> dict:
+    """The verdict, as the document that `vibrojax diagnose` writes has it, and how well both models predict the sealed records."""
+    from benchmarks.concealed.prediction import sealed_errors
+    from identification.experiment import load_experiment
+
+    document = diagnosis.document()
     sealed = load_experiment(folder.with_name(f"{folder.name}.sealed"))
     return {
         "verdict": document["verdict"],
@@ -81,8 +87,8 @@ def diagnosed(folder: Path, *, budget_minutes: float = 5.0) -> dict:
         "chi2_augmented": document["augmented"]["chi2_reduced"],
         "held_out_nominal": document["nominal"]["held_out_nrmse"],
         "held_out_augmented": document["augmented"]["held_out_nrmse"],
-        "sealed_nominal": sealed_errors(result.nominal_model, sealed),
-        "sealed_augmented": sealed_errors(result.model, sealed),
+        "sealed_nominal": sealed_errors(diagnosis.nominal_model, sealed),
+        "sealed_augmented": sealed_errors(diagnosis.model, sealed),
     }
 
 

@@ -10,7 +10,11 @@ ORDER = ("k_i", "n", "lambda_i", "zeta", "f_n", "gap_error", "base_amplitude", "
 
 
 def summary(trials: Sequence[dict]) -> dict:
-    """Coverage with its exact 95 % binomial interval, mean and standard deviation of z, by parameter; and the failures."""
+    """Coverage with its 95 % binomial interval, mean and standard deviation of z, by parameter; and the failures.
+
+    What every record has of its own (gap errors, base amplitudes) counts once a record: records of one fit are not independent, and that
+    interval is narrower than it should be.
+    """
     fitted = [t for t in trials if "rows" in t]
     chi2 = [t["chi2_reduced"] for t in fitted]
     seconds = [t["seconds"] for t in trials]

@@ -108,7 +108,7 @@ def _peers(problem, start, ours, console: Console) -> dict:
             "fit_seconds": fit.seconds,
             "cost": fit.cost,
             "jacobians": fit.jacobians,
-            "seconds_per_jacobian": fit.seconds / fit.jacobians,
+            "seconds_per_jacobian": None if fit.jacobians is None else fit.seconds / fit.jacobians,
             "farthest_parameter_in_sigma": farthest,
             "same_end": farthest < EQUAL,
         }
@@ -121,7 +121,7 @@ def _ratios(result: dict, seconds: float, console: Console) -> dict:
     table.add_row("ours", f"{seconds:.2f}", "1", f"{result['ours']['cost']:.2f}", "0", "")
     for peer in result["peers"].values():
         ratio, farthest = f"{peer['fit_seconds'] / seconds:.1f}", f"{peer['farthest_parameter_in_sigma']:.3f}"
-        table.add_row(peer["title"], f"{peer['fit_seconds']:.2f}", ratio, f"{peer['cost']:.2f}", farthest, str(peer["jacobians"]))
+        table.add_row(peer["title"], f"{peer['fit_seconds']:.2f}", ratio, f"{peer['cost']:.2f}", farthest, str(peer["jacobians"] or "–"))
     console.print(table)
     ratios = {name: peer["fit_seconds"] / seconds for name, peer in result["peers"].items()}
     return {"ratio": ratios, "ours": result["ours"] | {"fit_seconds": seconds}}

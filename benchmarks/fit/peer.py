@@ -31,7 +31,8 @@ class PeerFit:
     estimate: Estimate
     cost: float
     seconds: float
-    jacobians: int
+    jacobians: int | None
+    """None where MINPACK does not tell."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -148,5 +149,5 @@ def peer_fit(problem: Problem, start: Estimate, variant: Variant) -> PeerFit:
         estimate=problem.unpack(found.x),
         cost=float(found.cost),
         seconds=time.perf_counter() - before,
-        jacobians=int(found.njev or found.nfev),
+        jacobians=None if found.njev is None else int(found.njev),
     )

@@ -91,6 +91,23 @@ def test_a_baseline_that_failed_named_nothing():
     assert outcome(broken, "bic").claim == "failure"
 
 
+def test_a_baseline_that_failed_is_told_and_asked_again():
+    broken = case("x", "listed", ("drag",), said("missing", "drag")) | {
+        "baselines": {"bic": {"name": []}, "sindy": {"failure": "no pysindy"}}
+    }
+    assert summary([broken])["failures"] == {"x, sindy": "no pysindy"}
+    assert not command.is_compared(broken)
+    assert command.is_compared(broken | {"baselines": {"bic": {"name": []}}})
+
+
+def test_a_case_with_another_budget_is_another_case():
+    (job,) = jobs(Draw(null=1))
+    done = {job.key: {"job": json.loads(json.dumps(job.settings)), "budget_minutes": 5.0}}
+    assert command.is_done(job, done, 5.0)
+    assert not command.is_done(job, done, 2.0)
+    assert not command.is_done(job, {job.key: done[job.key] | {"failure": "x"}}, 5.0)
+
+
 def test_jump_is_located():
     place = {"record": "cart2.csv", "time": 1.31}
     where = {"record": "cart2.csv", "time": 1.30}

@@ -1,5 +1,7 @@
 import json
 
+import pytest
+
 from benchmarks.resumable import finished, lines_beside, run_trials
 
 
@@ -21,3 +23,10 @@ def test_what_an_earlier_run_left_is_kept_only_when_asked_for(tmp_path):
     assert lines_beside(tmp_path / "x.json", resume=True) == lines
     assert list(finished(lines, "index")) == [1]
     assert finished(lines_beside(tmp_path / "x.json", resume=False), "index") == {}
+
+
+def test_figures_do_not_take_the_place_of_the_trials(tmp_path):
+    (tmp_path / "x.jsonl").write_text('{"index": 1}\n', encoding="utf-8")
+    with pytest.raises(SystemExit, match="the name that the trials take"):
+        lines_beside(tmp_path / "x.jsonl", resume=False)
+    assert (tmp_path / "x.jsonl").exists()
