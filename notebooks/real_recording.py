@@ -88,7 +88,9 @@ if experiment:
     figure, axes = plt.subplots(figsize=(6.2, 2.8), layout="constrained")
     axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=ACCENT, lw=1)
     axes.axhline(0.0, color="#606060", lw=0.8)
-    axes.set(xlabel=f"{profile.coordinate} (V)", ylabel="missing force (V)")
+    volts = {"m": "V", "m/s": "V/s"}  # this oscillator's
+    quantity = "missing force (V)" if profile.quantity == "force" else f"residual of {profile.quantity} (σ)"
+    axes.set(xlabel=f"{profile.coordinate} ({volts.get(profile.unit, profile.unit)})", ylabel=quantity)
 
 # %% [markdown]
 # ## On what no fit has seen

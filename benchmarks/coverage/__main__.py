@@ -1,7 +1,7 @@
 """`python -m benchmarks.coverage --experiments 50 --json FILE`: fit experiments of the independent simulator and count.
 
-Each trial is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept, except for
-failures.
+Each trial is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept, except
+for failures.
 """
 
 import argparse

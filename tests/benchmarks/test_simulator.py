@@ -109,8 +109,9 @@ def test_the_same_seed_gives_the_same_record():
 
 def test_embedded_example_is_what_its_command_writes(tmp_path):
     write_example(tmp_path)
-    written, embedded = (np.loadtxt(folder / PLANS[0].file, delimiter=",", skiprows=1) for folder in (tmp_path, FOLDER))
-    np.testing.assert_allclose(written, embedded, rtol=0, atol=2e-3)
+    for plan in PLANS:
+        written, embedded = (np.loadtxt(folder / plan.file, delimiter=",", skiprows=1) for folder in (tmp_path, FOLDER))
+        np.testing.assert_allclose(written, embedded, rtol=0, atol=2e-3)
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1.5e6
     experiment = load_experiment(FOLDER)
     assert [record.notices for record in experiment.records] == [()] * 4
