@@ -11,6 +11,8 @@ _V_SMALL = 3e-3
 """m/s; the sign of the velocity is smoothed over this."""
 _STEPS = (0.3, 0.4, 0.5, 0.6, 0.7)
 """Where in a record the gap may jump, as shares of its length."""
+_DEPTHS = (0.6, 0.8, 0.93)
+"""Where a stop behind the first may begin, as shares of the largest indentation."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,8 +36,8 @@ def regression(balance: Balance) -> Regression:
         return np.concatenate([each / s.sigma[:, None] for each, s in zip(columns, records, strict=True)])
 
     nominal, stop = rows([np.stack([s.u, s.v], axis=1) for s in records]), rows([_stop(s, len(records)) for s in records])
-    farthest = max(float(-s.u.min()) for s in records)
-    parts = [_terms(s, len(records), farthest) for s in records]
+    farthest, deepest = max(float(-s.u.min()) for s in records), max(float(s.delta.max()) for s in records)
+    parts = [_terms(s, len(records), farthest, deepest) for s in records]
     terms = {name: rows([part[name] for part in parts]) for name in parts[0]}
     if balance.stop_is_known:
         nominal = np.concatenate([nominal, stop], axis=1)
@@ -60,7 +62,7 @@ def _stop(s: Samples, records: int) -> np.ndarray:
     return np.stack([*contact, *_per_record([np.sqrt(depth)], s, records)], axis=1)
 
 
-def _terms(s: Samples, records: int, farthest: float) -> dict[str, np.ndarray]:
+def _terms(s: Samples, records: int, farthest: float, deepest: float) -> dict[str, np.ndarray]:
     """Columns of one record, of the effects that act on the hammer."""
     depth, flight = np.maximum(s.delta, 0.0), ~s.contact
     leaving = (s.v < 0.0) & (s.delta < 0.0) & (s.delta > -4e-4)
@@ -77,6 +79,7 @@ def _terms(s: Samples, records: int, farthest: float) -> dict[str, np.ndarray]:
         "gap_step": _per_record([np.sqrt(depth) * (s.t > share * s.t[-1]) for share in _STEPS], s, records),
         "contact_adhesion": [leaving.astype(float)],
         "back_stop": [np.maximum(-s.u - 0.8 * farthest, 0.0) ** 1.5],
+        "deep_stop": [np.maximum(depth - share * max(deepest, 0.0), 0.0) ** 1.5 for share in _DEPTHS],
         "stop_compliance": [np.where(s.contact, s.v, 0.0)],
         "mains_hum": _per_record([f(2.0 * np.pi * line * s.t) * flight for line in (50.0, 60.0) for f in (np.sin, np.cos)], s, records),
         UNLISTED: [s.u**2, s.u * s.v, np.abs(s.u) * s.v, s.t, s.t * s.u],
