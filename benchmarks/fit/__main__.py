@@ -65,7 +65,12 @@ def _compare(options: argparse.Namespace, console: Console) -> dict:
     from vibrojax.data_files import data_path
 
     with console.status("a start for both"):
-        prepared = screened(prepare(load_experiment(options.experiment or data_path("example"))))
+        prepared = prepare(load_experiment(options.experiment or data_path("example")))
+        if len(prepared.groups) != 1 or (prepared.model.law.name, prepared.model.suspension.name) != ("hunt-crossley", "linear"):
+            raise SystemExit(
+                "the peer knows a linear suspension, Hunt and Crossley's law and records of the same channels: choose another one"
+            )
+        prepared = screened(prepared)
     with console.status("our fit"):
         ours = our_fit(prepared, repeats=options.repeats)
         simulation, jacobian = jacobian_cost(prepared, ours.outcome.estimate, repeats=5 * options.repeats)

@@ -24,7 +24,7 @@ def _rates(t, y, omega, p):
 def scipy_lane(method: str, frequency: float, cycles: int, p: np.ndarray, rtol: float) -> np.ndarray:
     """Sections of one lane, (cycles, 2)."""
     strobes = np.arange(1, cycles + 1) / frequency
-    options: Any = dict(rtol=rtol, atol=[1e-3 * rtol, 1e-1 * rtol], max_step=0.05 / frequency, args=(2 * np.pi * frequency, p))
+    options: Any = dict(rtol=rtol, atol=[1e-3 * rtol, 1e-1 * rtol], args=(2 * np.pi * frequency, p))
     found = solve_ivp(_rates, (0.0, strobes[-1]), [0.0, 0.0], method=method, t_eval=strobes, **options)
     if not found.success:
         raise RuntimeError(f"{method} stopped at {frequency} Hz: {found.message}")
