@@ -49,7 +49,7 @@ def contact_start(
 
     Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so this is quick and has no
     trouble with many impacts; smoothing the record biases it by a few per cent, which the fit removes. None where there is no contact,
-    no load cell to read, or a rigid stop, which has no force.
+    no load cell to read, a rigid stop, which has no force, or no start whose force is a number.
 
     Arguments:
         model: with the suspension's first guess in place; its effects do not matter.
@@ -75,19 +75,26 @@ def contact_start(
         residual, jacobian = _residual(changed, wanted, samples, slot)
         for exponent in _EXPONENTS if "n" in names else (None,):
             start = np.concatenate([_guess(changed, specs, wanted, samples, exponent), still])
-            fit: Any = least_squares(residual, start, jac=cast(Any, jacobian), loss="soft_l1", max_nfev=60)
-            fits.append(
-                (
-                    float(fit.cost) / len(samples["force"]),
-                    {name: _bounded(specs[name], fit.x[i]) for i, name in enumerate(wanted)},
-                    fit.x[len(wanted) :],
-                )
-            )
+            fit = _fitted(residual, jacobian, start)
+            if fit is not None:
+                values = {name: _bounded(specs[name], fit.x[i]) for i, name in enumerate(wanted)}
+                fits.append((float(fit.cost) / len(samples["force"]), values, fit.x[len(wanted) :]))
+    if not fits:
+        return None
     cost, values, shifts = min(fits, key=lambda fit: fit[0])
     errors = np.zeros(len(records))
     for record in np.unique(samples["record"]):
         errors[record] = np.median(1e-4 * shifts[slot][samples["record"] == record])
     return Loops(values=values, errors=errors, cost=cost)
+
+
+def _fitted(residual, jacobian, start: np.ndarray) -> Any | None:
+    """One regression; None where the law's force is beyond all numbers at its start or on its way."""
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return least_squares(residual, start, jac=jacobian, loss="soft_l1", max_nfev=60)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
 
 
 def _bounded(spec, internal: float) -> float:

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from identification.experiment import Record
-from identification.kinematics import kinematics
+from identification.kinematics import Kinematics, kinematics
 from identification.start import harmonic_start
 from identification.start.contact import contact_start
 from identification.start.suspension import suspension_start
 from vibrojax.contact import HuntCrossley
+from vibrojax.effects import DeepStop
 from vibrojax.model import Model
 from vibrojax.suspension import Linear
 
@@ -54,8 +55,8 @@ def test_suspension_start_reads_the_mass_of_a_forced_oscillator(missing):
     assert values["f_n"] == pytest.approx(5.0, rel=1e-2)
 
 
-def test_contact_start_reads_the_force_law():
-    """Force-indentation loops of a known law, gap off by 20 um: the law comes back to a few per cent."""
+def loops_of_a_known_law() -> tuple[Record, Kinematics, Model]:
+    """Three impacts, 2e6 delta^1.5 (1 + 0.4 delta'), gap off by 20 um."""
     phase = np.pi * np.arange(-40, 81) / 40
     shape = np.where(phase < 0, phase, np.where(phase > np.pi, np.pi - phase, np.sin(phase)))
     delta = np.concatenate([peak * shape for peak in (2e-4, 3e-4, 5e-4)])
@@ -71,7 +72,13 @@ def test_contact_start_reads_the_force_law():
         noise={"impact_force": 0.05},
     )
     motion = kinematics(record, mass=1.0, base_acceleration=np.zeros_like(time))
-    model = Model(mass=1.0, suspension=Linear(0.01, 3.0), law=HuntCrossley(1e6, 1.5, 0.3))
+    assert motion is not None
+    return record, motion, Model(mass=1.0, suspension=Linear(0.01, 3.0), law=HuntCrossley(1e6, 1.5, 0.3))
+
+
+def test_contact_start_reads_the_force_law():
+    """To a few per cent."""
+    record, motion, model = loops_of_a_known_law()
     found = contact_start(model, [record], [motion], ("k_i", "n", "lambda_i"), load_cell=True)
     assert found is not None
     values, errors = found.values, found.errors
@@ -79,6 +86,15 @@ def test_contact_start_reads_the_force_law():
     assert values["lambda_i"] == pytest.approx(0.4, rel=0.15)
     assert values["k_i"] * 3e-4 ** values["n"] == pytest.approx(2e6 * 3e-4**1.5, rel=0.1)
     assert errors[0] == pytest.approx(2e-5, abs=1e-5)
+
+
+def test_a_start_beyond_all_numbers_is_passed_over():
+    record, motion, model = loops_of_a_known_law()
+    absurd, possible = DeepStop(1e308, 1e-9, 1e30), DeepStop(1e6, 3e-4, 0.3)
+    names = ("k_i", "n", "lambda_i")
+    assert contact_start(model, [record], [motion], names, load_cell=True, probes=(absurd,)) is None
+    found = contact_start(model, [record], [motion], names, load_cell=True, probes=(absurd, possible))
+    assert found is not None and found.values["n"] == pytest.approx(1.5, abs=0.2)
 
 
 def test_contact_start_is_empty_without_a_load_cell():
