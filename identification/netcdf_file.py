@@ -16,6 +16,7 @@ from vibrojax.errors import InputError
 FILE_NAME = "result.nc"
 FIT, DIAGNOSIS = "fit", "diagnosis"
 """What a file holds: the name of its attribute."""
+_COMMANDS = {FIT: "vibrojax fit", DIAGNOSIS: "vibrojax diagnose"}
 _SCHEMA = 1
 
 Series = dict[str, np.ndarray]
@@ -60,7 +61,7 @@ def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series
     Raises:
         InputError: the file is not there, damaged, of another version, or of none of these kinds.
     """
-    again = f"run what wrote it again, vibrojax {' or '.join('fit-parameters' if kind == FIT else 'diagnose' for kind in builders)}"
+    again = f"run {' or '.join(_COMMANDS[kind] for kind in builders)} again"
     if not path.is_file():
         raise InputError(f"{path} does not exist: expected the {FILE_NAME} of a {' or a '.join(builders)}; {again}")
     try:

@@ -73,5 +73,5 @@ def test_other_programs_read_profiles_and_maps(stored):
 
 
 def test_a_diagnosis_is_no_fit(stored):
-    with pytest.raises(InputError, match="is no result of a fit: run what wrote it again, vibrojax fit-parameters"):
+    with pytest.raises(InputError, match="is no result of a fit: run vibrojax fit again"):
         read_result(stored[1] / "result.nc")
