@@ -8,6 +8,7 @@ from identification.discrepancy.look import Scored
 from identification.discrepancy.refit import extended
 from identification.discrepancy.score import Candidate
 from identification.experiment import Record
+from identification.fit import free_unknowns
 from identification.kinematics import Kinematics
 from identification.layout import NUISANCES
 from identification.prepare import Prepared
@@ -42,6 +43,8 @@ class _Seen:
         self._records = [_touched(record, motion) for record, motion in pairs]
         self.shifts = np.array([moved.gap - record.gap for moved, record in zip(self._records, prepared.experiment.records, strict=True)])
         """(records,) from the gap as set to where the stop was touched, m."""
+        self.touched = np.array([motion is not None and bool(motion.touching.any()) for motion in prepared.motions])
+        """(records,) whether that was seen."""
         self._known = self._as_recorded(scored.known)
 
     def shown(self, effect: AbstractEffect) -> Loops | None:
@@ -78,12 +81,13 @@ def _touched(record: Record, motion: Kinematics | None) -> Record:
 
 
 def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: _Seen) -> tuple[Candidate, Prepared]:
-    """The candidate with the numbers of the loops: its own, the law's, and the gaps'."""
+    """The candidate with the numbers of the loops: its own, the law's, and the gaps' where they are estimated."""
     effect = probe.members[0]
     read = dataclasses.replace(effect, **{p.field: loops.values[f"{effect.name}.{p.name}"] for p in effect.parameters})
     candidate = dataclasses.replace(probe, members=(read,), factors=np.ones(1))
     prepared = extended(scored.fitted, candidate, scored.courses)
     shared = prepared.layout.internal(prepared.layout.physical(prepared.start.shared) | loops.values)
-    nuisances = prepared.start.nuisances.copy()
-    nuisances[:, NUISANCES.index("gap_error")] = seen.shifts + loops.errors
+    nuisances, column = prepared.start.nuisances.copy(), NUISANCES.index("gap_error")
+    told = seen.touched & free_unknowns(prepared).nuisances[:, column]
+    nuisances[told, column] = (seen.shifts + loops.errors)[told]
     return candidate, dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=shared, nuisances=nuisances))

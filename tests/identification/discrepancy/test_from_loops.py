@@ -66,6 +66,19 @@ def test_a_bend_in_the_loops_tells_depth_hardness_law_and_gap(with_loops, too_sm
     np.testing.assert_allclose(prepared.start.nuisances[:, NUISANCES.index("gap_error")], too_small, atol=1e-5)
 
 
+def test_a_record_that_shows_no_contact_keeps_its_gap(with_loops):
+    scored = with_loops(lambda deepest: Backed(FRONT, 2e7, 0.6 * deepest, 0.5))
+    prepared, column = scored.fitted.prepared, NUISANCES.index("gap_error")
+    prepared = dataclasses.replace(prepared, motions=(*prepared.motions[:-1], None))
+    estimate = scored.fitted.outcome.estimate
+    nuisances = estimate.nuisances.copy()
+    nuisances[:, column] = 7e-4
+    outcome = dataclasses.replace(scored.fitted.outcome, estimate=dataclasses.replace(estimate, nuisances=nuisances))
+    ((_, begun),) = from_loops(dataclasses.replace(scored, fitted=dataclasses.replace(scored.fitted, prepared=prepared, outcome=outcome)))
+    assert begun.start.nuisances[-1, column] == 7e-4
+    np.testing.assert_allclose(begun.start.nuisances[:-1, column], 0.0, atol=1e-5)
+
+
 def test_loops_that_noise_alone_bends_propose_nothing(with_loops):
     assert from_loops(with_loops(lambda deepest: FRONT)) == []
 
