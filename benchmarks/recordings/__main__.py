@@ -20,7 +20,7 @@ def main() -> None:
     found = []
     for known in KNOWN:
         one = finished(known.recipe, options.out)
-        wanted = not options.only_page and known.recipe in (options.names or known.recipe)
+        wanted = not options.only_page and (not options.names or known.recipe in options.names)
         if wanted and (one is None or one.budget_minutes != options.budget_minutes):
             one = run(known.recipe, options.data, options.out, budget_minutes=options.budget_minutes)
         if one is not None:
