@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,12 +14,13 @@ from identification.residual import predict
 from identification.result import Nuisance, RecordFit
 from identification.windows import Windows
 from vibrojax.channels import EVERY_CHANNEL, UNITS
+from vibrojax.compiling import soon_compiled
 from vibrojax.integrate import SUCCESS, Landing
 
 _UNITS = {"base_amplitude": "m", "base_phase": "rad", "gap_error": "m"}
 
 
-@eqx.filter_jit
+@soon_compiled
 def _predict(model, layout, integrator: Landing, windows: Windows, local):
     return predict(model, layout, integrator, windows, local)
 

@@ -1,5 +1,6 @@
 """What every test runs under: shapes and types checked at each call, double precision, no silent promotion."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -7,6 +8,9 @@ import jaxtyping
 
 # Before either package is imported: a module that is already loaded stays unchecked.
 jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
+
+# Most of a cold run is compiling, which the older emitter of XLA does in half the time. Notebooks and commands that tests start inherit it.
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
 
 import jax  # noqa: E402
 import psutil  # noqa: E402

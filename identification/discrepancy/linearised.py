@@ -4,7 +4,6 @@ import dataclasses
 import os
 from concurrent.futures import ThreadPoolExecutor
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,6 +15,7 @@ from identification.layout import Estimate, Layout
 from identification.prepare import Prepared
 from identification.residual import lane_system, predict
 from identification.windows import FITTED_CHANNELS, Windows
+from vibrojax.compiling import soon_compiled
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
 
@@ -131,7 +131,7 @@ def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
     return values
 
 
-@eqx.filter_jit
+@soon_compiled
 def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> dict[str, Array]:
     """Residual, Jacobian, motion and its derivatives of some windows."""
 

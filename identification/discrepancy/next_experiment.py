@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Iterator
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,6 +17,7 @@ from identification.lanes import Inputs, lane
 from identification.layout import NUISANCES, STATES
 from identification.residual import predict
 from identification.windows import Windows
+from vibrojax.compiling import soon_compiled
 from vibrojax.effects import EFFECTS
 from vibrojax.integrate import Landing
 
@@ -150,7 +150,7 @@ def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
     return (found[:, :, columns] / scale).reshape(len(local), -1)
 
 
-@eqx.filter_jit
+@soon_compiled
 def _predicted(model, layout, integrator: Landing, windows: Windows, local):
     """Compiled `predict`, without the motion; not a number where the integration failed."""
     shown, trajectory = predict(model, layout, integrator, windows, local)

@@ -17,6 +17,7 @@ from identification.discrepancy.response import Perturbation
 from identification.layout import Estimate
 from identification.prepare import Prepared
 from vibrojax.channels import EVERY_CHANNEL, channels
+from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
@@ -112,12 +113,12 @@ def _substeps(effect: AbstractEffect, course: Course) -> int:
     return max(1, math.ceil(2.0 * math.pi * float(effect.fastest_hz) * sampling / _ANGLE))
 
 
-@eqx.filter_jit
+@soon_compiled
 def _own_along(effect: AbstractEffect, course: Course, substeps: Int[Array, ""]):
     return _own(course, effect, _motion(course), substeps)
 
 
-@eqx.filter_jit
+@soon_compiled
 def _along(effects: AbstractEffect, course: Course, substeps: Int[Array, ""]):
     """Hooks of stacked effects along one record."""
     return jax.vmap(partial(_one, course, substeps))(effects)

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 
 from identification.experiment import Record
 from identification.kinematics import Kinematics
+from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
@@ -132,7 +133,7 @@ def _residual(model: Model, names, samples, slot):
         force = cast(AbstractCompliantLaw, law).force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
         return (force - data["force"]) / scale
 
-    compiled, derivative = jax.jit(misfit), jax.jit(jax.jacfwd(misfit))
+    compiled, derivative = soon_compiled(misfit), soon_compiled(jax.jacfwd(misfit))
     return lambda x: np.asarray(compiled(x)), lambda x: np.asarray(derivative(x))
 
 

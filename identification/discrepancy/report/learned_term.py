@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -10,6 +9,7 @@ from jaxtyping import Array, Bool, Float
 from identification.discrepancy.diagnosis import Diagnosis
 from identification.fit import as_arrays
 from vibrojax.channels import EVERY_CHANNEL
+from vibrojax.compiling import soon_compiled
 from vibrojax.effects import AbstractEffect, Motion
 
 Samples = Float[Array, " samples"]
@@ -87,7 +87,7 @@ def _decided(coordinate: np.ndarray, value: np.ndarray) -> float:
     return 1.0 - float(np.var(value - means[bins])) / max(float(np.var(value)), 1e-300)
 
 
-@eqx.filter_jit
+@soon_compiled
 def _along(
     effects: tuple[AbstractEffect, ...], t: Samples, u: Samples, v: Samples, indentation: Samples, contact: Bool[Array, " samples"]
 ) -> dict[str, Samples]:

@@ -3,7 +3,6 @@
 import dataclasses
 from functools import partial
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +11,7 @@ from jaxtyping import Array, Float
 from identification.discrepancy.diagnosis import Diagnosis
 from identification.fit import as_arrays
 from identification.result import RecordFit
+from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import Unforced, at_rest
 from vibrojax.model import Model
 
@@ -67,7 +67,7 @@ def _flight(record: RecordFit) -> Float[np.ndarray, "4 samples"]:
     return np.stack([record.time, u, v, np.full_like(u, record.gap)])[:, usable]
 
 
-@eqx.filter_jit
+@soon_compiled
 def _forces(models: tuple[Model, ...], t: Samples, u: Samples, v: Samples, gap: Samples) -> tuple[Samples, ...]:
     """Mass times relative acceleration of every model under a cart at rest, out of contact."""
     nothing, apart, resting = jnp.zeros(0), jnp.asarray(False), jnp.asarray(0.0)
