@@ -1,0 +1,35 @@
+"""Soon compiled is compiled: the same numbers, with or without the option of the compiler."""
+
+import importlib
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from vibrojax import compiling
+
+
+@pytest.mark.parametrize("version", [(0, 10, 2), (99, 0, 0)], ids=["tried", "unknown"])
+def test_an_option_is_asked_for_where_jax_is_known_to_have_it(monkeypatch, version):
+    monkeypatch.setattr(jax, "__version_info__", version)
+    fresh = importlib.reload(compiling)
+    assert bool(fresh._OPTIONS) is (version[0] == 0)
+    traced = []
+
+    @fresh.soon_compiled
+    def cubed(x, name):
+        traced.append(name)
+        return jnp.sin(x) ** 3
+
+    x = jnp.linspace(0.0, 2.0, 11)
+    np.testing.assert_allclose(cubed(x, "first"), np.sin(x) ** 3, rtol=1e-14, atol=1e-300)
+    np.testing.assert_allclose(cubed(2.0 * x, "first"), np.sin(2.0 * x) ** 3, rtol=1e-12)
+    assert traced == ["first"], "compiled once"
+
+
+@pytest.fixture(autouse=True)
+def as_installed():
+    """The module as the rest of the suite has it."""
+    yield
+    importlib.reload(compiling)
