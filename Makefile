@@ -21,7 +21,7 @@ run: $(VENV)/.stamp-run
 	$(BIN)/fit-parameters
 
 test: $(VENV)/.stamp-test
-	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile
+	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 lint: $(VENV)/.stamp-test
 	$(BIN)/python -m ruff check .
