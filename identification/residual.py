@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from identification.layout import NUISANCES, STATES, Layout
 from identification.windows import Windows
 from vibrojax.channels import channels
+from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.model import Model
@@ -87,14 +88,14 @@ def _onward(layout: Layout, windows: Windows, trajectory: Trajectory) -> Float[A
     return jnp.take_along_axis(states, windows.lengths[:, None, None], axis=1, mode="fill", fill_value=jnp.nan)[:, 0]
 
 
-@eqx.filter_jit
+@soon_compiled
 def residuals(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]):
     """Compiled `weighted_residual`, and each window's result code."""
     residual, trajectory = weighted_residual(model, layout, integrator, windows, local)
     return residual, trajectory.result
 
 
-@eqx.filter_jit
+@soon_compiled
 def normal_equations(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> Normal:
     """Cost, gradient and Gauss-Newton matrix of every window, by forward-mode differentiation in its own vector.
 

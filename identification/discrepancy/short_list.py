@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from identification.discrepancy.refit import Fitted, extended, windows_of
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.tolerant_fit import fit_tolerantly
-from identification.fit import integrator_for
+from identification.fit import evaluator, integrator_for
 from identification.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
 
@@ -127,12 +128,16 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     def explained() -> bool:
         return any(rival.cost < _NOISE * thin.allowed.noise for rival in rivals)
 
-    for candidate in [*with_other_starts(short, scored), *beyond_scores(scored, short)]:
-        prepared = extended(scored.fitted, candidate, scored.courses)
-        if candidate.gain < _CLOSE * best and (explained() or takes_long(prepared, scored.fitted)):
-            continue
-        newest = "" if candidate.members[0].is_stop else candidate.name
-        rivals += _heat(thin, scored, candidate, prepared, rivals, progress, newest=newest)
+    tried = [*with_other_starts(short, scored), *beyond_scores(scored, short)]
+    with ThreadPoolExecutor(1) as ahead:
+        for candidate, following in zip(tried, [*tried[1:], None], strict=True):
+            prepared = extended(scored.fitted, candidate, scored.courses)
+            if candidate.gain < _CLOSE * best and (explained() or takes_long(prepared, scored.fitted)):
+                continue
+            if following and following.name != candidate.name and (following.gain >= _CLOSE * best or (rivals and not explained())):
+                ahead.submit(_compiled, thin, scored, following)
+            newest = "" if candidate.members[0].is_stop else candidate.name
+            rivals += _heat(thin, scored, candidate, prepared, rivals, progress, newest=newest)
     if not explained() and _resist(scored):
         for candidate, prepared in from_loops(scored):
             rivals += _heat(thin, scored, candidate, prepared, rivals, progress)
@@ -140,6 +145,13 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     for rival in _ranked(rivals, thin.allowed):
         leading.setdefault(f"{rival.name} {rival.candidate.members[0].channel or ''}", rival)
     return list(leading.values())
+
+
+def _compiled(thin: _Thinned, scored: Scored, candidate: Candidate) -> None:
+    """Evaluated once, so that its program is there when its turn comes: one core compiles while the others fit."""
+    prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
+    if not takes_long(prepared, scored.fitted):
+        evaluator(prepared, integrator_for(prepared))(prepared.start)
 
 
 def _heat(
