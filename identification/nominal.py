@@ -3,7 +3,7 @@
 from typing import Any
 
 from identification.experiment import Experiment, ExperimentError
-from vibrojax.contact import LAWS
+from vibrojax.contact import LAWS, AbstractInstantaneousLaw
 from vibrojax.model import Model
 from vibrojax.suspension import SUSPENSIONS
 
@@ -15,6 +15,12 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
     name = law or experiment.law or DEFAULT_LAW
     if name not in LAWS:
         raise ExperimentError(f"unknown contact law {name!r}: expected one of {', '.join(LAWS)}")
+    felt = [record.file for record in experiment.records if "impact_force" in record.channels]
+    if issubclass(LAWS[name], AbstractInstantaneousLaw) and felt:
+        raise ExperimentError(
+            f"the stop of law {name!r} pushes for no time, and {felt[0]} holds an impact_force: expected records without one; remove "
+            "[sensors.impact_force], or choose another law"
+        )
     kind = SUSPENSIONS[experiment.suspension.kind]
     geometry: dict[str, Any] = {} if experiment.suspension.length is None else {"length": experiment.suspension.length}
     numbers: dict[str, Any] = {p.field: p.start for p in (*kind.parameters, *LAWS[name].parameters)}

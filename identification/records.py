@@ -60,7 +60,7 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
         measured={name: record.channels[name] for name in EVERY_CHANNEL if name in record.channels},
         predicted={name: values[name] for name in EVERY_CHANNEL},
         noise=dict(record.noise),
-        nrmse={name: float(_rms(r) / np.nanstd(record.channels[name])) for name, r in residual.items()},
+        nrmse={name: _over(_rms(r), float(np.nanstd(record.channels[name]))) for name, r in residual.items()},
         chi2_reduced={name: float((_rms(r) / record.noise[name]) ** 2) for name, r in residual.items()},
         relative_displacement=values["relative_displacement"],
         relative_velocity=values["relative_velocity"],
@@ -86,6 +86,11 @@ def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[
 def _residual(measured: np.ndarray, predicted: np.ndarray) -> np.ndarray:
     """Measured less predicted; where a prediction broke off, as much as if it were the mean."""
     return np.where(np.isfinite(predicted), measured - predicted, measured - np.nanmean(measured))
+
+
+def _over(error: float, spread: float) -> float:
+    """An error over the channel's standard deviation; NaN where the channel stands still."""
+    return float(error / spread) if spread > 0.0 else np.nan
 
 
 def _rms(values: np.ndarray) -> float:

@@ -41,9 +41,9 @@ def run_fit(
     """
     progress("reading the records")
     loaded = load_experiment(experiment)
-    table = None if reference is None else read_reference(reference)
+    table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
     if table is not None:
-        check_reference(table, _units(nominal_model(loaded, law)))
+        check_reference(table, _units(model))
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
     if not result.converged:
         raise NoConvergenceError(

@@ -38,11 +38,12 @@ def wanted_columns(settings: RecordSettings, sensors: dict[str, Sensor]) -> dict
         Column name by channel name.
 
     Raises:
-        ExperimentError: a renamed channel has no sensor, or two channels want one column.
+        ExperimentError: a channel with a column or unit of its own has no sensor, or two channels want one column.
     """
-    for channel in settings.columns:
-        if channel != TIME and channel not in sensors:
-            raise ExperimentError(f"columns of {settings.where} names {channel}: expected its table [sensors.{channel}]; add it")
+    for key, channels in (("columns", settings.columns), ("units", settings.units)):
+        for channel in channels:
+            if channel != TIME and channel not in sensors:
+                raise ExperimentError(f"{key} of {settings.where} names {channel}: expected its table [sensors.{channel}]; add it")
     wanted = {channel: settings.columns.get(channel, channel) for channel in (TIME, *sensors)}
     for channel, name in wanted.items():
         if list(wanted.values()).count(name) > 1:
@@ -74,6 +75,11 @@ def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, n
             )
     time = values[wanted[TIME]]
     channels = {channel: values[name] for channel, name in wanted.items() if channel != TIME and name in values}
+    if need_channels and wanted.keys() == {TIME}:
+        raise ExperimentError(
+            f"no channel is declared for {settings.where}, which has {listed(columns.names)}: expected a table [sensors.CHANNEL] with its "
+            f"unit for each that was recorded, CHANNEL being one of {listed(CHANNELS)}; add them"
+        )
     if need_channels and not channels:
         raise ExperimentError(
             f"{settings.where} has no recorded channel, only {listed(columns.names)}: expected at least one of "

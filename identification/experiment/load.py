@@ -5,6 +5,7 @@ from pathlib import Path, PurePosixPath
 
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Experiment
+from identification.experiment.fittable import check_fittable
 from identification.experiment.load_record import load_record
 from identification.experiment.noise_table import with_noise
 from identification.experiment.readers import stem_of
@@ -49,9 +50,11 @@ experiment.toml; check the path
     mass = tables["hammer"].needed_number("mass", unit="kg", positive=True)
     suspension = read_suspension(tables["suspension"])
     sensors = read_sensors(tables["sensors"])
-    settings = _record_settings(values.get("record"), file.name)
+    settings = _record_settings(values.get("record"), file.name, to_fit=need_files)
     records = [load_record(each, file.parent, sensors, need_file=need_files) for each in settings]
     mass_is_known = not tables["hammer"].flag("estimate_mass")
+    if need_files:
+        check_fittable(records, mass_is_known=mass_is_known)
     for each, record in zip(settings, records, strict=True):
         units = {channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()}
         check_scales(record, units, mass if mass_is_known else None)
@@ -88,7 +91,7 @@ def _check_gaps(tables: list[object], name: str) -> None:
         )
 
 
-def _record_settings(tables: object, name: str) -> list[RecordSettings]:
+def _record_settings(tables: object, name: str, *, to_fit: bool) -> list[RecordSettings]:
     """Check all `[[record]]` tables, and that no two of them mean one file or would write one result file."""
     if isinstance(tables, dict):
         raise ExperimentError(f"[record] in {name} is a single table: expected one for each record; write [[record]]")
@@ -96,7 +99,7 @@ def _record_settings(tables: object, name: str) -> list[RecordSettings]:
         raise ExperimentError(f"{name} has no record: expected at least one table [[record]] with file, kind and gap; add it")
     _check_gaps(tables, name)
     settings = [read_record_settings(values, number) for number, values in enumerate(tables, start=1)]
-    if all(each.held_back for each in settings):
+    if to_fit and all(each.held_back for each in settings):
         raise ExperimentError(f"every record of {name} is held back: expected at least one to fit; set held_back = false there")
     for place, each in enumerate(settings):
         for earlier in settings[:place]:

@@ -6,6 +6,9 @@ from jaxtyping import Bool, Float64, Int
 from identification.experiment.channels import si_unit
 from identification.experiment.sensor import Sensor
 
+_ROUNDING = 1e-9
+"""Of a limit: by so much a sample at it may fall short after units have been converted."""
+
 
 def mark_missing(
     values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str
@@ -44,7 +47,7 @@ def mask_range(
     if sensor.range is None:
         return values, ()
     low, high = sensor.range
-    beyond = (values <= low) | (values >= high)
+    beyond = (values <= low + _ROUNDING * abs(low)) | (values >= high - _ROUNDING * abs(high))
     if not beyond.any():
         return values, ()
     notice = (

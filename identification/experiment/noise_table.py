@@ -23,7 +23,7 @@ def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed:
 
     A declared noise is the sensor's; the quantisation of the record, a variance of step^2 / 12, is added to it.
     A channel that stands still, or has too few samples, tells no noise: it borrows the largest estimate of the same channel in another
-    record, else of a channel of the same dimension.
+    record, else of a channel of the same dimension. What is fitted does not borrow from records that are held back.
 
     Args:
         records: with their channels.
@@ -40,7 +40,10 @@ def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed:
         {channel: estimate_noise(values) for channel, values in record.channels.items() if sensors[channel].noise is None}
         for record in records
     ]
-    filled = tuple(_filled(record, own, estimates, sensors) for record, own in zip(records, estimates, strict=True))
+    of_fitted = [own for record, own in zip(records, estimates, strict=True) if not record.held_back]
+    filled = tuple(
+        _filled(record, own, estimates if record.held_back else of_fitted, sensors) for record, own in zip(records, estimates, strict=True)
+    )
     for record in filled:
         for channel in record.channels:
             if needed and channel not in record.noise:

@@ -14,6 +14,8 @@ from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, is
 
 # How near a ratio must come to that of two units; no calibration is so far off that it would be taken for one of them.
 NEAR = 0.1
+# Beyond this ratio of impact force to inertia no calibration is off: mass or unit is wrong.
+FAR = 10.0
 # Below this correlation two channels do not show the same.
 ALIKE = 0.95
 # Slowest lines of a spectrum, which the window smears and an accelerometer does not feel, and what counts beside the strongest line.
@@ -37,7 +39,7 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
     for one, other, ratio in _ratios(record, mass):
         if is_stand_in(units[one]) or is_stand_in(units[other]):
             continue
-        if abs(ratio + 1.0) < NEAR:
+        if ratio < 0.0:
             raise ExperimentError(
                 f"{one} and {other} point opposite ways in record {shown(record.file)}: expected both to grow towards the stop, and the "
                 "impact force to be positive in compression; turn the sign of one of them in the file"
@@ -47,8 +49,13 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
                 raise ExperimentError(
                     f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} tells of it in record "
                     f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}], "
-                    "or 'units' of the record"
+                    f"or 'units' of the record{', or mass in [hammer]' if one == 'impact_force' else ''}"
                 )
+        if one == "impact_force" and not 1.0 / FAR < ratio < FAR:
+            raise ExperimentError(
+                f"impact_force is {ratio:.2g} times mass times deceleration in record {shown(record.file)}: expected about the same; "
+                "correct 'mass' in [hammer], which is in kg, or the unit of the load cell or of the accelerometer"
+            )
 
 
 def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, float]]:

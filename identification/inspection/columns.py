@@ -107,18 +107,19 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
         return [_column(name, everything.values[name], everything.units) for name in names if name in everything.values], {}, {}
     except ExperimentError as error:
         first = error
-    found, own_time, unusable = [], {}, {}
+    found, own_time, unusable, time_unit = [], {}, {}, "s"
     for name in names:
         try:
             one = read_columns(path, frozenset({name, TIME}), path.name)
             own_time |= {name: one.values[TIME]} if TIME in one.values else {}
+            time_unit = one.units.get(TIME, time_unit)
             found += [_column(name, one.values[name], one.units)] if name in one.values else []
         except ExperimentError as error:
             unusable[name] = str(error).partition(": ")[2] or str(error)
     if not found:
         raise first
     if TIME in names and TIME not in (column.name for column in found):  # a recorder's time axis comes with its channels
-        found.insert(0, _column(TIME, max(own_time.values(), key=len), {TIME: "s"}))
+        found.insert(0, _column(TIME, max(own_time.values(), key=len), {TIME: time_unit}))
     return found, own_time, unusable
 
 

@@ -103,6 +103,11 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     names |= {TIME: found.time.name} if found.time.name != TIME else {}
     if names:
         lines.append(f"columns = {{ {', '.join(f'{channel} = {_text(name)}' for channel, name in names.items())} }} # guess")
+    taken = {each.column.name for each in one.mapped}
+    if left := [_text(column.name) for column in found.columns if column.name not in taken]:
+        lines.append(
+            f"# not taken for a channel: {', '.join(left)}; name each that is one in columns = {{ CHANNEL = ... }}, with its [sensors]"
+        )
     units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
     if units:
         lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")

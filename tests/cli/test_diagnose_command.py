@@ -105,23 +105,22 @@ def test_bad_sources_are_one_line(engine, monkeypatch, capsys, tmp_path, argumen
 
 SLOW = """
 import signal, sys, time
-from types import ModuleType
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts the tests in the background has it ignored
-module = ModuleType("identification.diagnose")
-def diagnose_experiment(experiment, **options):
+def at_work(experiment, **options):
     options["progress"]("at work")
     time.sleep(60)
-module.diagnose_experiment = diagnose_experiment
-sys.modules["identification.diagnose"] = module
+import identification.run
+identification.run.diagnose_experiment = identification.run.fit_experiment = at_work
 from vibrojax.cli.main import main
 main()
 """
 
 
+@pytest.mark.parametrize("command", ["diagnose", "fit"])
 @pytest.mark.parametrize("request_to_end", [signal.SIGINT, signal.SIGTERM])
-def test_a_request_to_end_leaves_no_traceback_and_nothing_else(tmp_path, request_to_end):
+def test_a_request_to_end_leaves_no_traceback_and_nothing_else(tmp_path, request_to_end, command):
     job = subprocess.Popen(
-        [sys.executable, "-c", SLOW, "diagnose", "--out", "results"],
+        [sys.executable, "-c", SLOW, command, "--out", "results"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -73,9 +73,21 @@ def test_a_file_in_the_way_is_bad_input(tmp_path, out):
 
 def test_a_folder_in_the_place_of_a_result_is_bad_input(tmp_path):
     (tmp_path / "out" / "fit.json").mkdir(parents=True)
-    with pytest.raises(InputError, match="fit.json"), output_folder(tmp_path / "out") as folder:
+    (tmp_path / "out" / "a.json").write_text("old")
+    with pytest.raises(InputError, match="fit.json: Is a directory"), output_folder(tmp_path / "out") as folder:
+        (folder / "a.json").write_text("new")
         (folder / "fit.json").write_text("new")
-    assert os.listdir(tmp_path / "out") == ["fit.json"]
+    assert sorted(os.listdir(tmp_path / "out")) == ["a.json", "fit.json"]
+    assert (tmp_path / "out" / "a.json").read_text() == "old"
+
+
+def test_a_file_in_the_place_of_a_folder_is_bad_input(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "plots").write_text("mine")
+    with pytest.raises(InputError, match="plots: Not a directory"), output_folder(tmp_path / "out") as folder:
+        (folder / "plots").mkdir()
+        (folder / "plots" / "one.svg").write_text("new")
+    assert (tmp_path / "out" / "plots").read_text() == "mine"
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")

@@ -36,7 +36,7 @@ def test_values():
     assert study._values("--ratios", "3:9:1") == [3.0]
 
 
-@pytest.mark.parametrize("text", ["1:2", "a,b", "1:2:0", ""])
+@pytest.mark.parametrize("text", ["1:2", "a,b", "1:2:0", "1:2:100000000000", ""])
 def test_bad_values_end_in_one_line(monkeypatch, capsys, tmp_path, text):
     (tmp_path / "model.json").touch()
     rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--out", str(tmp_path / "out"))

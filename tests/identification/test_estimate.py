@@ -11,7 +11,7 @@ from identification.estimate import fit_experiment
 from identification.experiment import ParameterOption, load_experiment
 from identification.result import FIXED, NOT_IDENTIFIABLE, OK
 from identification.simulate import simulate_record
-from tests.identification.conftest import cropped
+from tests.identification.conftest import TRUTH, cropped
 
 COMPLETE = ("case-03", "case-05", "case-16")
 
@@ -78,6 +78,7 @@ def test_contact_parameters_are_not_identifiable_without_contact(example):
         assert status[name].status == NOT_IDENTIFIABLE
         assert status[name].stderr is None
         assert "does not touch" in status[name].reason
+    assert status["f_n"].stderr is not None and abs(status["f_n"].value - TRUTH["f_n"]) < 4.0 * status["f_n"].stderr
 
 
 def test_a_fixed_parameter_stays(small):

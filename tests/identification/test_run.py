@@ -1,15 +1,20 @@
 """The jobs behind the commands: what they refuse to write, and why."""
 
 import dataclasses
+import gzip
+import json
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from identification.experiment import load_experiment
 from identification.run import run_fit, run_simulate
 from vibrojax.data_files import data_path
+from vibrojax.effects import GainError
 from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.model_file import read_model, write_model
 
 
 def test_a_fit_that_did_not_converge_says_what_to_do_and_writes_nothing(monkeypatch, tmp_path):
@@ -32,6 +37,34 @@ def test_a_reference_may_name_what_follows_from_the_fit_and_is_refused_before_it
     (tmp_path / "table.toml").write_text(f'schema = 1\ntitle = "table"\n{row}', encoding="utf-8")
     with pytest.raises(NoConvergenceError if unit == "N/m" else InputError, match=message):
         run_fit(data_path("example"), tmp_path, reference=tmp_path / "table.toml")
+
+
+def test_a_fit_becomes_files_from_which_a_simulation_runs(tmp_path):
+    """Nothing stands in for anything: folder in, results, tables out; a recorder's fault shows only as recorded."""
+    rig, done, plain, faulty = (tmp_path / name for name in ("rig", "fit", "plain", "faulty"))
+    for folder in (rig, done, plain, faulty):
+        folder.mkdir()
+    source = data_path("example")
+    lines = gzip.decompress((source / "drop.csv.gz").read_bytes()).decode().splitlines(keepends=True)
+    (rig / "drop.csv").write_text("".join(lines[:2001]))
+    head, first, *_ = (source / "experiment.toml").read_text(encoding="utf-8").split("[[record]]")
+    (rig / "experiment.toml").write_text(head + "[[record]]" + first.replace("drop.csv.gz", "drop.csv"), encoding="utf-8")
+    run_fit(rig, done)
+    assert {"fit.json", "model.json", "result.nc", "report.html"} <= {path.name for path in done.iterdir()}
+    fitted = json.loads((done / "fit.json").read_text(encoding="utf-8"))["parameters"]
+    model = read_model(done / "model.json")
+    assert {name: float(value) for name, value in model.values().items()} == pytest.approx({n: p["value"] for n, p in fitted.items()})
+    write_model(
+        dataclasses.replace(model, effects=(GainError(factor=1.1, of_channel="impact_force"),)), done / "faulty.json", provenance={}
+    )
+    run_simulate(done / "faulty.json", rig, plain)
+    run_simulate(done / "faulty.json", rig, faulty, as_recorded=True)
+    tables = [np.genfromtxt(folder / "drop.csv", delimiter=",", names=True) for folder in (plain, faulty)]
+    assert tables[0].dtype.names[:2] == ("time", "hammer_displacement")
+    assert np.array_equal(tables[0]["time"], load_experiment(rig).records[0].time)
+    push = tables[0]["impact_force"]
+    assert push.max() > 1.0
+    np.testing.assert_allclose(tables[1]["impact_force"][push > 1.0] / push[push > 1.0], 1.1, rtol=1e-6)
 
 
 def test_a_simulation_keeps_the_time_stamps_of_a_clock_that_began_at_midnight(monkeypatch, small, tmp_path):

@@ -71,6 +71,12 @@ def test_bifurcation_diagram_finds_the_jump_of_a_gap_that_is_too_wide(tmp_path):
     check_drawn("bifurcation", data, tmp_path)
 
 
+@pytest.mark.parametrize("twice", ["gap", "base_amplitude"])
+def test_what_is_swept_is_not_also_fixed(twice):
+    with pytest.raises(InputError, match=f"{twice} is given both as what is swept and as a fixed value"):
+        bifurcation(model(), parameter=twice, values=[1e-3, 2e-3, 3e-3], base_amplitude=1e-3, **{"frequency_hz": 6.0, "gap": 1e-3})
+
+
 def test_a_steep_branch_is_no_jump():
     x = np.linspace(-3.0, 3.0, 40)
     steep, calm = np.tanh(4.0 * x), np.full((2, 40), PERIODIC)

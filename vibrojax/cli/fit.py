@@ -9,6 +9,7 @@ from rich.console import Console
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
+from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
@@ -48,12 +49,19 @@ def fit(
     if reference is not None:
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
-    with output_folder(out) as folder, experiment_source(experiment, recipe, data) as source, stages(quiet=quiet) as say:
+    with (
+        interruptible() as interruption,
+        output_folder(out) as folder,
+        experiment_source(experiment, recipe, data) as source,
+        stages(quiet=quiet) as say,
+    ):
         say("loading JAX")
-        prepare_jax()
-        from identification.run import run_fit
+        with interruption.deferred():
+            prepare_jax()
+            from identification.run import run_fit
 
-        summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=say)
+        progress = interruption.watched(say)
+        summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=progress)
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

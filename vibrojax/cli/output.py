@@ -1,5 +1,6 @@
 """Results appear all at once or not at all: they are written aside and moved into place on success."""
 
+import errno
 import os
 import shutil
 import tempfile
@@ -37,11 +38,21 @@ def output_folder(out: Path) -> Iterator[Path]:
     try:
         yield aside
         try:
+            _refuse_other_kinds(aside, out)
             _move_files(aside, out)
         except OSError as error:
             raise InputError(f"cannot write results to {out}: {error.filename2 or error.filename}: {error.strerror}") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def _refuse_other_kinds(source: Path, target: Path) -> None:
+    """Before anything is moved: a folder in the place of a file, or a file in that of a folder."""
+    for item in sorted(source.rglob("*")):
+        there = target / item.relative_to(source)
+        if there.exists() and there.is_dir() != item.is_dir():
+            number = errno.EISDIR if there.is_dir() else errno.ENOTDIR
+            raise OSError(number, os.strerror(number), str(there))
 
 
 def _move_files(source: Path, target: Path) -> None:

@@ -7,6 +7,7 @@ import typer
 from rich.console import Console
 
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
@@ -29,10 +30,11 @@ def report(
     """
     check_file(directory / "result.nc", "the result.nc that a fit or a diagnosis writes")
     out = directory if out is None else out
-    with output_folder(out) as folder, stages(quiet=quiet) as say:
+    with interruptible() as interruption, output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
-        prepare_jax()
-        from identification.run import run_report
+        with interruption.deferred():
+            prepare_jax()
+            from identification.run import run_report
 
         say("drawing the report")
         summary = run_report(directory, folder)

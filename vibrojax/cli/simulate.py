@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_experiment, check_file
@@ -30,14 +31,16 @@ def simulate(
 ) -> None:
     """Simulate every record of an experiment with a fitted model.
 
+    Mass, suspension, stop and effects are the model's; the experiment gives records, gaps and the motion of the base.
     Writes one CSV file per record with time and all channels, in SI units, on the record's own time stamps where it has them.
     Exit status: 0 done, 2 bad input, 3 the integration failed.
     """
     check_file(model, "the model.json that a fit wrote")
     check_experiment(experiment)
-    with output_folder(out) as folder:
-        prepare_jax()
-        from identification.run import run_simulate
+    with interruptible() as interruption, output_folder(out) as folder:
+        with interruption.deferred():
+            prepare_jax()
+            from identification.run import run_simulate
 
         run_simulate(model, experiment, folder, out=out, as_recorded=as_recorded)
         tables = len(list(folder.iterdir()))

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from vibrojax.cli.cluster import check_extra, connected
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import points_done, stages
 from vibrojax.cli.study_options import Shared, with_shared
@@ -19,10 +20,12 @@ _AMPLITUDE = typer.Option("--base-amplitude", metavar="M", help="Amplitude A0 of
 _GAP = typer.Option("--gap", metavar="M", help="Gap, m.", show_default=False)
 _FREQUENCY = typer.Option("--frequency", metavar="HZ", help="Excitation frequency, Hz.", show_default=False)
 _CYCLES = typer.Option(
-    "--cycles", min=1, metavar="N", help="Cycles left to die down; fewer where an orbit closes, but for section and lyapunov."
+    "--cycles", min=1, metavar="N", help="Cycles that the motion has to settle; fewer once it repeats (not in section and lyapunov)."
 )
 
 _DRAWS = 100
+_MOST_VALUES = 10_000_000
+"""Of one axis."""
 
 Amplitude = Annotated[float, _AMPLITUDE]
 Cycles = Annotated[int, _CYCLES]
@@ -149,18 +152,20 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
     if shared.store is not None:
         check_extra(cluster=shared.cluster is not None)
     begin = time.perf_counter()
-    with output_folder(shared.out) as folder:
+    with interruptible() as interruption, output_folder(shared.out) as folder:
         with stages(quiet=shared.quiet, since=begin) as say:
             say("loading JAX")
-            prepare_jax()
-            from vibrojax.batch import Span
-            from vibrojax.studies.job import Job
-            from vibrojax.studies.write import write_study
+            with interruption.deferred():
+                prepare_jax()
+                from vibrojax.batch import Span
+                from vibrojax.studies.job import Job
+                from vibrojax.studies.write import write_study
 
             more = {} if span is None else {"span": Span(**span)}
             model, draws = _rigs(shared)
             job = Job(study=name, model=model, axes=axes, settings=settings | more, draws=draws, points=shared.tile)
         data = _made(job, shared, begin)
+        interruption.check()
         with stages(quiet=shared.quiet, since=begin) as say:
             say("drawing")
             files = [path.name for path in write_study(name, data, folder)]
@@ -198,12 +203,13 @@ def _rigs(shared: Shared) -> tuple[Any, Any]:
 def _values(option: str, text: str) -> list[float]:
     """`A:B:N` or `A,B,...` as numbers."""
     try:
-        if ":" in text:
-            first, last, count = text.split(":")
-            if int(count) < 1:
-                raise ValueError
-            step = (float(last) - float(first)) / max(int(count) - 1, 1)
-            return [float(first) + step * number for number in range(int(count))]
-        return [float(part) for part in text.split(",")]
+        if ":" not in text:
+            return [float(part) for part in text.split(",")]
+        begin, end, number = text.split(":")
+        first, last, count = float(begin), float(end), int(number)
     except ValueError:
         raise InputError(f"{option} is {text!r}: expected A:B:N (N values from A to B) or A,B,...; correct it") from None
+    if not 1 <= count <= _MOST_VALUES:
+        raise InputError(f"{option} is {text!r}: expected A:B:N with N from 1 to {_MOST_VALUES}; correct it")
+    step = (last - first) / max(count - 1, 1)
+    return [first + step * place for place in range(count)]

@@ -99,10 +99,12 @@ def sweep(
         `displacement` (m) and `velocity` (m/s) at the strobes, `impact_force` (N) and `impacts` of each cycle on the axes (`direction`,
         parameter, `cycle`); `period`, `kind` and `result` without the last; `state`, from which the next value goes on.
     """
+    if parameter in (given := {"base_amplitude": base_amplitude} | fixed):
+        raise InputError(f"{parameter} is given both as what is swept and as a fixed value: expected one of the two; leave one out")
     values = np.asarray(values, dtype=float)
     ways = np.stack([values if name == "up" else values[::-1] for name in direction])
     start = None if before is None else unpacked(jnp.asarray(before.T))
-    found = _followed(model, parameter, ways, {"base_amplitude": base_amplitude} | fixed, span or Span(transient=118), start, progress)
+    found = _followed(model, parameter, ways, given, span or Span(transient=118), start, progress)
     frequency = ways if parameter == "frequency_hz" else np.full(ways.shape, fixed.get("frequency_hz", np.nan))
     kinds = [classify(one, base_amplitude, frequency[:, i]) for i, one in enumerate(found)]
 
@@ -129,7 +131,7 @@ def sweep(
             "result": outcome(dims, part(found, "result")),
             "state": Labelled((*dims, "row"), state, "SI", "state after the last cycle, from which the next value goes on"),
         },
-        settings={"base_amplitude": base_amplitude, "parameter": parameter} | fixed,
+        settings=given | {"parameter": parameter},
     )
 
 

@@ -73,4 +73,6 @@ def autocorrelation(series: list[np.ndarray], lags: int) -> Float[np.ndarray, " 
     """
     products = [[one[lag:] * one[: len(one) - lag] for one in series if len(one) > lag] for lag in range(lags + 1)]
     means = np.array([np.nanmean(np.concatenate(p)) if p and np.isfinite(np.concatenate(p)).any() else np.nan for p in products])
+    if not means[0] > 0.0:  # nothing is left over, or nothing was recorded
+        return np.full(lags + 1, np.nan)
     return means / means[0]

@@ -77,6 +77,24 @@ def edit(old: str, new: str) -> Damage:
     return damage
 
 
+def without_sensors(folder: Path) -> None:
+    """Leave no channel declared."""
+    file = folder / "experiment.toml"
+    head, _, rest = file.read_text(encoding="utf-8").partition("[sensors.hammer")
+    file.write_text(head + "[[record]]" + rest.partition("[[record]]")[2], encoding="utf-8")
+
+
+def without_force(folder: Path) -> None:
+    """Ask for the mass where no channel tells it."""
+    edit("mass = 0.5", "mass = 0.5\nestimate_mass = true")(folder)
+    edit('[sensors.impact_force]\nunit = "N"\nnoise = 0.15\n', "")(folder)
+
+
+def without_motion(folder: Path) -> None:
+    """Leave cart and load cell alone."""
+    edit('[sensors.hammer_displacement]\nunit = "m"\nnoise = 1.0e-5\n', "")(folder)
+
+
 def add(text: str) -> Damage:
     """Append to the experiment file, that is to the table of cart1.csv."""
     return edit("excitation_frequency = 6.25\n", "excitation_frequency = 6.25\n" + text + "\n")
@@ -285,6 +303,10 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("forced without force", edit("cart-excitation", "forced"), r"is 'forced' and has no applied_force"),
     ("columns of an unknown channel", add('columns = { imact_force = "F" }'), r"unknown channel 'imact_force' .* 'impact_force'"),
     ("columns of a channel without sensor", add('columns = { applied_force = "F" }'), r"expected its table \[sensors\.applied_force\]"),
+    ("no channel declared", without_sensors, r"no channel is declared for record 'drop.csv'.*expected a table \[sensors.CHANNEL\]"),
+    ("mass to estimate without a force", without_force, r"the mass is to be estimated, and no fitted record holds a force"),
+    ("no motion of the hammer", without_motion, r"record 'drop.csv' shows no motion of the hammer, only .*impact_force: expected one of"),
+    ("units of a channel without sensor", add('units = { applied_force = "kN" }'), r"expected its table \[sensors\.applied_force\]"),
     ("column named twice", add('columns = { impact_force = "F", cart_displacement = "F" }'), r"column 'F' .* is named twice"),
     ("column of two channels", add('columns = { impact_force = "time" }'), r"column 'time' .* serves time and another channel"),
     ("column that is not there", add('columns = { impact_force = "F" }'), r"no column 'F' for impact_force: expected it among time, "),

@@ -60,7 +60,7 @@ def test_extensions_of_the_format(folder):
 
 def test_relative_displacement_is_a_channel(folder):
     edit("[sensors.hammer_displacement]", "[sensors.relative_displacement]")(folder)
-    add('columns = { relative_displacement = "hammer_displacement" }')(folder)
+    edit("gap = ", 'columns = { relative_displacement = "hammer_displacement" }\ngap = ')(folder)
     assert "relative_displacement" in cart(folder).channels
 
 
@@ -148,6 +148,37 @@ def test_a_declared_range_masks_and_an_undeclared_one_only_tells(folder):
     assert "at or beyond the declared range, -100 to 40 N: left out, in " in notice
     assert np.isnan(record.channels["impact_force"]).sum() > 8
     assert np.nanmax(record.channels["impact_force"]) < 40.0
+
+
+@pytest.mark.parametrize("limit", [4.1, 0.3, 7.7])
+def test_a_range_masks_what_lies_at_it_in_the_unit_of_the_file(folder, limit):
+    """4.1 mm is not the same number as 0.0041 m, to the last digit."""
+    rewrite(folder, lambda values: values.update(cart_displacement=np.clip(1e4 * values["cart_displacement"], -limit, limit)))
+    edit('unit = "mm"\nnoise = 1.0e-5', f'unit = "mm"\nnoise = 1.0e-5\nrange = [-{limit}e-3, {limit}e-3]')(folder)
+    values = cart(folder).channels["cart_displacement"]
+    assert np.isnan(values).sum() > 8
+    assert not np.any(np.abs(values) > 0.999e-3 * limit)
+
+
+def test_what_is_fitted_borrows_no_noise_from_what_is_held_back(folder):
+    edit('unit = "mm"\nnoise = 1.0e-5', 'unit = "mm"')(folder)
+    edit('file = "cart1.csv"', 'file = "cart1.csv"\nheld_back = true')(folder)
+    edit('[[record]]\nfile = "drop', '[[record]]\nfile = "other.csv"\nkind = "drop-test"\ngap = 0.0\n[[record]]\nfile = "drop')(folder)
+    rewrite(folder, lambda values: values.update(cart_displacement=np.zeros(SAMPLES)), "drop.csv")
+    rewrite(folder, lambda values: None, "other.csv")
+    noisy = np.random.default_rng(2).normal(0.0, 5.0, SAMPLES)
+    rewrite(folder, lambda values: values.update(cart_displacement=noisy))
+    noise = {record.stem: record.noise["cart_displacement"] for record in load_experiment(folder).records}
+    assert noise["cart1"] > 100.0 * noise["other"]
+    assert noise["drop"] == noise["other"]
+
+
+def test_a_simulation_may_have_nothing_to_fit(folder):
+    text = (folder / "experiment.toml").read_text().replace("[[record]]\n", "[[record]]\nheld_back = true\n")
+    (folder / "experiment.toml").write_text(text)
+    with pytest.raises(ExperimentError, match="every record of experiment.toml is held back: expected at least one to fit"):
+        load_experiment(folder)
+    assert all(record.held_back for record in load_experiment(folder, need_files=False).records)
 
 
 def test_noise_that_is_not_declared_is_estimated_and_told(folder):

@@ -51,7 +51,9 @@ def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
         ({"acceleration": 1.0 / 9.80665}, r"hammer_acceleration is 0.1 times .* in g: .*correct 'unit' in \[sensors.hammer_acceleration\]"),
         ({"force": 1e-3}, "impact_force is 0.001 times .* in kN:"),
         ({"acceleration": -1.0}, "hammer_acceleration and hammer_displacement point opposite ways in record 'cart1.csv'"),
-        ({"force": -1.0}, "impact_force and hammer_acceleration point opposite ways"),
+        ({"acceleration": -0.8}, "hammer_acceleration and hammer_displacement point opposite ways"),
+        ({"displacement": -1e3}, "hammer_acceleration and hammer_displacement point opposite ways"),
+        ({"force": -1.3}, "impact_force and hammer_acceleration point opposite ways"),
     ],
 )
 def test_a_mistaken_unit_or_sign_is_told_with_its_channel(factors, message):
@@ -61,6 +63,11 @@ def test_a_mistaken_unit_or_sign_is_told_with_its_channel(factors, message):
 def test_a_mass_that_is_not_known_tells_nothing_of_the_force():
     assert told(bouncing(force=1e-3))
     assert told(bouncing(force=1e-3), mass=None) == ""
+
+
+@pytest.mark.parametrize(("mass", "message"), [(1e-6, "impact_force is .* times mass times deceleration"), (500.0, "or mass in .hammer")])
+def test_a_mass_that_is_far_off_is_told(mass, message):
+    assert re.search(message, told(bouncing(), mass=mass))
 
 
 def test_gaps_in_the_record_or_channels_that_do_not_belong_together_are_not_compared():
