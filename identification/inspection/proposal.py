@@ -106,7 +106,7 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     taken = {each.column.name for each in one.mapped}
     if left := [_text(column.name) for column in found.columns if column.name not in taken]:
         lines.append(
-            f"# not taken for a channel: {', '.join(left)}; name each that is one in columns = {{ CHANNEL = ... }}, with its [sensors]"
+            f"# not taken for a channel: {', '.join(left)}; name what is one in columns = {{ CHANNEL = ... }}, with a [sensors.CHANNEL]"
         )
     units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
     if units:

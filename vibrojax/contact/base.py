@@ -70,8 +70,9 @@ def smoothed_force(law: AbstractCompliantLaw, indentation: Scalars, rate: Scalar
     F_eps = H_eps(delta) F(R_eps(delta), delta'), with H_eps a quintic switch on [-eps/2, eps/2] and R_eps its integral, so that flight
     further than eps/2 from the stop stays exactly free. With `smoothing` 0 this is the discontinuous law.
 
-    As H_eps is the slope of R_eps, a free mass meets R_eps as it would meet delta: its speed as a function of R_eps, hence restitution,
-    depth and lost energy, are those of the discontinuous law at every width; only the time spent is not, by an error of order eps^(n+2).
+    As H_eps is the slope of R_eps, a free mass meets R_eps as it would meet delta: its speed as a function of R_eps, hence restitution and
+    lost energy, are those of the discontinuous law at every width, and depth too if it is above eps/2; the time spent is not, by an error
+    of order eps^(n+2).
     The force itself is wrong for |delta| < eps/2, by at most something of order eps^n (n = 0 for a force that jumps at touch).
     """
     return smooth.step(indentation, smoothing) * law.force(smooth.ramp(indentation, smoothing), rate, approach_speed)

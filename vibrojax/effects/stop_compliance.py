@@ -22,7 +22,7 @@ _RIGID = 1e15
 class StopCompliance(AbstractEffect):
     """The stop, or the load cell that carries it, gives way and rings.
 
-    m_s s'' = F - k_s s - c_s s',   gap + s instead of gap,   the load cell reads k_s s + c_s s'.
+    m_s s'' = max(F, 0) - k_s s - c_s s',   gap + s instead of gap,   the load cell reads k_s s + c_s s'.
 
     s is relative to the cart, whose acceleration does not count against that of the stop; m_s = k_s / (2 pi f_s)^2 and
     c_s = 2 zeta_s k_s / (2 pi f_s). What the load cell reads is the force behind the stop: it rings on after separation, below zero too.
@@ -38,7 +38,7 @@ class StopCompliance(AbstractEffect):
 
     name: ClassVar[str] = "stop_compliance"
     summary: ClassVar[str] = "a stop or load cell that gives way and rings"
-    equation: ClassVar[str] = "m_s s'' = F - k_s s - c_s s',  gap -> gap + s,  load cell = k_s s + c_s s'"
+    equation: ClassVar[str] = "m_s s'' = max(F, 0) - k_s s - c_s s',  gap -> gap + s,  load cell = k_s s + c_s s'"
     source: ClassVar[str] = "Den Hartog 1934"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

@@ -211,6 +211,12 @@ def test_a_column_of_text_spoils_no_other(tmp_path):
     assert "'start' is not a number" in one.found.unusable["note"]
 
 
+def test_columns_that_no_channel_was_found_for_are_named_in_the_proposal(tmp_path):
+    lines = [f"{t},{x},{x}" for t, x in zip(TIME, channels("drop-test")["hammer_displacement"], strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(["time,hammer_displacement,LVDT 2", *lines]))
+    assert '# not taken for a channel: "LVDT 2"; name what is one in columns' in propose(inspect_path(tmp_path), tmp_path)
+
+
 def test_a_folder_goes_on_where_one_file_is_broken(tmp_path):
     write_csv(tmp_path / "a.csv", channels("drop-test"))
     (tmp_path / "b.h5").write_bytes(b"nothing")

@@ -110,6 +110,10 @@ def test_autocorrelation_of_noise_is_small_and_of_a_slow_wave_is_not():
     assert autocorrelation([np.sin(np.arange(2000) / 100)], 5)[5] > 0.99
 
 
+def test_a_channel_that_stands_still_has_no_autocorrelation_and_no_warning():
+    assert np.isnan(autocorrelation([np.zeros(50)], 3)).all()
+
+
 def test_the_same_figure_gives_the_same_bytes(good):
     with style():
         once, again = (png(next(FIGURES[1](good)).figure) for _ in range(2))
