@@ -5,13 +5,22 @@ import dataclasses
 import pytest
 
 from identification.discrepancy import short_list
+from identification.discrepancy.refit import extended, windows_of
 from identification.discrepancy.short_list import short_listed, takes_long, with_other_starts
 from tests.identification.discrepancy.made_search import model, round_of, settled
 from vibrojax.effects import CoulombFriction, StopCompliance
 
 
 @pytest.fixture
-def fits(motion, allowed, monkeypatch):
+def compiled(monkeypatch):
+    """Names of the effects whose programs were asked for ahead of their turn."""
+    names = []
+    monkeypatch.setattr(short_list, "_compiled", lambda thin, scored, candidate: names.append(candidate.name))
+    return names
+
+
+@pytest.fixture
+def fits(motion, allowed, monkeypatch, compiled):
     """Short-list these effects, each with its gain and the cost of its fit over noise; returns the order of the rivals, and of the fits."""
     noise = 0.5 * allowed.samples.astype(float)
 
@@ -50,6 +59,26 @@ def test_all_that_are_near_are_fitted_in_full_where_one_explains_nearly_everythi
     assert rough == list(costs)
     assert full == ["quadratic_drag", "cubic_stiffness", "coulomb_friction"][:finalists]
     assert ranked == ["quadratic_drag", "cubic_stiffness", "coulomb_friction", "hysteresis"]
+
+
+def test_the_next_that_will_be_tried_is_compiled_while_one_is_fitted(fits, compiled):
+    fits(coulomb_friction=(1000.0, 1.1), quadratic_drag=(310.0, 1.0), cubic_stiffness=(290.0, 1.0))
+    assert compiled == ["quadratic_drag"]
+    compiled.clear()
+    fits(coulomb_friction=(1000.0, 1.5), quadratic_drag=(290.0, 1.4), cubic_stiffness=(280.0, 1.4))
+    assert compiled == ["cubic_stiffness"], "of the second nobody knew yet whether it would be tried"
+
+
+def test_what_is_compiled_ahead_is_what_is_fitted(motion, allowed, monkeypatch):
+    evaluated = []
+    monkeypatch.setattr(short_list, "evaluator", lambda prepared, integrator: lambda estimate: evaluated.append(prepared))
+    one = round_of(motion, 1.5 * allowed.samples, {"coulomb_friction": 1.0})
+    (candidate,) = one.scored.found
+    thin = short_list._thinned(one.scored, allowed)
+    short_list._compiled(thin, one.scored, candidate)
+    fitted = windows_of(extended(one.scored.fitted, candidate, one.scored.courses), thin.chosen)
+    assert [prepared.model.effects[-1].name for prepared in evaluated] == ["coulomb_friction"]
+    assert [group.ts.shape for group in evaluated[0].groups] == [group.ts.shape for group in fitted.groups]
 
 
 def test_memory_must_do_better_by_more_than_noise_gains_with_it(fits, monkeypatch):
