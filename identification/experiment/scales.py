@@ -18,6 +18,8 @@ NEAR = 0.1
 FAR = 10.0
 # Below this correlation two channels do not show the same.
 ALIKE = 0.95
+# A force that is strong for a larger part of the samples is an offset rather than impacts.
+MOSTLY_APART = 0.5
 # Slowest lines of a spectrum, which the window smears and an accelerometer does not feel, and what counts beside the strongest line.
 SLOWEST, STRONG = 4, 1e-2
 # A record whose time stamps are less even than this is not compared.
@@ -71,7 +73,7 @@ def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, floa
         known = np.isfinite(force) & np.isfinite(inertia)
         if known.any():
             strong = known & (np.abs(force) > 0.3 * np.max(np.abs(force[known])))
-            if strong.sum() >= 3 and abs(_correlation(inertia[strong], force[strong])) > ALIKE:
+            if 3 <= strong.sum() < MOSTLY_APART * known.sum() and abs(_correlation(inertia[strong], force[strong])) > ALIKE:
                 yield "impact_force", "hammer_acceleration", _slope(inertia[strong], force[strong])
 
 

@@ -70,6 +70,15 @@ def test_a_mass_that_is_far_off_is_told(mass, message):
     assert re.search(message, told(bouncing(), mass=mass))
 
 
+@pytest.mark.parametrize("offset", [2.0, -2.0])
+def test_a_load_cell_that_only_has_an_offset_tells_nothing(offset):
+    resting = bouncing()
+    noise = np.random.default_rng(4).normal(0.0, 0.01, (2, resting.time.size))
+    resting.channels["impact_force"][:] = offset + noise[0]
+    resting.channels["hammer_acceleration"][:] = -0.3 + noise[1]
+    assert told(resting) == ""
+
+
 def test_gaps_in_the_record_or_channels_that_do_not_belong_together_are_not_compared():
     holed = bouncing(displacement=1e3)
     assert told(holed)
