@@ -145,6 +145,21 @@ def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
     assert "mostly below 1.00 m/s" in read(write_diagnosis_report(odd, tmp_path)[0]).text
 
 
+@pytest.mark.parametrize("verdict", [ADEQUATE, MISSING, UNLISTED])
+def test_json_has_every_key_that_programs_read(made, verdict):
+    """The names are a promise; a value that is not known is null, never left out."""
+    document = made[verdict].document({"seed": 0})
+    assert (document["schema"], document["verdict"], document["provenance"]) == (1, verdict, {"seed": 0})
+    assert isinstance(document["ambiguous_with"], list) and isinstance(document["next_experiment"], str)
+    assert all({"chi2_reduced", "held_out_nrmse"} <= document[side].keys() for side in ("nominal", "augmented"))
+    assert len(document["effects"]) == (verdict == MISSING)
+    for effect in document["effects"]:
+        assert {"name", "probability", "parameters"} <= effect.keys()
+        assert all(number.keys() == {"value", "stderr", "unit"} for number in effect["parameters"].values())
+    places = {"channel", "records", "phase", "coordinate", "interval", "time", "record", "sentence"}
+    assert document["location"] is None if verdict == ADEQUATE else places <= document["location"].keys()
+
+
 def test_the_terminal_says_the_verdict_first_then_numbers_then_candidates(made):
     text = told(made[MISSING])
     in_order = (
