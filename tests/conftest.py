@@ -9,7 +9,7 @@ import jaxtyping
 # Before either package is imported: a module that is already loaded stays unchecked.
 jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
 
-# Most of a cold run is compiling, which the older emitter of XLA does in half the time. Notebooks and commands that tests start inherit it.
+# Most of a cold run is compiling, which the older emitter of XLA does sooner. Notebooks and commands that tests start inherit it.
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
 
 import jax  # noqa: E402
