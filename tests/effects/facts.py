@@ -20,6 +20,7 @@ FACTS = Facts(
     speed=0.2,
     force=40.0,
     deepest=2e-4,
+    contact_time=6e-3,
     ceilings={},
     lines={"hammer_displacement": (50.0,)},
     sampling=5e-4,
@@ -38,6 +39,7 @@ NOTHING = dataclasses.replace(
     speed=0.0,
     force=0.0,
     deepest=0.0,
+    contact_time=float("nan"),
     lines={},
     clock={"drop.csv": (0.0, 1.0)},
 )

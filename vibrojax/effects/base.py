@@ -76,6 +76,7 @@ class Facts:
         speed: largest |u'|, m/s.
         force: largest impact force, N; 0 without impacts.
         deepest: largest indentation, m; 0 without impacts.
+        contact_time: of an impact at that speed, s; NaN without impacts, and where the contact law gives them no duration.
         ceilings: by channel, the value at which its peaks are cut off; absent where they are not.
         lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
         sampling: interval, s.
@@ -96,10 +97,16 @@ class Facts:
     speed: float
     force: float
     deepest: float
+    contact_time: float
     ceilings: Mapping[str, float]
     lines: Mapping[str, tuple[float, ...]]
     sampling: float
     law: AbstractContactLaw
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """From the frequency of which the longest record holds three periods to somewhat below Nyquist's, Hz."""
+        return 3.0 / max(last - first for first, last in self.clock.values()), 0.4 / self.sampling
 
     @property
     def spring_force(self) -> float:

@@ -1,6 +1,7 @@
 """A cart that gives way under the impacts."""
 
 import dataclasses
+import math
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -10,7 +11,8 @@ from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_FREQUENCY_GRID = tuple(float(f) for f in np.geomspace(4.0, 80.0, 16))
+_CYCLES_GRID = tuple(float(cycles) for cycles in np.geomspace(0.025, 2.0, 22))
+"""Of probes' carts in the course of a contact."""
 _PROBE_DAMPING = 0.1
 _PROBE_MASS = 10.0
 """Of a probe's cart, relative to the hammer's."""
@@ -48,7 +50,7 @@ class CartRecoil(AbstractEffect):
             unit="Hz",
             start=15.0,
             lower=0.1,
-            upper=1e3,
+            upper=1e5,
             meaning="natural frequency of the cart",
         ),
         Parameter(
@@ -73,11 +75,11 @@ class CartRecoil(AbstractEffect):
 
     def probes(self, facts: Facts) -> tuple[tuple["CartRecoil", ...], ...]:
         """A cart of ten times the hammer's mass, at several frequencies."""
-        if facts.force == 0:
+        if math.isnan(facts.contact_time):
             return ()
-        mass = _PROBE_MASS * facts.mass
+        mass, frequencies = _PROBE_MASS * facts.mass, tuple(cycles / facts.contact_time for cycles in _CYCLES_GRID)
         return tuple(
-            (dataclasses.replace(self, cart_mass=mass, cart_frequency_hz=f, cart_damping_ratio=_PROBE_DAMPING),) for f in _FREQUENCY_GRID
+            (dataclasses.replace(self, cart_mass=mass, cart_frequency_hz=f, cart_damping_ratio=_PROBE_DAMPING),) for f in frequencies
         )
 
     def scaled(self, factor: Value) -> "CartRecoil":

@@ -1,6 +1,7 @@
 """A load cell behind a low-pass filter."""
 
 import dataclasses
+import math
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -10,7 +11,8 @@ from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, 
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_LAG_GRID = (2e-4, 4e-4, 8e-4, 1.6e-3)
+_LAG_GRID = (1 / 32, 1 / 16, 1 / 8, 1 / 4)
+"""Of probes, over the duration of a contact."""
 
 
 class ForceLag(AbstractEffect):
@@ -43,9 +45,9 @@ class ForceLag(AbstractEffect):
 
     def probes(self, facts: Facts) -> tuple[tuple["ForceLag", ...], ...]:
         """Several time constants."""
-        if "impact_force" not in facts.channels or facts.force == 0:
+        if "impact_force" not in facts.channels or math.isnan(facts.contact_time):
             return ()
-        return tuple((dataclasses.replace(self, lag=lag),) for lag in _LAG_GRID)
+        return tuple((dataclasses.replace(self, lag=part * facts.contact_time),) for part in _LAG_GRID)
 
     @property
     def is_fault(self) -> bool:

@@ -1,6 +1,7 @@
 """A second vibrating mode on the hammer."""
 
 import dataclasses
+import math
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -10,7 +11,10 @@ from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_FREQUENCY_GRID = tuple(float(f) for f in np.geomspace(8.0, 150.0, 30))
+_LOWEST, _HIGHEST = 0.7, 100.0
+"""Frequencies of probes over f_n: what hangs much softer stays behind and does next to nothing."""
+_APART = 1.1
+"""From one probe's frequency to the next."""
 _PROBE_DAMPING = 0.03
 _PROBE_MASS = 0.05
 """Of a probe, relative to the hammer's."""
@@ -46,7 +50,7 @@ class SecondMode(AbstractEffect):
             unit="Hz",
             start=30.0,
             lower=0.1,
-            upper=2e3,
+            upper=1e5,
             meaning="natural frequency of the mode",
         ),
         Parameter(
@@ -70,10 +74,15 @@ class SecondMode(AbstractEffect):
     mode_damping_ratio: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["SecondMode", ...], ...]:
-        """A twentieth of the hammer's mass, at several frequencies."""
-        mass = _PROBE_MASS * facts.mass
+        """A twentieth of the hammer's mass, at several frequencies that the records can show."""
+        mass, (low, high) = _PROBE_MASS * facts.mass, facts.band
+        if facts.f_n > 0:
+            low, high = max(low, _LOWEST * facts.f_n), min(high, _HIGHEST * facts.f_n)
+        if low > high:
+            return ()
+        frequencies = np.geomspace(low, high, 1 + math.ceil(math.log(high / low) / math.log(_APART)))
         return tuple(
-            (dataclasses.replace(self, mode_mass=mass, mode_frequency_hz=f, mode_damping_ratio=_PROBE_DAMPING),) for f in _FREQUENCY_GRID
+            (dataclasses.replace(self, mode_mass=mass, mode_frequency_hz=float(f), mode_damping_ratio=_PROBE_DAMPING),) for f in frequencies
         )
 
     def scaled(self, factor: Value) -> "SecondMode":

@@ -1,17 +1,18 @@
 """A stop that is itself a sprung mass."""
 
 import dataclasses
+import math
 from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_FREQUENCY_GRID = tuple(float(f) for f in np.geomspace(60.0, 1200.0, 13))
+_CYCLES_GRID = tuple(float(cycles) for cycles in np.geomspace(0.4, 8.0, 13))
+"""Of probes' stops in the course of a contact."""
 _STIFFER = 10.0
 """Stiffness of a probe under the stop, relative to that of the contact at its deepest."""
 _PROBE_DAMPING = 0.05
@@ -51,7 +52,7 @@ class StopCompliance(AbstractEffect):
             unit="Hz",
             start=500.0,
             lower=10.0,
-            upper=1e4,
+            upper=1e6,
             meaning="natural frequency of the stop by itself",
         ),
         Parameter(
@@ -76,15 +77,13 @@ class StopCompliance(AbstractEffect):
 
     def probes(self, facts: Facts) -> tuple[tuple["StopCompliance", ...], ...]:
         """A stop ten times as stiff as the contact at its deepest, at several frequencies."""
-        if facts.force == 0 or facts.speed == 0 or not isinstance(facts.law, AbstractCompliantLaw):
+        if math.isnan(facts.contact_time):
             return ()
-        contact_time = float(facts.law.contact_time(jnp.asarray(facts.mass), jnp.asarray(facts.speed)))
-        if not np.isfinite(contact_time):
-            return ()
-        stiffness = _STIFFER * facts.force / (facts.speed * contact_time / 3.0)
+        stiffness = _STIFFER * facts.force / (facts.speed * facts.contact_time / 3.0)
+        frequencies = tuple(cycles / facts.contact_time for cycles in _CYCLES_GRID)
         return tuple(
             (dataclasses.replace(self, stop_stiffness=stiffness, stop_frequency_hz=f, stop_damping_ratio=_PROBE_DAMPING),)
-            for f in _FREQUENCY_GRID
+            for f in frequencies
         )
 
     def scaled(self, factor: Value) -> "StopCompliance":
