@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.discrepancy.assertion import asserted, considered, twins
+from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.continuity import apart
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.discrepancy.disagreement import disagreements
@@ -24,7 +25,7 @@ from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
 from identification.discrepancy.search import BUDGET, DRIFTING, MOST_EFFECTS, Search
 from identification.discrepancy.steadiness import steady_search
 from identification.discrepancy.tolerant_fit import fit_tolerantly
-from identification.discrepancy.verdict import sentences
+from identification.discrepancy.verdict import nearest, sentences
 from identification.experiment import Experiment
 from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
 from identification.held_back import held_back_fits
@@ -192,10 +193,12 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         location = _location(found.first, start, named, verdict)
         rows = considered(found, allowed, predicted)
         advice = next_experiment(found, ambiguous, allowed)
+        said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share, found.mimics)
+        said = (*said, *_nearest(found, allowed)) if verdict == UNLISTED else said
     return Diagnosis(
         experiment=experiment,
         verdict=verdict,
-        sentences=sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share, found.mimics),
+        sentences=said,
         effects=named,
         free_form=cause.formula,
         ambiguous_with=ambiguous,
@@ -207,6 +210,14 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         warnings=_warnings(ground, found, cause, shown_after, refuted),
         seconds=course.seconds,
     )
+
+
+def _nearest(found: Search, allowed: Tolerance) -> tuple[str, ...]:
+    """Several effects that would leave nothing but noise, which nothing is asserted of."""
+    if found.nearest is None:
+        return ()
+    named = asserted(found, found.nearest, numbers(found.nearest, allowed), allowed)
+    return (nearest(named, unsteady(found.nearest, allowed)),)
 
 
 def _warnings(ground: _Ground, found: Search, cause: Explanation, side: Side, refuted: str) -> tuple[str, ...]:

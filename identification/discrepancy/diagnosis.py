@@ -26,7 +26,7 @@ class Number:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Asserted:
-    """An effect that the verdict asserts.
+    """An effect that the verdict asserts, or that its last sentence weighs.
 
     Attributes:
         effect: with its estimated numbers.
@@ -188,7 +188,7 @@ class Diagnosis:
 
     Attributes:
         verdict: `ADEQUATE`, `MISSING` or `UNLISTED`.
-        sentences: the verdict in words, first what is missing, then what it does to the error; two to five of them.
+        sentences: the verdict in words, first what is missing, then what it does to the error; two to six of them.
         effects: asserted, by probability.
         free_form: formula of the term that was learned where no listed effect explains the misfit; empty otherwise.
         ambiguous_with: names of effects that these records cannot tell from the asserted ones.

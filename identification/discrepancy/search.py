@@ -58,8 +58,10 @@ class Search:
     """Whether the budget ended another search, for what may stand in the place of what this one found."""
     mimics: Drift | None = None
     """A parameter that changes in the course of records, which is what the effects stand in for, or would."""
-    doubted: bool = False
-    """Whether it takes several effects to explain all, of which one does not hold still."""
+    doubted: Fitted | None = None
+    """The several effects that it takes to explain all, where one of them does not hold still."""
+    nearest: Fitted | None = None
+    """The first such ones that were met, with all effects to choose from."""
     learned: Learned | None = None
     """A term free in its form, beside the first model, where the effects do not explain all."""
 
@@ -71,7 +73,7 @@ class Search:
     @property
     def explained(self) -> bool:
         """Whether nothing but noise is left, or a trifle beside what has been explained, and by a cause."""
-        return self.ended == EXPLAINED and self.mimics is None and not self.doubted
+        return self.ended == EXPLAINED and self.mimics is None and self.doubted is None
 
     @property
     def stages(self) -> tuple[Fitted, ...]:

@@ -68,6 +68,7 @@ def _further(found: Search, allowed: Tolerance, deadline: float, progress: Calla
     if found.ended == MOST_EFFECTS:
         found = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=found.rounds), allowed)
     without: tuple[str, ...] = ()
+    nearest = found.doubted
     while _doubtful(found, allowed) and (loose := _loose(found, allowed)):
         progress(f"{loose} has no strength that holds for all records; searching without it")
         without = (*without, loose)
@@ -75,9 +76,9 @@ def _further(found: Search, allowed: Tolerance, deadline: float, progress: Calla
         begun = (*found.rounds[:step], *reopened(found.rounds[step], allowed, without=without))
         again = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without), allowed)
         if again.ended == BUDGET:
-            return dataclasses.replace(found, cut_short=True)
-        found = again
-    return found
+            return dataclasses.replace(found, cut_short=True, nearest=nearest)
+        found, nearest = again, nearest or again.doubted
+    return dataclasses.replace(found, nearest=nearest)
 
 
 def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
@@ -97,7 +98,7 @@ def mimicked(found: Search, allowed: Tolerance) -> Drift | None:
 
 def _doubtful(found: Search, allowed: Tolerance) -> bool:
     """Whether another search may find what this one, which had its time, has not."""
-    if found.doubted:
+    if found.doubted is not None:
         return True
     return not found.explained and found.ended != BUDGET and bool(steadily(found, allowed)[1] < MOSTLY)
 
@@ -117,7 +118,7 @@ def _weighed(found: Search, allowed: Tolerance) -> Search:
     if not found.explained or len(found.fitted.names) < 2 or not unsteady(found.fitted, allowed):
         return found
     needed = pruned(found.fitted, allowed)
-    return dataclasses.replace(found, doubted=len(needed.names) > 1 and bool(unsteady(needed, allowed)))
+    return dataclasses.replace(found, doubted=needed if len(needed.names) > 1 and unsteady(needed, allowed) else None)
 
 
 def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:

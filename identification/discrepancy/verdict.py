@@ -56,6 +56,21 @@ def sentences(
     return (first, *where, *learned, *restless)
 
 
+def nearest(effects: Sequence[Asserted], loose: Sequence[str]) -> str:
+    """What the list could say, and why it is not asserted: `loose`, by name, are those of the effects that do not hold still."""
+    named = _joined([f"{one.effect.summary} ({_main(one)})" for one in effects])
+    restless = _joined([one.effect.summary for one in effects if one.effect.name in loose])
+    return (
+        f"Nearest on the list, and not asserted: {named} would together leave nothing but noise, but the strength of {restless}"
+        " differs between records, or these do not tell it."
+    )
+
+
+def _joined(parts: Sequence[str]) -> str:
+    *others, last = parts
+    return f"{', '.join(others)} and {last}" if others else last
+
+
 def _unsteady(side: Side) -> tuple[str, ...]:
     """The parameter that still will not hold still, from the record with its least to that with its largest value."""
     differ = [one for one in side.disagreements if one.chance < BY_CHANCE / len(side.disagreements)]

@@ -122,13 +122,15 @@ def test_one_effect_that_explains_all_stands_and_no_second_search_is_begun_witho
 
 @pytest.mark.parametrize(("again", "names"), [(EXPLAINED, 1), (HELPLESS, 1), (BUDGET, 2)])
 def test_several_effects_that_explain_all_are_doubted_where_one_does_not_hold_still(motion, allowed, searches, monkeypatch, again, names):
-    """Not even for lack of time are they asserted."""
+    """Not even for lack of time are they asserted; but they are remembered."""
     monkeypatch.setattr(steadiness, "pruned", lambda fitted, allowed: fitted)
     found, calls = searches((EXPLAINED, DRAG, FRICTION), (again, DRAG))
     result = steady_search(found[0].fitted, allowed, np.inf)
     assert found[0].explained
     assert result.explained is (again == EXPLAINED)
     assert result.fitted.names == ("quadratic_drag", "coulomb_friction")[:names]
+    assert result.nearest is not None
+    assert result.nearest.names == ("quadratic_drag", "coulomb_friction")
     assert [call.get("without") for call in calls] == [None, ("coulomb_friction",)]
 
 

@@ -6,18 +6,19 @@ import io
 import pytest
 from rich.console import Console
 
+from identification import diagnose
 from identification.discrepancy import assertion
 from identification.discrepancy.diagnosis import MISSING, UNLISTED, Asserted, Number
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.report import diagnosis_summary, write_diagnosis_report
 from identification.discrepancy.report.rows import change_rows
-from identification.discrepancy.search import EXPLAINED, Search
-from identification.discrepancy.verdict import percent, sentences
+from identification.discrepancy.search import EXPLAINED, HELPLESS, Search
+from identification.discrepancy.verdict import nearest, percent, sentences
 from tests.identification.discrepancy.made_diagnosis import made_diagnosis
 from tests.identification.discrepancy.made_search import model, round_of
 from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import read
-from vibrojax.effects import MissingStop
+from vibrojax.effects import CoulombFriction, MissingStop, QuadraticDrag
 
 STOP = MissingStop(impact_stiffness=3.6e5, impact_exponent=0.8, impact_damping=1e-6, gap_offset=-0.9938645)
 PLACE = "0.0061355 ± 0.0000037"
@@ -85,6 +86,29 @@ def test_the_file_keeps_the_offset(diagnosis):
     numbers = diagnosis.document()["effects"][0]["parameters"]
     assert list(numbers) == ["k_i", "n", "lambda_i", "gap_offset"]
     assert numbers["gap_offset"] == {"value": -0.9938645, "stderr": 3.7e-6, "unit": "m"}
+
+
+def test_what_comes_nearest_is_told_with_its_numbers_and_why_it_is_not_asserted():
+    force = Number(name="friction_force", symbol="F_c", unit="N", value=0.8, stderr=0.8)
+    friction = Asserted(effect=CoulombFriction(friction_force=0.8), probability=0.5, parameters=(force,))
+    said = nearest((friction, asserted(1.0)), ("coulomb_friction",))
+    assert "not asserted: dry friction in the suspension (F_c = 0.80 ± 0.80 N) and impacts on a stop" in said
+    assert f"u_stop = {PLACE} m" in said
+    assert "the strength of dry friction in the suspension differs" in said
+
+
+def test_what_a_search_came_nearest_to_is_told_by_its_model(motion, allowed, monkeypatch):
+    both = model(motion, allowed, 1.0, CoulombFriction(friction_force=0.8), QuadraticDrag(drag_coefficient=0.01))
+    force = Number(name="coulomb_friction.friction_force", symbol="F_c", unit="N", value=0.8, stderr=0.8)
+    monkeypatch.setattr(diagnose, "numbers", lambda fitted, allowed: (force,))
+    monkeypatch.setattr(diagnose, "unsteady", lambda fitted, allowed: ("coulomb_friction",))
+    start = model(motion, allowed, 5.0)
+    last = round_of(motion, start.outcome.equations.cost, {}).scored
+    ended = Search(rounds=(), fitted=start, last=last, ended=HELPLESS, nearest=both)
+    (said,) = diagnose._nearest(ended, allowed)
+    assert "F_c = 0.80 ± 0.80 N" in said and "square of the velocity" in said
+    assert "the strength of dry friction in the suspension differs" in said
+    assert diagnose._nearest(dataclasses.replace(ended, nearest=None), allowed) == ()
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.0041, "0.41 %"), (0.99, "99 %"), (0.996, "100 %"), (1.36, "136 %")])
