@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from identification.discrepancy.continuity import states_margin, whole_cost
+from identification.discrepancy.driven import rings_by_itself
 from identification.discrepancy.from_loops import from_loops
 from identification.discrepancy.look import Scored
 from identification.discrepancy.memory import give_back
@@ -89,7 +90,7 @@ def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list
             continue
         finally:
             give_back()
-        if fitted is not None:
+        if fitted is not None and not rings_by_itself(fitted, scored.courses):
             finals.append(rival_of(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
     others = [rival for rival in heats if all(rival is not one for one in near)]
@@ -157,7 +158,7 @@ def _compiled(thin: _Thinned, scored: Scored, candidate: Candidate) -> None:
 def _heat(
     thin: _Thinned, scored: Scored, candidate: Candidate, prepared: Prepared, before: list[Rival], progress: Progress, *, newest: str = ""
 ) -> list[Rival]:
-    """One candidate, fitted in short; empty where it cannot be integrated or is given up beside those `before` it."""
+    """One candidate, fitted in short; empty where it cannot be integrated, is given up beside those `before` it, or rings by itself."""
     progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
     lowest = min((rival.cost for rival in before), default=np.inf)
     limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
@@ -168,7 +169,7 @@ def _heat(
         return []
     finally:
         give_back()
-    return [] if fitted is None else [rival_of(candidate, fitted, thin.allowed)]
+    return [] if fitted is None or rings_by_itself(fitted, scored.courses) else [rival_of(candidate, fitted, thin.allowed)]
 
 
 def takes_long(prepared: Prepared, beside: Fitted) -> bool:
