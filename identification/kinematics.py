@@ -4,12 +4,17 @@ import dataclasses
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
 
 from identification.experiment import Record
 
-_HALF_WINDOW_S = 1.5e-3
-"""Half width of the local polynomials, s: shorter than the contacts of interest, longer than a few samples of them."""
+_LONGEST_S, _FEWEST_SAMPLES = 1.5e-3, 3
+"""Half width of the local polynomials: at most and at least so much."""
+_BLUNT = 2.5
+"""Root mean square, over the width of a polynomial, of what it leaves of the record, in noise, from which it blunts what happens there."""
+_ORDER = 3
+"""Of the polynomials."""
 _CONTACT_SIGNIFICANCE = 6.0
 """A force this many standard deviations above zero is contact."""
 _FEWEST_IN_FLIGHT = 16
@@ -58,8 +63,8 @@ def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarr
     if u is None:
         return None
     dt = float(np.median(np.diff(record.time)))
-    half = int(np.clip(round(_HALF_WINDOW_S / dt), 3, len(u) // 4))
-    smooth, v, a = (np.asarray(savgol_filter(u, 2 * half + 1, 3, deriv=order, delta=dt)) for order in range(3))
+    half = _half_width(u, dt, _displacement_noise(record))
+    smooth, v, a = (np.asarray(savgol_filter(u, 2 * half + 1, _ORDER, deriv=order, delta=dt)) for order in range(3))
     acceleration = record.channels.get("hammer_acceleration")
     inertia = -mass * (a + base_acceleration if acceleration is None else bridged(record.time, acceleration))
     if "reaction_force" in record.channels:
@@ -73,6 +78,27 @@ def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarr
         touching |= smooth > record.gap + _CONTACT_SIGNIFICANCE * _displacement_noise(record)
     touching = smooth > record.gap if record.kind == "prescribed" else touching & near
     return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, inertia=inertia, touching=touching)
+
+
+def _half_width(u: Float[np.ndarray, " samples"], dt: float, noise: float) -> int:
+    """Samples to either side that a local polynomial takes in: as many as leave nothing but noise, even in the shortest contact.
+
+    The noise is as declared, or as the shortest polynomials show it where that is more.
+    """
+    half = int(np.clip(round(_LONGEST_S / dt), _FEWEST_SAMPLES, len(u) // 4))
+    if half <= _FEWEST_SAMPLES:
+        return half
+    finest = u - savgol_filter(u, 2 * _FEWEST_SAMPLES + 1, _ORDER)
+    noise = max(noise, 1.4826 * float(np.median(np.abs(finest))) / np.sqrt(1.0 - (_ORDER + 1) / (2 * _FEWEST_SAMPLES + 1)))
+    while half > _FEWEST_SAMPLES and _left(u, half) > _BLUNT * noise:
+        half = max(half // 2, _FEWEST_SAMPLES)
+    return half
+
+
+def _left(u: Float[np.ndarray, " samples"], half: int) -> float:
+    """Largest root mean square, over the width of a local polynomial, of what it leaves."""
+    residual = u - savgol_filter(u, 2 * half + 1, _ORDER)
+    return float(np.sqrt(uniform_filter1d(residual**2, 2 * half + 1).max()))
 
 
 def _displacement_noise(record: Record) -> float:

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 
 from identification.discrepancy.diagnosis import Profile
 from identification.discrepancy.linearised import Linearised
+from identification.discrepancy.periodogram import periodogram
 from identification.layout import Estimate
 from identification.prepare import Prepared
 
@@ -16,9 +17,8 @@ _TRUST = 20.0
 """Samples of median weight whose worth of zeros is mixed into every bin mean that is to predict."""
 _QUIET = 0.02
 """Share of the excess below which a record does not say where it lies."""
-_HIGHEST_LINE_HZ = 400.0
-_FEWEST_CYCLES = 3.0
-"""In a record, of what is called a tone there."""
+_FEWEST_CYCLES, _LINES_APART = 3.0, 0.3
+"""In a record, of what is called a tone there; and from one frequency that is looked at to the next, in cycles in the longest record."""
 _OF_WINDOWS = 0.02
 """Relative distance from a multiple of the rate of windows at which a line may be theirs."""
 
@@ -251,24 +251,13 @@ def _parities(prepared: Prepared, at: Linearised) -> np.ndarray:
 
 def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"]) -> tuple[float, float]:
     """Strongest line that is no harmonic of the drive, Hz, and the share of the excess in it, each record with its own phase."""
-    total, power, frequencies = float(np.sum(missing.excess[region])), np.zeros(1), np.zeros(1)
+    total = float(np.sum(missing.excess[region]))
     if total <= 0:
         return 0.0, 0.0
     weight = np.where(region, missing.weight, 0.0)
-    for index, record in enumerate(prepared.experiment.records):
-        whole, known = (at.of_record(x, index, len(record.time)) for x in (weight * missing.value, weight))
-        dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
-        if len(frequencies) == 1:
-            frequencies = np.arange(1.0, min(_HIGHEST_LINE_HZ, 0.25 / dt), 0.1)
-            power = np.zeros_like(frequencies)
-        count = 1 << int(np.ceil(np.log2(max(20.0 / dt, len(whole)))))
-        gain = 2.0 * np.abs(np.fft.rfft(whole, count)) ** 2 / max(float(known.sum()), 1e-300)
-        own = np.interp(frequencies, np.fft.rfftfreq(count, dt), gain)
-        own = np.where(frequencies * span < _FEWEST_CYCLES, 0.0, own)
-        if record.excitation_frequency:
-            order = frequencies / record.excitation_frequency
-            own = np.where(np.abs(order - np.round(order)) * record.excitation_frequency < 1.0 / span, 0.0, own)
-        power += own
+    frequencies, power = periodogram(
+        prepared, at, weight * missing.value, weight, lowest=_FEWEST_CYCLES, apart=_LINES_APART, fewest=_FEWEST_CYCLES
+    )
     if not frequencies.size:  # sampled so slowly that no line can be told from the drive
         return 0.0, 0.0
     cadence = 1.0 / float(np.median(np.take_along_axis(at.ts, at.lengths[:, None] - 1, axis=1)[:, 0] - at.ts[:, 0]))

@@ -1,12 +1,11 @@
 """What the records and the nominal fit show before any candidate is tried."""
 
-import jax.numpy as jnp
 import numpy as np
 
 from identification.discrepancy.linearised import Linearised
+from identification.discrepancy.time_scales import contact_time
 from identification.layout import NUISANCES, Estimate
 from identification.prepare import Prepared
-from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 from vibrojax.effects import Facts
 
 _LINES = 2
@@ -23,7 +22,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
     inside = np.arange(at.u.shape[1]) < at.lengths[:, None]
     noise = {name: min(r.noise[name] for r in experiment.records if name in r.noise) for name in channels}
     values = prepared.layout.physical(estimate.shared)
-    mass, speed, force = float(values.get("m", experiment.mass)), float(np.abs(at.v[inside]).max()), float(at.push[inside].max())
+    mass = float(values.get("m", experiment.mass))
     return Facts(
         mass=mass,
         f_n=float(values.get("f_n", 0.0)),
@@ -36,10 +35,10 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         noise=noise,
         amplitude=float(np.abs(at.u[inside]).max()),
         lowest=_lowest(prepared, at),
-        speed=speed,
-        force=force,
+        speed=float(np.abs(at.v[inside]).max()),
+        force=float(at.push[inside].max()),
         deepest=_deepest(prepared, at, estimate, inside),
-        contact_time=_contact_time(prepared.model.law, mass, speed) if force > 0 else np.nan,
+        contact_time=contact_time(prepared, at, mass),
         ceilings=_ceilings(prepared, channels),
         lines={name: _lines(prepared, at, channel) for channel, name in enumerate(at.channels) if used[channel]},
         sampling=float(np.median(np.diff(experiment.records[0].time))),
@@ -65,14 +64,6 @@ def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.
         motion, own = prepared.motions[record], contact & (at.record == record)[:, None]
         depths.append(float((at.u[own] if motion is None else motion.u).max() - gaps[record]))
     return max(depths)
-
-
-def _contact_time(law: AbstractContactLaw, mass: float, speed: float) -> float:
-    """Duration of an impact, s; NaN where the law gives none."""
-    if not isinstance(law, AbstractCompliantLaw) or speed == 0:
-        return np.nan
-    found = float(law.contact_time(jnp.asarray(mass), jnp.asarray(speed)))
-    return found if np.isfinite(found) else np.nan
 
 
 def _flights(at: Linearised, record: int, time: np.ndarray) -> tuple[float, ...]:

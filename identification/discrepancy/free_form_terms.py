@@ -10,6 +10,7 @@ from scipy.special import chdtri
 from identification.block_arrow import covariance
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.missing_force import missing_force
+from identification.discrepancy.periodogram import periodogram
 from identification.discrepancy.response import Perturbation, response
 from identification.discrepancy.score import Projector, Reduced, information, reduced
 from identification.discrepancy.signature import Course
@@ -49,7 +50,8 @@ _PEAKS = 3
 _CARRIERS = ("1", "u")
 _ALIKE = 0.5
 """Share of its gain that a line must keep with one amplitude for all records."""
-_LOWEST_HZ, _HIGHEST_HZ = 0.5, 400.0
+_LOWEST, _APART = 1.5, 0.06
+"""Frequencies of lines and from one to the next, in periods in the longest record."""
 _FALSE_ALARM = 1e-5
 _TRIFLE = 0.02
 """Share of the gain so far below which a further term waits for the refit."""
@@ -168,12 +170,15 @@ def _lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass:
     for carrier in _CARRIERS:
         term = "sine_1" if carrier == "1" else f"{carrier} sine_1"
         shape = along(by.at, courses, FreeForm(terms=(carrier,), c1=1.0))
-        frequencies, power = _periodogram(prepared, by.at, weight * force * shape, weight * shape**2)
+        frequencies, power = periodogram(prepared, by.at, weight * force * shape, weight * shape**2, lowest=_LOWEST, apart=_APART)
+        if not frequencies.size:
+            continue
+        looked_at = int(frequencies[-1] * longest)
         for _ in range(_PEAKS):
             peak = float(frequencies[np.argmax(power)])
             power = np.where(np.abs(frequencies - peak) < 2.0 / longest, 0.0, power)
             near = [peak + step / longest for step in (-0.6, -0.3, 0.0, 0.3, 0.6) if peak + step / longest > 0]
-            tried = [_line(by, courses, mass, term, one, int(_HIGHEST_HZ * longest)) for one in near]
+            tried = [_line(by, courses, mass, term, one, looked_at) for one in near]
             best = max(tried, key=lambda group: _gains(by, group)[0])
             whole, alike = _gains(by, best)
             if alike > _ALIKE * whole:
@@ -214,24 +219,6 @@ def common_amplitude(line: Group, factors: np.ndarray) -> float:
     sine, cosine = factors.reshape(2, -1)
     known = np.array([np.sum(column.column**2) for column in line.columns]).reshape(2, -1).sum(axis=0)
     return float(np.sum(known * np.hypot(sine, cosine)) / max(known.sum(), 1e-300))
-
-
-def _periodogram(prepared: Prepared, at: Linearised, values: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Drop of chi-square by a line of each frequency, Hz, summed over records but for harmonics of their own drive."""
-    sampling = min(float(np.median(np.diff(record.time))) for record in prepared.experiment.records)
-    frequencies = np.arange(_LOWEST_HZ, min(_HIGHEST_HZ, 0.25 / sampling), 0.02)
-    power = np.zeros_like(frequencies)
-    for index, record in enumerate(prepared.experiment.records):
-        whole, total = (at.of_record(x, index, len(record.time)) for x in (values, weight))
-        dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
-        count = 1 << int(np.ceil(np.log2(max(40.0 / dt, len(whole)))))
-        own = 2.0 * np.abs(np.fft.rfft(whole, count)) ** 2 / max(float(total.sum()), 1e-300)
-        own = np.interp(frequencies, np.fft.rfftfreq(count, dt), own)
-        if record.excitation_frequency:
-            order = frequencies / record.excitation_frequency
-            own = np.where(np.abs(order - np.round(order)) * record.excitation_frequency < 1.0 / span, 0.0, own)
-        power += own
-    return frequencies, power
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

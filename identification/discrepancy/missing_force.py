@@ -8,11 +8,11 @@ from jaxtyping import Float
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.response import Perturbation, response
 from identification.discrepancy.robust import Tolerance, tolerance
+from identification.discrepancy.time_scales import resolution
 from identification.prepare import Prepared
 
-_HALF_WINDOW_S = 1.5e-3
-"""Half width of the local average of accelerations, s: shorter than the contacts of interest."""
-_KNOT_SPACING_S = 6e-3
+_KNOT_SPACING = 4.0
+"""Between knots of a force that only displacement shows, over the half width of a local average."""
 _MOST_KNOTS = 32
 _STRENGTHS = np.geomspace(1e-3, 1e2, 11)
 """Prior size of the force where only displacement shows it, relative to what one window could just tell from zero."""
@@ -27,10 +27,10 @@ def missing_force(
     """Force towards the stop that acts on the hammer beside the fitted model, N, and its standard error.
 
     Where the acceleration was recorded: m (x''_recorded - x''_model) after what the difference of the motion itself brings in, averaged
-    over 3 ms. Elsewhere the piecewise linear force whose response along the fitted motion, with a free initial state, explains the
-    residuals of all channels best under a Gaussian prior, the strength of which is that of highest marginal likelihood over all windows.
-    Windows that the fit has given up on (`robust.Tolerance`) count as sqrt(x / cut) noisier. 0, give or take infinity, where nothing is
-    known. None where neither acceleration nor displacement of the hammer was recorded.
+    over 3 ms, less where contacts or vibrations are shorter. Elsewhere the piecewise linear force whose response along the fitted motion,
+    with a free initial state, explains the residuals of all channels best under a Gaussian prior, the strength of which is that of highest
+    marginal likelihood over all windows. Windows that the fit has given up on (`robust.Tolerance`) count as sqrt(x / cut) noisier. 0, give
+    or take infinity, where nothing is known. None where neither acceleration nor displacement of the hammer was recorded.
 
     Source: variation of constants (`response`); marginal likelihood as D. J. C. MacKay, Neural Computation 4 (1992) 415-447.
     """
@@ -42,15 +42,16 @@ def missing_force(
         moved |= recorded.get(name, moved)
     if not (accelerations.any() or moved.any()):
         return None
-    direct = accelerations.sum(axis=1) > 0.5 * at.lengths
+    direct, half = accelerations.sum(axis=1) > 0.5 * at.lengths, resolution(prepared, at, mass)
     force, stderr = np.zeros_like(at.ts), np.full_like(at.ts, np.inf)
     weights = window_weights(prepared, at)
     if direct.any():
-        force[direct], deviation = _from_acceleration(prepared, _only(at, direct), mass)
+        force[direct], deviation = _from_acceleration(prepared, _only(at, direct), mass, half)
         stderr[direct] = deviation / np.sqrt(np.maximum(weights[direct], 1e-12))[:, None]
     smoothed = ~direct & moved.any(axis=1)
     if smoothed.any():
-        force[smoothed], stderr[smoothed] = _smoother(prepared, _only(at, smoothed), weights[smoothed], mass)
+        hats = _hats(_only(at, smoothed), _KNOT_SPACING * half)
+        force[smoothed], stderr[smoothed] = _smoother(prepared, _only(at, smoothed), weights[smoothed], mass, hats)
     known = inside & at.finite[:, None] & np.isfinite(force) & (stderr > 0)
     return np.where(known, force, 0.0), np.where(known, stderr, np.inf)
 
@@ -78,9 +79,9 @@ def _only(at: Linearised, chosen: np.ndarray) -> Linearised:
     return Linearised(channels=at.channels, **arrays)
 
 
-def _from_acceleration(prepared: Prepared, at: Linearised, mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of windows whose acceleration was recorded."""
-    half = max(1, round(_HALF_WINDOW_S / _interval(at)))
+def _from_acceleration(prepared: Prepared, at: Linearised, mass: float, resolved: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of windows whose acceleration was recorded; `resolved` is the half width of local averages, s."""
+    half = max(1, round(resolved / _interval(at)))
     difference, weight = _in_si(at, "hammer_acceleration")
     difference, variance = _local_mean(difference, weight, half)
     (du, dv), (var_u, var_v) = _deviation(prepared, at, half)
@@ -169,9 +170,8 @@ def _states(prepared: Prepared, at: Linearised) -> np.ndarray:
     return at.jacobian[:, begin:].reshape(len(at.record), prepared.layout.states, -1)
 
 
-def _smoother(prepared: Prepared, at: Linearised, weights: np.ndarray, mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of windows whose acceleration was not recorded: posterior mean and deviation of the force."""
-    hats = _hats(at)
+def _smoother(prepared: Prepared, at: Linearised, weights: np.ndarray, mass: float, hats: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of windows whose acceleration was not recorded: posterior mean and deviation of the force, which is made of `hats`."""
     root = np.sqrt(weights)[:, None]
     none = np.zeros_like(at.u)
     columns = []
@@ -193,11 +193,11 @@ def _smoother(prepared: Prepared, at: Linearised, weights: np.ndarray, mass: flo
     return force, np.sqrt(np.einsum("ltk,ltk->lt", hats @ covariance, hats))
 
 
-def _hats(at: Linearised) -> np.ndarray:
-    """Piecewise linear functions of time, equal to 1 N at one knot each; (windows, time, knots)."""
+def _hats(at: Linearised, apart: float) -> np.ndarray:
+    """Piecewise linear functions of time, equal to 1 N at one knot each, `apart` in s if that is not too fine; (windows, time, knots)."""
     since = at.ts - at.ts[:, :1]
     longest = float(np.max(np.take_along_axis(since, at.lengths[:, None] - 1, axis=1)))
-    spacing = max(_KNOT_SPACING_S, 4.0 * _interval(at), longest / (_MOST_KNOTS - 1))
+    spacing = max(apart, 4.0 * _interval(at), longest / (_MOST_KNOTS - 1))
     knots = spacing * np.arange(int(np.ceil(longest / spacing)) + 1)
     return np.clip(1.0 - np.abs(since[..., None] - knots) / spacing, 0.0, None)
 

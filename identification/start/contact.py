@@ -85,7 +85,7 @@ def contact_start(
     cost, values, shifts = min(fits, key=lambda fit: fit[0])
     errors = np.zeros(len(records))
     for record in np.unique(samples["record"]):
-        errors[record] = np.median(1e-4 * shifts[slot][samples["record"] == record])
+        errors[record] = np.median(_length(samples) * shifts[slot][samples["record"] == record])
     return Loops(values=values, errors=errors, cost=cost)
 
 
@@ -120,14 +120,14 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
 
 
 def _residual(model: Model, names, samples, slot):
-    """Function of (internal parameters, gap errors in 0.1 mm) that SciPy minimises, and its derivative, compiled once."""
+    """Function of (internal parameters, gap errors in `_length`) that SciPy minimises, and its derivative, compiled once."""
     specs = {p.name: p for p in model.parameters}
     data = {key: jnp.asarray(value) for key, value in samples.items()}
-    slot, scale = jnp.asarray(slot), 0.02 * np.max(samples["force"])
+    slot, length, scale = jnp.asarray(slot), _length(samples), 0.02 * np.max(samples["force"])
 
     def misfit(x):
         changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
-        delta, law = data["indentation"] - 1e-4 * x[len(names) :][slot], changed.law
+        delta, law = data["indentation"] - length * x[len(names) :][slot], changed.law
         for effect in changed.effects:
             law, _ = effect.stop(law, 0.0)
         force = cast(AbstractCompliantLaw, law).force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
@@ -135,6 +135,11 @@ def _residual(model: Model, names, samples, slot):
 
     compiled, derivative = soon_compiled(misfit), soon_compiled(jax.jacfwd(misfit))
     return lambda x: np.asarray(compiled(x)), lambda x: np.asarray(derivative(x))
+
+
+def _length(samples: dict[str, np.ndarray]) -> float:
+    """In which gap errors are counted, m."""
+    return 0.1 * float(np.max(samples["indentation"]))
 
 
 def _some_contacts(samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
