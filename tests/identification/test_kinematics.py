@@ -33,6 +33,24 @@ def test_displacement_alone_shows_every_touch():
     assert not motion.touching[(phase > 0.001) & (phase < 0.019)].any()
 
 
+@pytest.mark.parametrize("faster", [1.0, 30.0, 1000.0])
+def test_contacts_of_any_duration_keep_their_force(faster):
+    """A spring of 1000 N per kg and m, begun and ended in flight, on records of as many samples."""
+    time, omega, noise = TIME / faster, faster * np.sqrt(1e5), 1e-7
+    flight, speed = 0.02 / faster, 0.1 * faster
+    into = time - flight
+    touch = (into > 0) & (into < np.pi / omega)
+    u = np.where(into <= 0, speed * into, np.where(touch, speed / omega * np.sin(omega * into), -speed * (into - np.pi / omega)))
+    u = u + noise * np.random.default_rng(1).standard_normal(len(time))
+    record = Record(
+        file="a.csv", kind="drop-test", gap=0.0, time=time, channels={"hammer_displacement": u}, noise={"hammer_displacement": noise}
+    )
+    motion = kinematics(record, mass=1.0, base_acceleration=np.zeros(len(time)))
+    assert motion is not None
+    middle = touch & (np.sin(omega * into) > 0.5)
+    np.testing.assert_allclose(motion.inertia[middle], (omega**2 * u)[middle], rtol=0.1)
+
+
 @pytest.mark.parametrize(("kind", "base", "moves"), [("forced", "measured", True), ("forced", "sine", False)])
 def test_the_cart_counts_where_its_record_drives_the_model(kind, base, moves):
     channels = {"hammer_displacement": np.full(len(TIME), 1.0), "cart_displacement": np.full(len(TIME), 0.4)}
