@@ -23,6 +23,6 @@ def contact_time(prepared: Prepared, at: Linearised, mass: float) -> float:
 
 def resolution(prepared: Prepared, at: Linearised, mass: float) -> float:
     """Half width of a local average that blurs neither a contact nor the vibration, s."""
-    f_n = prepared.model.values().get("f_n", 0.0)
+    f_n = float(prepared.model.values().get("f_n", 0.0))
     scales = (_LONGEST_S, _OF_CONTACT * contact_time(prepared, at, mass), _OF_PERIOD / f_n if f_n > 0 else np.nan)
     return float(np.nanmin(scales))
