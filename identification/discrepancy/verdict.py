@@ -58,12 +58,18 @@ def sentences(
 
 def nearest(effects: Sequence[Asserted], loose: Sequence[str]) -> str:
     """What the list could say, and why it is not asserted: `loose`, by name, are those of the effects that do not hold still."""
-    named = _joined([f"{one.effect.summary} ({_main(one)})" for one in effects])
+    named = _joined([_with_what_is_known(one) for one in effects])
     restless = _joined([one.effect.summary for one in effects if one.effect.name in loose])
     return (
         f"Nearest on the list, and not asserted: {named} would together leave nothing but noise, but the strength of {restless}"
         " differs between records, or these do not tell it."
     )
+
+
+def _with_what_is_known(one: Asserted) -> str:
+    """The effect with those of its numbers that have an error."""
+    known = ", ".join(_number(p) for p in one.told if p.stderr is not None)
+    return f"{one.effect.summary} ({known})" if known else one.effect.summary
 
 
 def _joined(parts: Sequence[str]) -> str:
