@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 
 import jaxtyping
@@ -10,7 +11,8 @@ import jaxtyping
 jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
 
 # Most of a cold run is compiling, which the older emitter of XLA does sooner. Notebooks and commands that tests start inherit it.
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
+if version("jax").startswith("0.10."):  # XLA refuses to start with a flag that it does not know
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
 
 import jax  # noqa: E402
 import psutil  # noqa: E402
