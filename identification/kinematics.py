@@ -13,6 +13,8 @@ _LONGEST_S, _FEWEST_SAMPLES = 1.5e-3, 3
 """Half width of the local polynomials: at most and at least so much."""
 _BLUNT = 2.5
 """Root mean square, over the width of a polynomial, of what it leaves of the record, in noise, from which it blunts what happens there."""
+_FAR_OFF = 8.0
+"""Noise up to which a sample counts."""
 _ORDER = 3
 """Of the polynomials."""
 _CONTACT_SIGNIFICANCE = 6.0
@@ -89,15 +91,16 @@ def _half_width(u: Float[np.ndarray, " samples"], dt: float, noise: float) -> in
     if half <= _FEWEST_SAMPLES:
         return half
     finest = u - savgol_filter(u, 2 * _FEWEST_SAMPLES + 1, _ORDER)
-    noise = max(noise, 1.4826 * float(np.median(np.abs(finest))) / np.sqrt(1.0 - (_ORDER + 1) / (2 * _FEWEST_SAMPLES + 1)))
-    while half > _FEWEST_SAMPLES and _left(u, half) > _BLUNT * noise:
+    own = 1.4826 * float(np.median(np.abs(finest))) / np.sqrt(1.0 - (_ORDER + 1) / (2 * _FEWEST_SAMPLES + 1))
+    noise = max(noise, own) if np.isfinite(noise) else own
+    while half > _FEWEST_SAMPLES and _left(u, half, noise) > _BLUNT * noise:
         half = max(half // 2, _FEWEST_SAMPLES)
     return half
 
 
-def _left(u: Float[np.ndarray, " samples"], half: int) -> float:
-    """Largest root mean square, over the width of a local polynomial, of what it leaves."""
-    residual = u - savgol_filter(u, 2 * half + 1, _ORDER)
+def _left(u: Float[np.ndarray, " samples"], half: int, noise: float) -> float:
+    """Largest root mean square, over the width of a local polynomial, of what it leaves; a single sample far off does not count as such."""
+    residual = np.clip(u - savgol_filter(u, 2 * half + 1, _ORDER), -_FAR_OFF * noise, _FAR_OFF * noise)
     return float(np.sqrt(uniform_filter1d(residual**2, 2 * half + 1).max()))
 
 

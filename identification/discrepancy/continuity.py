@@ -107,10 +107,15 @@ def _covariance_of_jumps(fitted: Fitted, own: np.ndarray, before: np.ndarray, af
     return joint.reshape(len(slope), len(slope)) + slope @ of_others @ slope.T
 
 
+def sound_windows(fitted: Fitted) -> np.ndarray:
+    """(windows,) bool: fitted as most are."""
+    cost = fitted.outcome.equations.cost
+    return np.isfinite(cost) & (cost <= _ASTRAY * np.median(cost))
+
+
 def _neighbours(fitted: Fitted) -> tuple[np.ndarray, np.ndarray]:
     """Windows that end where another one begins, and these; both fitted as most are."""
-    prepared, cost = fitted.prepared, fitted.outcome.equations.cost
-    sound = np.isfinite(cost) & (cost <= _ASTRAY * np.median(cost))
+    prepared, sound = fitted.prepared, sound_windows(fitted)
     first = np.concatenate([group.first for group in prepared.groups])
     end = first + np.concatenate([group.lengths for group in prepared.groups])
     begins = {(record, start): window for window, (record, start) in enumerate(zip(prepared.record, first, strict=True))}

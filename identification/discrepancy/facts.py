@@ -22,7 +22,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
     inside = np.arange(at.u.shape[1]) < at.lengths[:, None]
     noise = {name: min(r.noise[name] for r in experiment.records if name in r.noise) for name in channels}
     values = prepared.layout.physical(estimate.shared)
-    mass = float(values.get("m", experiment.mass))
+    mass, law = float(values.get("m", experiment.mass)), prepared.model.replace(values).law
     return Facts(
         mass=mass,
         f_n=float(values.get("f_n", 0.0)),
@@ -38,11 +38,11 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         speed=float(np.abs(at.v[inside]).max()),
         force=float(at.push[inside].max()),
         deepest=_deepest(prepared, at, estimate, inside),
-        contact_time=contact_time(prepared, at, mass),
+        contact_time=contact_time(law, at, mass),
         ceilings=_ceilings(prepared, channels),
         lines={name: _lines(prepared, at, channel) for channel, name in enumerate(at.channels) if used[channel]},
-        sampling=float(np.median(np.diff(experiment.records[0].time))),
-        law=prepared.model.law,
+        sampling=min(float(np.median(np.diff(r.time))) for r in experiment.records),
+        law=law,
     )
 
 

@@ -42,7 +42,7 @@ def missing_force(
         moved |= recorded.get(name, moved)
     if not (accelerations.any() or moved.any()):
         return None
-    direct, half = accelerations.sum(axis=1) > 0.5 * at.lengths, resolution(prepared, at, mass)
+    direct, half = accelerations.sum(axis=1) > 0.5 * at.lengths, resolution(at)
     force, stderr = np.zeros_like(at.ts), np.full_like(at.ts, np.inf)
     weights = window_weights(prepared, at)
     if direct.any():

@@ -11,6 +11,7 @@ from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.continuity import states_cost, whole_cost
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import MUCH, Drift, drifts
+from identification.discrepancy.driven import rings_by_itself
 from identification.discrepancy.evidence import FALSE_ALARM, chance, trials
 from identification.discrepancy.free_form import Learned
 from identification.discrepancy.linearised import linearised
@@ -61,7 +62,7 @@ class Search:
     doubted: Fitted | None = None
     """The several effects that it takes to explain all, where one of them does not hold still."""
     nearest: Fitted | None = None
-    """The first such ones that were met, with all effects to choose from."""
+    """The first such ones that were met."""
     learned: Learned | None = None
     """A term free in its form, beside the first model, where the effects do not explain all."""
 
@@ -138,6 +139,8 @@ def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tup
         return ()
     best, *others = rivals  # that may have been fitted in short
     if (fitted := fit_tolerantly(best.prepared, allowed)) is not None:
+        if rings_by_itself(fitted, one.scored.courses):
+            return ()
         best = rival_of(best.candidate, fitted, allowed)
     return (dataclasses.replace(one, rivals=(best, *others)),)
 

@@ -37,7 +37,9 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
         found = dataclasses.replace(found, ended=LEARNED)
     if found.fitted.names:
         found = dataclasses.replace(found, mimics=mimicked(found, allowed))
-    return found if found.explained else dataclasses.replace(found, learned=term.beside(found.first))
+    if found.explained:
+        return found
+    return dataclasses.replace(found, learned=term.beside(found.first), nearest=found.nearest or found.doubted)
 
 
 class _Term:

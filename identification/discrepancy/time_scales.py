@@ -4,25 +4,36 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.discrepancy.linearised import Linearised
-from identification.prepare import Prepared
-from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 
 _LONGEST_S = 1.5e-3
+"""Half width of a local average."""
 _OF_CONTACT, _OF_PERIOD = 1 / 3, 1 / 24
+"""Likewise, at most, over the duration of a contact and the period of the vibration."""
 
 
-def contact_time(prepared: Prepared, at: Linearised, mass: float) -> float:
+def contact_time(law: AbstractContactLaw, at: Linearised, mass: float) -> float:
     """Duration of an impact at the largest speed, s; NaN without impacts, and where the contact law gives them no duration."""
-    law, inside = prepared.model.law, np.arange(at.u.shape[1]) < at.lengths[:, None]
-    speed = float(np.abs(at.v[inside]).max())
-    if not isinstance(law, AbstractCompliantLaw) or not np.any(at.push[inside] > 0) or speed == 0:
+    speed = float(np.abs(at.v[_inside(at)]).max())
+    if not isinstance(law, AbstractCompliantLaw) or not np.any(at.push[_inside(at)] > 0) or speed == 0:
         return np.nan
     found = float(law.contact_time(jnp.asarray(mass), jnp.asarray(speed)))
     return found if np.isfinite(found) else np.nan
 
 
-def resolution(prepared: Prepared, at: Linearised, mass: float) -> float:
+def resolution(at: Linearised) -> float:
     """Half width of a local average that blurs neither a contact nor the vibration, s."""
-    f_n = float(prepared.model.values().get("f_n", 0.0))
-    scales = (_LONGEST_S, _OF_CONTACT * contact_time(prepared, at, mass), _OF_PERIOD / f_n if f_n > 0 else np.nan)
-    return float(np.nanmin(scales))
+    scales, inside = [_LONGEST_S], _inside(at)
+    contact, interval = at.in_contact & inside, float(np.median(np.diff(at.ts[:, :2], axis=1)))
+    if touches := int(np.sum(contact[:, 1:] & ~contact[:, :-1])):
+        scales.append(_OF_CONTACT * interval * float(contact.sum()) / touches)
+    flight = inside & ~at.in_contact
+    stiffness = -float(np.median(at.restoring[..., 0][flight])) if flight.any() else 0.0
+    if stiffness > 0:
+        scales.append(_OF_PERIOD * 2.0 * np.pi / np.sqrt(stiffness))
+    return float(min(scales))
+
+
+def _inside(at: Linearised) -> np.ndarray:
+    """(windows, time) bool: not padding."""
+    return np.arange(at.u.shape[1]) < at.lengths[:, None]

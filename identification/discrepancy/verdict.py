@@ -61,14 +61,14 @@ def nearest(effects: Sequence[Asserted], loose: Sequence[str]) -> str:
     named = _joined([_with_what_is_known(one) for one in effects])
     restless = _joined([one.effect.summary for one in effects if one.effect.name in loose])
     return (
-        f"Nearest on the list, and not asserted: {named} would together leave nothing but noise, but the strength of {restless}"
-        " differs between records, or these do not tell it."
+        f"Nearest on the list, and not asserted: {named} would together leave next to nothing but noise, but the strength of"
+        f" {restless} differs between records, or these do not tell it."
     )
 
 
 def _with_what_is_known(one: Asserted) -> str:
     """The effect with those of its numbers that have an error."""
-    known = ", ".join(_number(p) for p in one.told if p.stderr is not None)
+    known = ", ".join([*_places(one), *(_number(p) for p in one.told if p.stderr is not None)])
     return f"{one.effect.summary} ({known})" if known else one.effect.summary
 
 
@@ -97,10 +97,14 @@ def _drifting(one: Drift, side: Side) -> str:
 
 
 def _main(one: Asserted) -> str:
-    """The effect's numbers."""
+    """Where the effect acts, and its numbers."""
+    return ", ".join([*_places(one), *(_number(p) for p in one.told)])
+
+
+def _places(one: Asserted) -> list[str]:
+    """Channel and record, where it acts in one alone."""
     channel = one.effect.channel
-    places = [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
-    return ", ".join([*places, *(_number(p) for p in one.told)])
+    return [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
 
 
 def _number(p: Number) -> str:

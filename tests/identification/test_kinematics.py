@@ -35,7 +35,7 @@ def test_displacement_alone_shows_every_touch():
 
 @pytest.mark.parametrize("faster", [1.0, 30.0, 1000.0])
 def test_contacts_of_any_duration_keep_their_force(faster):
-    """A spring of 1000 N per kg and m, begun and ended in flight, on records of as many samples."""
+    """Half a sine of 10 ms, or of as much less, between two flights, on records of as many samples."""
     time, omega, noise = TIME / faster, faster * np.sqrt(1e5), 1e-7
     flight, speed = 0.02 / faster, 0.1 * faster
     into = time - flight

@@ -10,6 +10,7 @@ and implements `probes`, `scaled` and those of the hooks `force`, `stop_position
 
 import abc
 import dataclasses
+import math
 from collections.abc import Mapping
 
 import equinox as eqx
@@ -26,6 +27,8 @@ Own = Float[Array, "... own"]
 Readings = dict[str, Float[Array, " time"]]
 UNIT_OF_CHANNEL = "unit of the channel"
 """Unit of a parameter that is added to a reading."""
+_SOFTEST = 0.7
+"""Lowest frequency of probes over f_n."""
 
 
 class Motion(eqx.Module):
@@ -79,7 +82,7 @@ class Facts:
         contact_time: of an impact at that speed, s; NaN without impacts, and where the contact law gives them no duration.
         ceilings: by channel, the value at which its peaks are cut off; absent where they are not.
         lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
-        sampling: interval, s.
+        sampling: shortest interval, s.
         law: the contact law as fitted.
     """
 
@@ -107,6 +110,17 @@ class Facts:
     def band(self) -> tuple[float, float]:
         """From the frequency of which the longest record holds three periods to somewhat below Nyquist's, Hz."""
         return 3.0 / max(last - first for first, last in self.clock.values()), 0.4 / self.sampling
+
+    def frequencies(self, apart: float, highest: float = math.inf) -> tuple[float, ...]:
+        """Grid of frequencies that the records can show, from somewhat below f_n to a highest one, each `apart` times the one before, Hz.
+
+        What hangs much softer than the hammer does next to nothing.
+        """
+        low, high = max(self.band[0], _SOFTEST * self.f_n), min(self.band[1], highest)
+        if low > high:
+            return ()
+        count = 1 + math.ceil(math.log(high / low) / math.log(apart))
+        return tuple(low * (high / low) ** (index / max(count - 1, 1)) for index in range(count))
 
     @property
     def spring_force(self) -> float:

@@ -5,14 +5,15 @@ import math
 from typing import ClassVar
 
 import jax.numpy as jnp
-import numpy as np
 
 from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_CYCLES_GRID = tuple(float(cycles) for cycles in np.geomspace(0.025, 2.0, 22))
-"""Of probes' carts in the course of a contact."""
+_MOST_CYCLES = 2.0
+"""Of a probe's cart in the course of a contact: a faster one gives way like a spring."""
+_APART = 1.22
+"""From one probe's frequency to the next."""
 _PROBE_DAMPING = 0.1
 _PROBE_MASS = 10.0
 """Of a probe's cart, relative to the hammer's."""
@@ -50,7 +51,7 @@ class CartRecoil(AbstractEffect):
             unit="Hz",
             start=15.0,
             lower=0.1,
-            upper=1e5,
+            upper=1e6,
             meaning="natural frequency of the cart",
         ),
         Parameter(
@@ -77,9 +78,10 @@ class CartRecoil(AbstractEffect):
         """A cart of ten times the hammer's mass, at several frequencies."""
         if math.isnan(facts.contact_time):
             return ()
-        mass, frequencies = _PROBE_MASS * facts.mass, tuple(cycles / facts.contact_time for cycles in _CYCLES_GRID)
+        mass = _PROBE_MASS * facts.mass
         return tuple(
-            (dataclasses.replace(self, cart_mass=mass, cart_frequency_hz=f, cart_damping_ratio=_PROBE_DAMPING),) for f in frequencies
+            (dataclasses.replace(self, cart_mass=mass, cart_frequency_hz=f, cart_damping_ratio=_PROBE_DAMPING),)
+            for f in facts.frequencies(_APART, _MOST_CYCLES / facts.contact_time)
         )
 
     def scaled(self, factor: Value) -> "CartRecoil":

@@ -5,14 +5,13 @@ import math
 from typing import ClassVar
 
 import jax.numpy as jnp
-import numpy as np
 
 from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
-_LOWEST, _HIGHEST = 0.7, 100.0
-"""Frequencies of probes over f_n: what hangs much softer stays behind and does next to nothing."""
+_HIGHEST = 100.0
+"""Frequency of probes over f_n."""
 _APART = 1.1
 """From one probe's frequency to the next."""
 _PROBE_DAMPING = 0.03
@@ -50,7 +49,7 @@ class SecondMode(AbstractEffect):
             unit="Hz",
             start=30.0,
             lower=0.1,
-            upper=1e5,
+            upper=1e6,
             meaning="natural frequency of the mode",
         ),
         Parameter(
@@ -75,14 +74,10 @@ class SecondMode(AbstractEffect):
 
     def probes(self, facts: Facts) -> tuple[tuple["SecondMode", ...], ...]:
         """A twentieth of the hammer's mass, at several frequencies that the records can show."""
-        mass, (low, high) = _PROBE_MASS * facts.mass, facts.band
-        if facts.f_n > 0:
-            low, high = max(low, _LOWEST * facts.f_n), min(high, _HIGHEST * facts.f_n)
-        if low > high:
-            return ()
-        frequencies = np.geomspace(low, high, 1 + math.ceil(math.log(high / low) / math.log(_APART)))
+        mass, highest = _PROBE_MASS * facts.mass, _HIGHEST * facts.f_n if facts.f_n > 0 else math.inf
         return tuple(
-            (dataclasses.replace(self, mode_mass=mass, mode_frequency_hz=float(f), mode_damping_ratio=_PROBE_DAMPING),) for f in frequencies
+            (dataclasses.replace(self, mode_mass=mass, mode_frequency_hz=f, mode_damping_ratio=_PROBE_DAMPING),)
+            for f in facts.frequencies(_APART, highest)
         )
 
     def scaled(self, factor: Value) -> "SecondMode":

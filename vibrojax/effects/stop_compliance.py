@@ -84,6 +84,7 @@ class StopCompliance(AbstractEffect):
         return tuple(
             (dataclasses.replace(self, stop_stiffness=stiffness, stop_frequency_hz=f, stop_damping_ratio=_PROBE_DAMPING),)
             for f in frequencies
+            if f * facts.sampling < 1.0
         )
 
     def scaled(self, factor: Value) -> "StopCompliance":

@@ -9,35 +9,33 @@ from identification.discrepancy.time_scales import contact_time, resolution
 from vibrojax.contact import NoContact
 
 
-@pytest.fixture
-def rung(motion):
-    """The example with another natural frequency and contact stiffness; its windows know nothing of that."""
-
-    def of(f_n: float, stiffer: float = 1.0):
-        values = motion.prepared.model.values()
-        changed = motion.prepared.model.replace({"f_n": f_n, "k_i": stiffer * float(values["k_i"])})
-        return dataclasses.replace(motion.prepared, model=changed)
-
-    return of
+def test_a_rig_of_the_usual_size_has_the_usual_average(motion):
+    assert resolution(motion.at) == 1.5e-3
 
 
-def test_a_rig_of_the_usual_size_has_the_usual_average(motion, rung):
-    assert resolution(rung(5.0), motion.at, motion.mass) == 1.5e-3
+def test_what_rings_fast_has_a_shorter_one(motion):
+    omega = 2.0 * np.pi * 4000.0
+    fast = np.stack([np.full_like(motion.at.u, -(omega**2)), motion.at.restoring[..., 1]], axis=-1)
+    assert resolution(dataclasses.replace(motion.at, restoring=fast)) == pytest.approx(1.0 / (24.0 * 4000.0))
 
 
-def test_what_rings_fast_has_a_shorter_one(motion, rung):
-    assert resolution(rung(4000.0), motion.at, motion.mass) == pytest.approx(1.0 / (24.0 * 4000.0))
+def test_and_what_has_short_contacts(motion):
+    """Of every second sample only."""
+    inside = np.arange(motion.at.u.shape[1]) < motion.at.lengths[:, None]
+    now_and_then = inside & (np.arange(motion.at.u.shape[1]) % 2 == 1)
+    interval = motion.at.ts[0, 1] - motion.at.ts[0, 0]
+    assert resolution(dataclasses.replace(motion.at, in_contact=now_and_then)) == pytest.approx(interval / 3.0)
 
 
-def test_and_what_meets_a_hard_stop(motion, rung):
-    soft, hard = (contact_time(rung(5.0, stiffer), motion.at, motion.mass) for stiffer in (1.0, 1e6))
-    n = float(motion.prepared.model.values()["n"])
-    assert hard == pytest.approx(1e6 ** (-1.0 / (n + 1.0)) * soft)
-    assert resolution(rung(5.0, 1e6), motion.at, motion.mass) == pytest.approx(hard / 3.0)
+def test_a_contact_lasts_as_the_law_says_at_the_largest_speed(motion):
+    law = motion.prepared.model.law
+    inside = np.arange(motion.at.u.shape[1]) < motion.at.lengths[:, None]
+    fastest = float(np.abs(motion.at.v[inside]).max())
+    assert contact_time(law, motion.at, motion.mass) == pytest.approx(float(law.contact_time(np.float64(motion.mass), np.float64(fastest))))
 
 
 def test_without_contact_there_is_no_duration(motion):
-    model = dataclasses.replace(motion.prepared.model, law=NoContact())
-    assert np.isnan(contact_time(dataclasses.replace(motion.prepared, model=model), motion.at, motion.mass))
+    assert np.isnan(contact_time(NoContact(), motion.at, motion.mass))
     still = dataclasses.replace(motion.at, push=np.zeros_like(motion.at.push))
-    assert np.isnan(contact_time(motion.prepared, still, motion.mass))
+    assert np.isnan(contact_time(motion.prepared.model.law, still, motion.mass))
+    assert resolution(dataclasses.replace(still, in_contact=np.zeros_like(still.in_contact))) == 1.5e-3
