@@ -51,6 +51,31 @@ def test_contacts_of_any_duration_keep_their_force(faster):
     np.testing.assert_allclose(motion.inertia[middle], (omega**2 * u)[middle], rtol=0.1)
 
 
+def test_one_stray_sample_does_not_take_the_smoothing_from_the_others():
+    time = np.arange(4000) / 20000.0
+    u = 3e-3 * np.sin(2 * np.pi * 5.0 * time) + NOISE * np.random.default_rng(2).standard_normal(len(time))
+    stray = np.where(np.arange(len(time)) == 1000, u + 20 * NOISE, u)
+    still = np.zeros(len(time))
+    plain, hit = (
+        kinematics(
+            Record(
+                file="a.csv",
+                kind="free-decay",
+                gap=1.0,
+                time=time,
+                channels={"hammer_displacement": values},
+                noise={"hammer_displacement": NOISE},
+            ),
+            mass=1.0,
+            base_acceleration=still,
+        )
+        for values in (u, stray)
+    )
+    assert plain is not None and hit is not None
+    far = np.abs(np.arange(len(time)) - 1000) > 100
+    np.testing.assert_array_equal(hit.v[far], plain.v[far])
+
+
 @pytest.mark.parametrize(("kind", "base", "moves"), [("forced", "measured", True), ("forced", "sine", False)])
 def test_the_cart_counts_where_its_record_drives_the_model(kind, base, moves):
     channels = {"hammer_displacement": np.full(len(TIME), 1.0), "cart_displacement": np.full(len(TIME), 0.4)}

@@ -28,3 +28,14 @@ def test_states_are_compared_with_those_that_the_motion_drives(motion, allowed, 
     states = prepared.start.states * np.r_[np.ones(prepared.start.states.shape[1] - own), np.full(own, times)]
     after = settled(prepared, dataclasses.replace(prepared.start, states=states), before.outcome.equations.cost)
     assert rings_by_itself(after, motion.courses) is by_itself
+
+
+def test_windows_that_are_lost_say_nothing(motion, allowed):
+    """Their states are arbitrary."""
+    before = fitted(motion, 0.5 * allowed.samples.astype(float))
+    prepared = extended(before, Candidate(members=(MODE,), factors=np.ones(1), gain=100.0, degrees=1), motion.courses)
+    states, cost = prepared.start.states.copy(), before.outcome.equations.cost.copy()
+    states[5, -2:], cost[5] = 1e3, np.inf
+    assert not rings_by_itself(settled(prepared, dataclasses.replace(prepared.start, states=states), cost), motion.courses)
+    cost[5] = cost[4]
+    assert rings_by_itself(settled(prepared, dataclasses.replace(prepared.start, states=states), cost), motion.courses)

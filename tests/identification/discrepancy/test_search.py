@@ -114,10 +114,13 @@ def test_a_round_without_its_best_ends_with_the_next_that_helps_fitted_in_full(m
     one = round_of(motion, 3.0 * noise, {"hysteresis": 100.0, "coulomb_friction": 200.0, "quadratic_drag": 9999.9})
     in_full = fitted(motion, noise)
     monkeypatch.setattr(search, "fit_tolerantly", lambda prepared, allowed: in_full)
+    monkeypatch.setattr(search, "rings_by_itself", lambda fitted, courses: False)
     (again,) = reopened(one, allowed, without=("hysteresis",))
     assert [rival.name for rival in again.rivals] == ["coulomb_friction", "quadratic_drag"]
     assert again.rivals[0].fitted is in_full
     assert reopened(one, allowed, without=("hysteresis", "coulomb_friction")) == ()  # drag does not help
     assert reopened(one, allowed, without=tuple(rival.name for rival in one.rivals)) == ()
+    monkeypatch.setattr(search, "rings_by_itself", lambda fitted, courses: True)
+    assert reopened(one, allowed, without=("hysteresis",)) == ()
     monkeypatch.setattr(search, "fit_tolerantly", lambda prepared, allowed: None)
     assert reopened(one, allowed, without=("hysteresis",))[0].rivals[0] is one.rivals[1]

@@ -52,6 +52,20 @@ def test_where_one_explains_nearly_everything_only_what_may_be_its_twin_is_tried
     assert rough == ["coulomb_friction", "quadratic_drag"]
 
 
+@pytest.mark.parametrize("found_out", [1, 2])
+def test_what_rings_by_itself_is_no_candidate_be_it_found_out_in_short_or_in_full(fits, monkeypatch, found_out):
+    asked = []
+
+    def rings_by_itself(after, courses) -> bool:
+        asked.append(after.names[-1])
+        return asked.count("quadratic_drag") == found_out and asked[-1] == "quadratic_drag"
+
+    monkeypatch.setattr(short_list, "rings_by_itself", rings_by_itself)
+    ranked, _, full = fits(coulomb_friction=(1000.0, 1.52), quadratic_drag=(1000.0, 1.5))
+    assert ranked == ["coulomb_friction"]
+    assert ("quadratic_drag" in full) is (found_out == 2)
+
+
 @pytest.mark.parametrize(("level", "finalists"), [(1.1, 3), (1.5, 2)])
 def test_all_that_are_near_are_fitted_in_full_where_one_explains_nearly_everything_and_two_where_none_does(fits, level, finalists):
     costs = {"coulomb_friction": level + 0.002, "quadratic_drag": level, "cubic_stiffness": level + 0.001, "hysteresis": level + 0.5}

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -31,7 +32,9 @@ def test_a_contact_lasts_as_the_law_says_at_the_largest_speed(motion):
     law = motion.prepared.model.law
     inside = np.arange(motion.at.u.shape[1]) < motion.at.lengths[:, None]
     fastest = float(np.abs(motion.at.v[inside]).max())
-    assert contact_time(law, motion.at, motion.mass) == pytest.approx(float(law.contact_time(np.float64(motion.mass), np.float64(fastest))))
+    assert contact_time(law, motion.at, motion.mass) == pytest.approx(
+        float(law.contact_time(jnp.asarray(motion.mass), jnp.asarray(fastest)))
+    )
 
 
 def test_without_contact_there_is_no_duration(motion):
