@@ -23,9 +23,9 @@ from vibrojax.integrate import Landing
 
 _NO_RECORD = -1
 """Number of a record that has not been taken: what acts in one record alone does not act there."""
-_SECONDS = 1.0
-"""Longer motions with impacts diverge by themselves, and part nothing."""
-_SAMPLING_HZ = 2000.0
+_SECONDS, _PERIODS = 1.0, 10.0
+"""Of f_n. Longer motions with impacts diverge by themselves, and part nothing."""
+_SAMPLES = 2000
 _FAR = 50.0
 """Sigma by which causes are told apart beyond doubt; more is not worth asking for."""
 _UNSURE = {"base_amplitude": 1e-3, "base_phase": 1.0, "gap_error": 1e-3, "initial_displacement": 1e-3, "initial_velocity": 0.1}
@@ -69,16 +69,16 @@ def _words(fitted: Fitted) -> str:
 
 def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
     """Records that one might take, in words."""
-    time = np.arange(0.0, _SECONDS, 1.0 / _SAMPLING_HZ)
     f_n = float(fitted.model.values().get("f_n", 0.0))
+    time = np.arange(_SAMPLES) / _SAMPLES * (min(_SECONDS, _PERIODS / f_n) if f_n > 0 else _SECONDS)
     amplitude = float(np.abs(fitted.outcome.estimate.nuisances[:, 0]).max(initial=0.0))
     lowest = min((float(motion.u.min()) for motion in fitted.prepared.motions if motion is not None), default=-1e-3)
     still = Record(file="trial", kind="drop-test", gap=0.0, time=time, initial_displacement=0.0, initial_velocity=0.0, base_amplitude=0.0)
     for factor in (0.5, 2.0):
         height = factor * lowest
-        yield dataclasses.replace(still, initial_displacement=height), f"drop from {-1e3 * height:.1f} mm"
+        yield dataclasses.replace(still, initial_displacement=height), f"drop from {-1e3 * height:.3g} mm"
         free = dataclasses.replace(still, kind="free-decay", gap=10.0 * abs(height), initial_displacement=height)
-        yield free, f"free decay from {-1e3 * height:.1f} mm, clear of the stop"
+        yield free, f"free decay from {-1e3 * height:.3g} mm, clear of the stop"
     if amplitude > 0 and f_n > 0:
         for ratio in (0.7, 1.0, 1.5, 3.0):
             for stronger in (1.0, 2.0):
@@ -91,7 +91,7 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
                     base_amplitude=drive,
                     initial_velocity=-drive * 2.0 * np.pi * ratio * f_n,
                 )
-                yield record, f"drive of {1e3 * drive:.1f} mm at {ratio * f_n:.2f} Hz with a gap of {2e3 * amplitude:.1f} mm"
+                yield record, f"drive of {1e3 * drive:.3g} mm at {ratio * f_n:.4g} Hz with a gap of {2e3 * amplitude:.3g} mm"
 
 
 def _sigma(first: Fitted, second: Fitted, record: Record, allowed: Tolerance) -> float:
@@ -142,7 +142,7 @@ def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
     samples = len(record.time)
     window = lane(_NO_RECORD, record, 0, samples, samples, Inputs())
     windows = jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf), (len(local), *np.shape(leaf))), window)
-    steps = 4 * (_SECONDS / float(coarse.flight_step) + 20 * float(coarse.contact_steps))
+    steps = 4 * (float(record.time[-1]) / float(coarse.flight_step) + 20 * float(coarse.contact_steps))
     integrator = dataclasses.replace(coarse, most_steps=512 * int(np.ceil(steps / 512)))
     found = np.asarray(_predicted(as_arrays(fitted.prepared.model), fitted.prepared.layout, integrator, windows, jnp.asarray(local)))
     columns = [index for index, name in enumerate(windows.channels) if name in noise]
