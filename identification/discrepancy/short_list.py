@@ -73,13 +73,26 @@ class Rival:
 def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
     """The short list, each fitted in full as long as it is in the running; best first.
 
-    Every candidate is first fitted in short, where the misfit is large to a part of the windows, and only the best to the end and to all.
+    Every candidate is first fitted in short, where the misfit is large to a part of the windows, and only the best to the end and to all;
+    the next ones where nothing becomes of these.
     """
     thin = _thinned(scored, allowed)
-    heats = _heats(thin, scored, progress)
+    heats, finals = _heats(thin, scored, progress), []
+    while heats and not finals:
+        near = _near(heats, thin)
+        finals = _in_full(near, thin, scored, allowed, progress)
+        heats = [rival for rival in heats if all(rival is not one for one in near)]
+    return _ranked([*finals, *heats] if thin.every == 1 else finals, allowed)
+
+
+def _near(heats: list[Rival], thin: "_Thinned") -> list[Rival]:
+    """The best of the heats and those that come near it; two at most where none explains nearly everything."""
     near = [rival for rival in heats if rival.cost <= _FINALIST * heats[0].cost + 100.0]
-    if near and min(rival.cost for rival in near) > _NOISE * thin.allowed.noise:
-        near = near[:_FINALISTS]
+    return near[:_FINALISTS] if min(rival.cost for rival in near) > _NOISE * thin.allowed.noise else near
+
+
+def _in_full(near: list[Rival], thin: "_Thinned", scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
+    """These fitted to the end and to all windows, but for what cannot be integrated, is given up, or rings by itself."""
     finals, lowest = [], np.inf
     for rival in near:
         progress(f"fitting {rival.name} to all records")
@@ -93,8 +106,7 @@ def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list
         if fitted is not None and not rings_by_itself(fitted, scored.courses):
             finals.append(rival_of(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
-    others = [rival for rival in heats if all(rival is not one for one in near)]
-    return _ranked([*finals, *others] if thin.every == 1 else finals, allowed)
+    return finals
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
