@@ -74,15 +74,26 @@ def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list
     """The short list, each fitted in full as long as it is in the running; best first.
 
     Every candidate is first fitted in short, where the misfit is large to a part of the windows, and only the best to the end and to all;
-    the next ones where nothing becomes of these.
+    all is tried again without these where nothing becomes of them.
     """
-    thin = _thinned(scored, allowed)
-    heats, finals = _heats(thin, scored, progress), []
-    while heats and not finals:
+    thin, given_up = _thinned(scored, allowed), set[str]()
+    while heats := _heats(thin, scored, progress):
         near = _near(heats, thin)
-        finals = _in_full(near, thin, scored, allowed, progress)
-        heats = [rival for rival in heats if all(rival is not one for one in near)]
-    return _ranked([*finals, *heats] if thin.every == 1 else finals, allowed)
+        if finals := _in_full(near, thin, scored, allowed, progress):
+            others = [rival for rival in heats if all(rival is not one for one in near)]
+            return _ranked([*finals, *others] if thin.every == 1 else finals, allowed)
+        if given_up.issuperset(rival.name for rival in near):
+            break
+        given_up |= {rival.name for rival in near}
+        scored = _without(scored, given_up)
+    return []
+
+
+def _without(scored: Scored, names: set[str]) -> Scored:
+    """As if these effects were on no list."""
+    kept = [candidate for candidate in scored.found if candidate.name not in names]
+    significant = {key: candidate for key, candidate in scored.significant.items() if candidate.name not in names}
+    return dataclasses.replace(scored, found=kept, significant=significant)
 
 
 def _near(heats: list[Rival], thin: "_Thinned") -> list[Rival]:
