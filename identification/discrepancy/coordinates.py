@@ -21,6 +21,8 @@ _FEWEST_CYCLES, _LINES_APART = 3.0, 0.3
 """In a record, of what is called a tone there; and from one frequency that is looked at to the next, in cycles in the longest record."""
 _OF_WINDOWS = 0.02
 """Relative distance from a multiple of the rate of windows at which a line may be theirs."""
+_SEVERAL, _BESIDE = 3.0, 1.5
+"""Periods of f_n in a window from which any misfit of its vibration shows as lines beside f_n; and how far, in rates of windows."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -262,5 +264,8 @@ def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.n
         return 0.0, 0.0
     cadence = 1.0 / float(np.median(np.take_along_axis(at.ts, at.lengths[:, None] - 1, axis=1)[:, 0] - at.ts[:, 0]))
     power = np.where(np.abs(frequencies / cadence - np.maximum(np.round(frequencies / cadence), 1.0)) < _OF_WINDOWS, 0.0, power)
+    f_n = float(prepared.model.values().get("f_n", 0.0))
+    if f_n > _SEVERAL * cadence:
+        power = np.where(np.abs(frequencies - f_n) < _BESIDE * cadence, 0.0, power)
     best = int(np.argmax(power))
     return float(frequencies[best]), min(float(power[best]) / total, 1.0)
