@@ -104,7 +104,7 @@ KNOWN = (
         recipe="pcb_shock",
         question="A board on a drop table is taken for one linear mode. What changes from shock to shock?",
         truth="damping grows with amplitude, more modes, drift with shock number",
-        expected=(("quadratic_drag", "second_mode"),),
+        expected=(("quadratic_drag",), ("second_mode",)),
         cannot="A force at the board: there is an acceleration on the table and one on the board, and no more.",
     ),
     Known(
