@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vibrojax.drawing import COLOURS, new_figure, png, save, style
+from vibrojax.drawing import COLOURS, few_ticks, new_figure, png, save, style
 
 
 def _lines():
@@ -51,3 +51,14 @@ def test_the_suffix_says_which_kind_of_file(tmp_path, suffix, start):
     with style():
         save(_lines(), tmp_path / f"lines{suffix}")
     assert (tmp_path / f"lines{suffix}").read_bytes().startswith(start)
+
+
+def test_a_power_of_ten_stands_left_of_the_axes_where_titles_begin():
+    figure = new_figure(4.0, 2.0)
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], [-1e7, 1e7])
+    few_ticks(axes)
+    png(figure)
+    power = axes.yaxis.get_offset_text()
+    assert power.get_text() == "1e7"
+    assert power.get_window_extent().x1 <= axes.get_window_extent().x0

@@ -86,6 +86,7 @@ def few_ticks(axes: Axes, x: int = 5, y: int = 4) -> None:
     """At most so many intervals between ticks: short axes stay legible and quick to draw."""
     axes.xaxis.set_major_locator(MaxNLocator(x, steps=_STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(y, steps=_STEPS))
+    axes.yaxis.get_offset_text().set(x=-0.01, horizontalalignment="right")  # a power of ten stands clear of a title at the left
 
 
 def png(figure: Figure) -> bytes:
