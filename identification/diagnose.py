@@ -213,7 +213,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
 
 
 def _nearest(found: Search, allowed: Tolerance) -> tuple[str, ...]:
-    """Several effects that would leave nothing but noise, which nothing is asserted of."""
+    """What is told of several effects that would leave next to nothing but noise, none of which is asserted."""
     if found.nearest is None:
         return ()
     named = asserted(found, found.nearest, numbers(found.nearest, allowed), allowed)

@@ -19,7 +19,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
     experiment = prepared.experiment
     used = np.asarray(at.weight.any(axis=(0, 1)))
     channels = tuple(name for name, counts in zip(at.channels, used, strict=True) if counts)
-    inside = np.arange(at.u.shape[1]) < at.lengths[:, None]
+    inside = at.inside
     noise = {name: min(r.noise[name] for r in experiment.records if name in r.noise) for name in channels}
     values = prepared.layout.physical(estimate.shared)
     mass, law = float(values.get("m", experiment.mass)), prepared.model.replace(values).law

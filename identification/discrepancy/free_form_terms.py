@@ -98,7 +98,7 @@ def force_groups(prepared: Prepared, by: Projector, courses: tuple[Course, ...],
     powers = [(i, j) for i, j in itertools.product(range(_ORDER + 1), repeat=2) if 2 <= i + j <= _ORDER]
     polynomials = [" ".join(_powered(base, k) for base, k in (("u", i), ("u'", j)) if k) for i, j in powers]
     plain = [FreeForm(terms=(term,), c1=1.0) for term in (*_FORCES, *polynomials)]
-    inside = np.arange(at.u.shape[1]) < at.lengths[:, None]
+    inside = at.inside
     amplitude = float(np.abs(at.u[inside]).max())
     near = [FreeForm(terms=("near",), c1=1.0, d=part * amplitude) for part in _REACHES]
     found = [_group(by, courses, mass, one, len(plain)) for one in plain]

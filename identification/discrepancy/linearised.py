@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, Shaped
+from jaxtyping import Array, Bool, Float, Int, Shaped
 
 from identification.fit import CHUNK, as_arrays, on_device
 from identification.lanes import chunked
@@ -62,6 +62,11 @@ class Linearised:
     damping: np.ndarray
     restoring: np.ndarray
     finite: np.ndarray
+
+    @property
+    def inside(self) -> Bool[np.ndarray, "windows time"]:
+        """What is no padding."""
+        return np.arange(self.u.shape[1]) < self.lengths[:, None]
 
     def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
         """Values along one record, put together from its windows."""

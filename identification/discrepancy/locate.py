@@ -162,7 +162,7 @@ def _regions(prepared: Prepared, at: Linearised, hits: Impacts) -> dict[str, np.
     Separation: moving away from the stop, from half a contact time before the release to a whole one after it. After impact: from there
     to two contact times or a tenth of the excitation period after the release. Free flight: neither that nor contact.
     """
-    inside = np.arange(at.ts.shape[1]) < at.lengths[:, None]
+    inside = at.inside
     usual = hits.contact_time
     period = np.array([1.0 / record.excitation_frequency if record.excitation_frequency else 0.0 for record in prepared.experiment.records])
     leaving = (hits.until_release <= 0.5 * usual) & at.in_contact | (hits.since_release <= usual) & ~at.in_contact
@@ -228,7 +228,7 @@ def _onset(prepared: Prepared, at: Linearised, records: dict[str, float]) -> tup
         return None, None
     window = loud[0]
     later = here[here >= window]
-    touching = later[(at.in_contact & (np.arange(at.ts.shape[1]) < at.lengths[:, None])).any(axis=1)[later]]
+    touching = later[(at.in_contact & at.inside).any(axis=1)[later]]
     if max(np.isin(part, loud).mean() for part in (later, touching) if len(part)) < 0.5:
         return None, None
     shows = (np.abs(at.residual[window]) > _SHOWS).any(axis=1)

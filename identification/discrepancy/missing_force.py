@@ -35,7 +35,6 @@ def missing_force(
     Source: variation of constants (`response`); marginal likelihood as D. J. C. MacKay, Neural Computation 4 (1992) 415-447.
     """
     recorded = {name: at.weight[..., index] > 0 for index, name in enumerate(at.channels)}
-    inside = np.arange(at.ts.shape[1]) < at.lengths[:, None]
     accelerations = recorded.get("hammer_acceleration", np.zeros(at.ts.shape, bool))
     moved = np.zeros(at.ts.shape, bool)
     for name in _MOTION:
@@ -52,7 +51,7 @@ def missing_force(
     if smoothed.any():
         hats = _hats(_only(at, smoothed), _KNOT_SPACING * half)
         force[smoothed], stderr[smoothed] = _smoother(prepared, _only(at, smoothed), weights[smoothed], mass, hats)
-    known = inside & at.finite[:, None] & np.isfinite(force) & (stderr > 0)
+    known = at.inside & at.finite[:, None] & np.isfinite(force) & (stderr > 0)
     return np.where(known, force, 0.0), np.where(known, stderr, np.inf)
 
 

@@ -24,7 +24,7 @@ from vibrojax.integrate import Landing
 _NO_RECORD = -1
 """Number of a record that has not been taken: what acts in one record alone does not act there."""
 _SECONDS, _PERIODS = 1.0, 10.0
-"""Of f_n. Longer motions with impacts diverge by themselves, and part nothing."""
+"""s, or periods of f_n if these are shorter: longer motions with impacts diverge by themselves, and part nothing."""
 _SAMPLES = 2000
 _FAR = 50.0
 """Sigma by which causes are told apart beyond doubt; more is not worth asking for."""

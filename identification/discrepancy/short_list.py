@@ -82,7 +82,7 @@ def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list
         if finals := _in_full(near, thin, scored, allowed, progress):
             others = [rival for rival in heats if all(rival is not one for one in near)]
             return _ranked([*finals, *others] if thin.every == 1 else finals, allowed)
-        if given_up.issuperset(rival.name for rival in near):
+        if given_up.issuperset(rival.name for rival in near):  # what begins from the loops comes back whatever the list holds
             break
         given_up |= {rival.name for rival in near}
         scored = _without(scored, given_up)

@@ -14,8 +14,8 @@ _OF_CONTACT, _OF_PERIOD = 1 / 3, 1 / 24
 
 def contact_time(law: AbstractContactLaw, at: Linearised, mass: float) -> float:
     """Duration of an impact at the largest speed, s; NaN without impacts, and where the contact law gives them no duration."""
-    speed = float(np.abs(at.v[_inside(at)]).max())
-    if not isinstance(law, AbstractCompliantLaw) or not np.any(at.push[_inside(at)] > 0) or speed == 0:
+    speed = float(np.abs(at.v[at.inside]).max())
+    if not isinstance(law, AbstractCompliantLaw) or not np.any(at.push[at.inside] > 0) or speed == 0:
         return np.nan
     found = float(law.contact_time(jnp.asarray(mass), jnp.asarray(speed)))
     return found if np.isfinite(found) else np.nan
@@ -23,17 +23,12 @@ def contact_time(law: AbstractContactLaw, at: Linearised, mass: float) -> float:
 
 def resolution(at: Linearised) -> float:
     """Half width of a local average that blurs neither a contact nor the vibration, s."""
-    scales, inside = [_LONGEST_S], _inside(at)
-    contact, interval = at.in_contact & inside, float(np.median(np.diff(at.ts[:, :2], axis=1)))
+    scales = [_LONGEST_S]
+    contact, interval = at.in_contact & at.inside, float(np.median(np.diff(at.ts[:, :2], axis=1)))
     if touches := int(np.sum(contact[:, 1:] & ~contact[:, :-1])):
         scales.append(_OF_CONTACT * interval * float(contact.sum()) / touches)
-    flight = inside & ~at.in_contact
+    flight = at.inside & ~at.in_contact
     stiffness = -float(np.median(at.restoring[..., 0][flight])) if flight.any() else 0.0
     if stiffness > 0:
         scales.append(_OF_PERIOD * 2.0 * np.pi / np.sqrt(stiffness))
     return float(min(scales))
-
-
-def _inside(at: Linearised) -> np.ndarray:
-    """(windows, time) bool: not padding."""
-    return np.arange(at.u.shape[1]) < at.lengths[:, None]

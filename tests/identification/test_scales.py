@@ -9,7 +9,7 @@ from identification.experiment import Experiment, Record
 from vibrojax.channels import UNITS
 
 FASTER, SMALLER = 30.0, 0.1
-"""A rig of 156 Hz whose impacts last 0.1 ms."""
+"""A rig of 156 Hz whose impacts last 0.2 to 0.4 ms."""
 
 
 def rescaled(record: Record) -> Record:

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from vibrojax.contact import AbstractContactLaw
@@ -120,7 +121,7 @@ class Facts:
         if low > high:
             return ()
         count = 1 + math.ceil(math.log(high / low) / math.log(apart))
-        return tuple(low * (high / low) ** (index / max(count - 1, 1)) for index in range(count))
+        return tuple(np.geomspace(low, high, count).tolist())
 
     @property
     def spring_force(self) -> float:
