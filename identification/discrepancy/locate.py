@@ -228,7 +228,7 @@ def _onset(prepared: Prepared, at: Linearised, records: dict[str, float]) -> tup
         return None, None
     window = loud[0]
     later = here[here >= window]
-    touching = later[(at.in_contact & at.inside).any(axis=1)[later]]
+    touching = later[(at.in_contact & at.inside)[later].any(axis=1)]
     if max(np.isin(part, loud).mean() for part in (later, touching) if len(part)) < 0.5:
         return None, None
     shows = (np.abs(at.residual[window]) > _SHOWS).any(axis=1)
