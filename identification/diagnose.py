@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.discrepancy.assertion import asserted, considered, twins
+from identification.discrepancy.bend import bend
 from identification.discrepancy.constancy import unsteady
 from identification.discrepancy.continuity import apart
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED, Asserted, Diagnosis, Location, Side
@@ -299,6 +300,8 @@ def _location(first: Scored, start: Fitted, named: tuple[Asserted, ...], verdict
     effects = [one.effect for one in named]
     effect = next((one for one in effects if one.record is not None), effects[0] if effects else None)
     found = locate(start.prepared, start.outcome.estimate, first.at, named=effect)
+    if verdict == UNLISTED:
+        return dataclasses.replace(found, bend=bend(first))
     if effect is not None and effect.record is not None:
         return dataclasses.replace(found, record=effect.record)
     return found

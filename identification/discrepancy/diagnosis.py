@@ -72,6 +72,32 @@ class Profile:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Bend:
+    """Where force against indentation bends, read off the records without any fit of the motion.
+
+    Attributes:
+        depth: indentation from which on it is harder, m.
+        files: of the records with contacts.
+        record: (samples,) which of these each sample in contact is of.
+        indentation, force: (samples,) as recorded, m and N.
+        straight, bent: (samples,) force of the contact law that describes these best, without and with a bend, N.
+    """
+
+    depth: float
+    files: tuple[str, ...]
+    record: np.ndarray
+    indentation: np.ndarray
+    force: np.ndarray
+    straight: np.ndarray
+    bent: np.ndarray
+
+    @property
+    def deeper(self) -> tuple[str, ...]:
+        """Files of the records that go beyond it."""
+        return tuple(file for index, file in enumerate(self.files) if (self.indentation[self.record == index] > self.depth).any())
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Location:
     """Where the nominal model goes wrong.
 
@@ -86,6 +112,7 @@ class Location:
         record: file, of an effect that acts in one record only; else None.
         sentence: that a test engineer understands.
         profiles: by coordinate, the best first.
+        bend: of the contact law, if the records show one and no listed effect explains the misfit.
         maps: by record file, mean squared residual over the noise variance in equal parts of the record (rows) and of the excitation
             period (columns); (24, 24); NaN where there is none.
     """
@@ -101,6 +128,7 @@ class Location:
     sentence: str
     profiles: tuple[Profile, ...]
     maps: dict[str, np.ndarray]
+    bend: Bend | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -275,4 +303,5 @@ def _location(location: Location | None) -> dict[str, Any] | None:
     if location is None:
         return None
     plain = ("channel", "records", "channels", "phase", "coordinate", "interval", "time", "record", "sentence")
-    return {name: getattr(location, name) for name in plain}
+    bend = None if location.bend is None else {"depth": location.bend.depth, "records": list(location.bend.deeper)}
+    return {name: getattr(location, name) for name in plain} | {"bend": bend}

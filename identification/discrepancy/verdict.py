@@ -3,11 +3,14 @@
 import math
 from collections.abc import Sequence
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Location, Number, Side
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Bend, Location, Number, Side
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import Drift
 from identification.report.channel_labels import spoken
-from identification.report.numbers import rounded, with_unit
+from identification.report.numbers import rounded, significant, with_unit
+
+_NAMED = 4
+"""Records from which on they are counted, not named."""
 
 
 def sentences(
@@ -53,7 +56,19 @@ def sentences(
     first = "Something real is missing, and no listed effect explains it."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
     restless = _unsteady(after) if mimics is None else (_drifting(mimics, before),)
-    return (first, *where, *learned, *restless)
+    bends = (_bending(location.bend),) if location is not None and location.bend is not None else ()
+    return (first, *where, *bends, *learned, *restless)
+
+
+def _bending(one: Bend) -> str:
+    """Where the contact law does, which is told without a cause."""
+    depth = with_unit(significant(1e3 * one.depth, 2), "mm")
+    deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
+    goes = "goes" if len(one.deeper) == 1 else "go"
+    return (
+        f"Read off the records before any fit of the motion, the stop is harder beyond an indentation of {depth}, where {deeper} {goes}, as"
+        " if another stood behind it."
+    )
 
 
 def nearest(effects: Sequence[Asserted], loose: Sequence[str]) -> str:

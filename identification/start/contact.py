@@ -34,6 +34,14 @@ class Loops:
     """(records,) setting error of the gap, m."""
     cost: float
     """Half the mean squared error in fiftieths of the largest force, less where a sample is off by much."""
+    record: np.ndarray
+    """(samples,) index of each sample's record."""
+    indentation: np.ndarray
+    """(samples,) m, with the errors of the gaps."""
+    force: np.ndarray
+    """(samples,) as recorded, N."""
+    modelled: np.ndarray
+    """(samples,) as the values have it, N."""
 
 
 def contact_start(
@@ -79,14 +87,22 @@ def contact_start(
             fit = _fitted(residual, jacobian, start)
             if fit is not None:
                 values = {name: _bounded(specs[name], fit.x[i]) for i, name in enumerate(wanted)}
-                fits.append((float(fit.cost) / len(samples["force"]), values, fit.x[len(wanted) :]))
+                fits.append((float(fit.cost) / len(samples["force"]), values, fit.x[len(wanted) :], fit.fun))
     if not fits:
         return None
-    cost, values, shifts = min(fits, key=lambda fit: fit[0])
-    errors = np.zeros(len(records))
+    cost, values, shifts, off = min(fits, key=lambda fit: fit[0])
+    shifts, errors = _length(samples) * shifts[slot], np.zeros(len(records))
     for record in np.unique(samples["record"]):
-        errors[record] = np.median(_length(samples) * shifts[slot][samples["record"] == record])
-    return Loops(values=values, errors=errors, cost=cost)
+        errors[record] = np.median(shifts[samples["record"] == record])
+    return Loops(
+        values=values,
+        errors=errors,
+        cost=cost,
+        record=samples["record"],
+        indentation=samples["indentation"] - shifts,
+        force=samples["force"],
+        modelled=samples["force"] + _scale(samples) * off,
+    )
 
 
 def _fitted(residual, jacobian, start: np.ndarray) -> Any | None:
@@ -123,7 +139,7 @@ def _residual(model: Model, names, samples, slot):
     """Function of (internal parameters, gap errors in `_length`) that SciPy minimises, and its derivative, compiled once."""
     specs = {p.name: p for p in model.parameters}
     data = {key: jnp.asarray(value) for key, value in samples.items()}
-    slot, length, scale = jnp.asarray(slot), _length(samples), 0.02 * np.max(samples["force"])
+    slot, length, scale = jnp.asarray(slot), _length(samples), _scale(samples)
 
     def misfit(x):
         changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
@@ -140,6 +156,11 @@ def _residual(model: Model, names, samples, slot):
 def _length(samples: dict[str, np.ndarray]) -> float:
     """In which gap errors are counted, m."""
     return 0.1 * float(np.max(samples["indentation"]))
+
+
+def _scale(samples: dict[str, np.ndarray]) -> float:
+    """In which errors of the force are counted, N."""
+    return 0.02 * float(np.max(samples["force"]))
 
 
 def _some_contacts(samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

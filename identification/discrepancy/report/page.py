@@ -89,6 +89,10 @@ def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         pairs.append(("begins at", f"{significant(where.time, 4)} s"))
     if where.record is not None:
         pairs.append(("only in", where.record))
+    if where.bend is not None:
+        pairs.append(
+            ("harder beyond", f"{significant(1e3 * where.bend.depth, 2)} mm of indentation, in {words.listed(list(where.bend.deeper))}")
+        )
     return pairs
 
 

@@ -9,6 +9,7 @@ from identification.discrepancy.diagnosis import (
     MISSING,
     UNLISTED,
     Asserted,
+    Bend,
     Considered,
     Diagnosis,
     Disagreement,
@@ -64,7 +65,7 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         effects=(Asserted(effect=effect, probability=0.9997, parameters=numbers),) if verdict == MISSING else (),
         free_form="force = -a_1 u^3 + a_2 |u'| u'" if verdict == UNLISTED else "",
         ambiguous_with=("quadratic_drag",) if verdict == MISSING else (),
-        location=None if adequate else _location(worse),
+        location=None if adequate else _location(worse, bent=verdict == UNLISTED),
         considered=_considered(adequate),
         nominal=after if adequate else before,
         augmented=after,
@@ -107,7 +108,7 @@ def _without_friction(record: RecordFit, mass: float) -> RecordFit:
     return dataclasses.replace(record, predicted=predicted, chi2_reduced={c: float(np.nanmean(s)) for c, s in squares.items()})
 
 
-def _location(records: tuple[RecordFit, ...]) -> Location:
+def _location(records: tuple[RecordFit, ...], *, bent: bool) -> Location:
     excess = {r.file: sum(r.chi2_reduced.values()) for r in records}
     return Location(
         channel="hammer_acceleration",
@@ -121,6 +122,25 @@ def _location(records: tuple[RecordFit, ...]) -> Location:
         sentence="A force of constant size acts against the velocity in free flight, in all records; it changes sign with the velocity.",
         profiles=tuple(_profile(*one) for one in _PROFILES),
         maps={r.file: _map(r) for r in records},
+        bend=_bend(records) if bent else None,
+    )
+
+
+def _bend(records: tuple[RecordFit, ...]) -> Bend:
+    """A loop in each record, that of the last the deepest."""
+    turn = np.linspace(0.0, np.pi, 40)
+    reached = np.linspace(2e-5, 6e-5, len(records))
+    indentation = np.concatenate([depth * np.sin(turn) for depth in reached])
+    straight = 1.5e6 * indentation * (1.0 + 0.3 * np.tile(np.cos(turn), len(records)))
+    extra = 4e6 * np.maximum(indentation - 5e-5, 0.0)
+    return Bend(
+        depth=5e-5,
+        files=tuple(r.file for r in records),
+        record=np.repeat(np.arange(len(records)), len(turn)),
+        indentation=indentation,
+        force=straight + extra + 0.2 * np.sin(1e3 * np.arange(len(extra))),
+        straight=straight,
+        bent=straight + extra,
     )
 
 

@@ -67,7 +67,7 @@ def test_the_page_stands_alone(pages, verdict):
 def test_every_picture_is_drawn_and_legible(made):
     expected = {"missing", "missing-others", "residual-maps", "misfits", "candidates", "record-01-before-after", "record-02-before-after"}
     assert {image.name for image in draw(made[MISSING])} == expected
-    assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term"}
+    assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "bend"}
     assert {image.name for image in draw(made[ADEQUATE])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
     for image in draw(made[UNLISTED]):
         with Image.open(io.BytesIO(image.png)) as opened:
@@ -158,6 +158,8 @@ def test_json_has_every_key_that_programs_read(made, verdict):
         assert all(number.keys() == {"value", "stderr", "unit"} for number in effect["parameters"].values())
     places = {"channel", "records", "phase", "coordinate", "interval", "time", "record", "sentence"}
     assert document["location"] is None if verdict == ADEQUATE else places <= document["location"].keys()
+    if verdict == UNLISTED:
+        assert document["location"]["bend"] == {"depth": 5e-5, "records": [made[verdict].nominal.records[-1].file]}
 
 
 def test_the_terminal_says_the_verdict_first_then_numbers_then_candidates(made):

@@ -2,12 +2,13 @@
 
 from identification.discrepancy.report.figures.base import Drawer
 from identification.discrepancy.report.figures.before_after import before_after
+from identification.discrepancy.report.figures.bend import bend
 from identification.discrepancy.report.figures.candidates import candidates
 from identification.discrepancy.report.figures.learned import learned
 from identification.discrepancy.report.figures.maps import maps
 from identification.discrepancy.report.figures.misfits import misfits
 from identification.discrepancy.report.figures.profiles import best_profile, other_profiles
 
-FIGURES: tuple[Drawer, ...] = (best_profile, other_profiles, maps, learned, misfits, before_after, candidates)
+FIGURES: tuple[Drawer, ...] = (best_profile, other_profiles, bend, maps, learned, misfits, before_after, candidates)
 
 __all__ = ["FIGURES", "Drawer"]
