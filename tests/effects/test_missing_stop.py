@@ -22,6 +22,22 @@ def test_stands_where_the_hammer_just_gets_to_if_no_stop_was_stated():
     assert all(candidate[0].gap_offset == 0.0 for candidate in MissingStop(K_I, N_I, LAMBDA, 0.0).probes(stated))
 
 
+def test_what_is_tried_goes_with_the_size_of_the_rig():
+    """Lengths a tenth and times a thirtieth: so is the indentation of an impact at the largest speed, and its duration."""
+    blank, slow = MissingStop(K_I, N_I, LAMBDA, 0.0), dataclasses.replace(FACTS, law=NoContact(), gaps={"drop.csv": 0.0})
+    fast = dataclasses.replace(slow, amplitude=0.1 * slow.amplitude, speed=3.0 * slow.speed)
+    for (one,), (other,) in zip(blank.probes(slow), blank.probes(fast), strict=True):
+        before, after = (_deepest(stop, facts) for stop, facts in ((one, slow), (other, fast)))
+        assert after == pytest.approx(0.1 * before)
+        assert before < slow.amplitude
+
+
+def _deepest(stop: MissingStop, facts) -> float:
+    """Where the energy of the largest speed is stored, m."""
+    order = stop.impact_exponent + 1.0
+    return (0.5 * order * facts.mass * facts.speed**2 / stop.impact_stiffness) ** (1.0 / order)
+
+
 def test_is_the_nominal_stop_where_that_was_left_out_and_nothing_beside_it():
     stop = MissingStop(K_I, N_I, LAMBDA, 0.0)
     law, gap = stop.stop(NoContact(), GAP)

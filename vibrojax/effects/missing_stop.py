@@ -14,8 +14,8 @@ from vibrojax.shapes import Value
 
 _OUT_OF_REACH = 1e3
 """m"""
-_CONTACT_TIMES = (2e-3, 5e-3, 12e-3)
-"""s, of the impacts of probes."""
+_DEPTHS = (0.04, 0.1, 0.25)
+"""Deepest indentation of probes, of the largest deflection."""
 _PROBE_EXPONENT = 1.5
 _PROBE_DAMPING = 0.3
 _JUST_REACHED = 0.98
@@ -70,13 +70,13 @@ class MissingStop(AbstractEffect):
 
         Where every gap is out of reach, which is how a file says that there is no stop, they stand where the hammer just gets to.
         """
-        if not isinstance(facts.law, NoContact) or facts.speed == 0:
+        if not isinstance(facts.law, NoContact) or facts.speed == 0 or facts.amplitude == 0:
             return ()
         found, order = [], _PROBE_EXPONENT + 1.0
         gaps = set(facts.gaps.values())
         offset = _JUST_REACHED * facts.amplitude - min(gaps) if len(gaps) == 1 and min(gaps) > facts.amplitude else 0.0
-        for contact_time in _CONTACT_TIMES:
-            deepest = facts.speed * contact_time / 3.0
+        for part in _DEPTHS:
+            deepest = part * facts.amplitude
             stiffness = 0.5 * order * facts.mass * facts.speed**2 / deepest**order
             found.append((MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, offset),))
         return tuple(found)

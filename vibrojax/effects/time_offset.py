@@ -14,8 +14,8 @@ from vibrojax.effects.channel_fault import AbstractChannelFault
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
-_PROBE_DELAY = 2e-4
-"""s"""
+_PROBE_DELAY = 0.5
+"""Of the shortest sampling interval."""
 _POINTS = 4
 """Of the interpolation."""
 
@@ -57,8 +57,9 @@ class TimeOffset(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def probes(self, facts: Facts) -> tuple[tuple["TimeOffset", ...], ...]:
-        """A fifth of a millisecond late, in every channel."""
-        return tuple((dataclasses.replace(self, delay=_PROBE_DELAY, of_channel=channel),) for channel in facts.channels)
+        """Half a sample late, in every channel."""
+        delay = _PROBE_DELAY * facts.sampling
+        return tuple((dataclasses.replace(self, delay=delay, of_channel=channel),) for channel in facts.channels)
 
     def scaled(self, factor: Value) -> "TimeOffset":
         """Delay in proportion."""
