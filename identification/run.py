@@ -47,7 +47,7 @@ def run_fit(
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
     if not result.converged:
         raise NoConvergenceError(
-            f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs and gaps, "
+            f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs, mass and gaps, "
             "or ask `vibrojax diagnose` where model and records differ"
         )
     progress("drawing the report")

@@ -122,7 +122,7 @@ def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
             estimate, cost = settle(evaluate, outcome.estimate, iterations=3)
     equations = evaluate(outcome.estimate)
     if not np.isfinite(equations.cost).any():
-        raise NoConvergenceError("the nominal model cannot be integrated in any window: check units, signs and gaps")
+        raise NoConvergenceError("the nominal model cannot be integrated in any window: check units, signs, mass and gaps")
     return Fitted(prepared=short, outcome=dataclasses.replace(outcome, equations=equations)), allowed
 
 

@@ -283,6 +283,21 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
         edit(DROP + CART1, (DROP + CART1).replace("gap = 0.001\n", "").replace("gap = 0.0\n", "")),
         r"gap is missing in 2 records of experiment\.toml \(drop\.csv, cart1\.csv\): .*to each",
     ),
+    (
+        "gap a metre before the motion",
+        edit("gap = 0.001", "gap = -1.0"),
+        r"gap of record 'cart1\.csv' is -1 m, and its hammer stays between -\S+ m and \S+ m: expected a gap, in m, that it is clear of",
+    ),
+    (
+        "drive of a drop test",
+        edit('kind = "drop-test"', 'kind = "drop-test"\nexcitation_frequency = 6.25'),
+        r"record 'drop\.csv' is 'drop-test', in which the cart rests, and has an excitation_frequency: expected none; remove it",
+    ),
+    (
+        "drive faster than the samples",
+        edit("excitation_frequency = 6.25", "excitation_frequency = 6250"),
+        r"excitation_frequency of record 'cart1\.csv' is 6250 Hz, and its samples come at 4000 Hz: expected less than half",
+    ),
     ("gap not finite", edit("gap = 0.001", "gap = nan"), r"gap in record 'cart1\.csv' is nan"),
     ("no frequency", edit("excitation_frequency = 6.25\n", ""), r"excitation_frequency is missing in record 'cart1\.csv'"),
     ("frequency negative", edit("6.25", "-6.25"), r"excitation_frequency .* is -6\.25: expected a finite number above 0 in Hz"),
