@@ -25,6 +25,7 @@ def bend(scored: Scored) -> Bend | None:
         depth=loops.values[f"{probe.name}.{probe.place}"],
         files=tuple(files[index] for index in touched),
         record=record,
+        contact=loops.contact,
         indentation=loops.indentation,
         force=loops.force,
         straight=shown.straight.modelled,

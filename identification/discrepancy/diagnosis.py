@@ -79,6 +79,7 @@ class Bend:
         depth: indentation from which on it is harder, m.
         files: of the records with contacts.
         record: (samples,) which of these each sample in contact is of.
+        contact: (samples,) number of its contact, no two alike.
         indentation, force: (samples,) as recorded, m and N.
         straight, bent: (samples,) force of the contact law that describes these best, without and with a bend, N.
     """
@@ -86,6 +87,7 @@ class Bend:
     depth: float
     files: tuple[str, ...]
     record: np.ndarray
+    contact: np.ndarray
     indentation: np.ndarray
     force: np.ndarray
     straight: np.ndarray

@@ -36,6 +36,8 @@ class Loops:
     """Half the mean squared error in fiftieths of the largest force, less where a sample is off by much."""
     record: np.ndarray
     """(samples,) index of each sample's record."""
+    contact: np.ndarray
+    """(samples,) number of each sample's contact, no two alike in all records."""
     indentation: np.ndarray
     """(samples,) m, with the errors of the gaps."""
     force: np.ndarray
@@ -99,6 +101,7 @@ def contact_start(
         errors=errors,
         cost=cost,
         record=samples["record"],
+        contact=samples["contact"],
         indentation=samples["indentation"] - shifts,
         force=samples["force"],
         modelled=samples["force"] + _scale(samples) * off,

@@ -19,6 +19,7 @@ _BEFORE, _AFTER = "nominal_record", "augmented_record"
 _PLAIN = ("verdict", "sentences", "free_form", "ambiguous_with", "considered", "next_experiment", "warnings", "seconds")
 _OF_BEND = (
     ("record", "1", "which of the records with contacts, from 0"),
+    ("contact", "1", "number of the contact, no two alike"),
     ("indentation", "m", "indentation in contact, as recorded"),
     ("force", "N", "force in contact, as recorded"),
     ("straight", "N", "force of the contact law without a bend"),
@@ -144,4 +145,4 @@ def _restored_bend(document: dict[str, Any] | None, series: Series) -> Bend | No
     if document is None:
         return None
     arrays = {name: floats(series[f"bend_{name}"]) for name, _, _ in _OF_BEND}
-    return from_plain(Bend, document, **arrays | {"record": arrays["record"].astype(int)})
+    return from_plain(Bend, document, **arrays | {name: arrays[name].astype(int) for name in ("record", "contact")})

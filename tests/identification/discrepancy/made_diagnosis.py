@@ -137,6 +137,7 @@ def _bend(records: tuple[RecordFit, ...]) -> Bend:
         depth=5e-5,
         files=tuple(r.file for r in records),
         record=np.repeat(np.arange(len(records)), len(turn)),
+        contact=np.repeat(np.arange(len(records)), len(turn)),
         indentation=indentation,
         force=straight + extra + 0.2 * np.sin(1e3 * np.arange(len(extra))),
         straight=straight,

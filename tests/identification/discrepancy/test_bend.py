@@ -65,7 +65,9 @@ def made(deeper: int) -> Bend:
     reached = np.where(np.arange(6) < deeper, 0.031, 0.02)
     none = np.zeros(6)
     files = tuple(f"drop{k}.csv" for k in range(1, 7))
-    return Bend(depth=0.0277, files=files, record=np.arange(6), indentation=reached, force=none, straight=none, bent=none)
+    return Bend(
+        depth=0.0277, files=files, record=np.arange(6), contact=np.arange(6), indentation=reached, force=none, straight=none, bent=none
+    )
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ _GREY, _DARK = "#b0b0b0", "#404040"
 
 
 def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
-    """One picture: all samples in contact, those of the records that go deeper dark, with both laws along these."""
+    """One picture: all samples in contact, those of the records that go deeper dark, with both laws along the deepest of each of these."""
     found = diagnosis.location.bend if diagnosis.location is not None else None
     if found is None:
         return
@@ -27,7 +27,8 @@ def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
     axes.plot(across[~deeper], found.force[~deeper], ".", color=_GREY, markersize=3, label="the other records")
     axes.plot(across[deeper], found.force[deeper], "o", color=_DARK, markersize=3.5, fillstyle="none", label="records that go deeper")
     for index in np.unique(found.record[deeper]):
-        one = found.record == index
+        deepest = np.argmax(np.where(found.record == index, found.indentation, -np.inf))
+        one = found.contact == found.contact[deepest]
         axes.plot(across[one], found.straight[one], color=BEFORE, linestyle=DASHED, label="law without a bend")
         axes.plot(across[one], found.bent[one], color=AFTER, label="law with a bend")
     handles, names = axes.get_legend_handles_labels()
