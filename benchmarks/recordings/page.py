@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.recordings.known import Known
 from benchmarks.recordings.runs import Run, arguments
-from identification.report.numbers import rounded, with_unit
+from identification.report.numbers import rounded, significant, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
@@ -35,11 +35,12 @@ def row(known: Known, run: Run) -> str:
 
 
 def said(run: Run) -> str:
-    """Verdict and what is named, with numbers, or the term that was learned."""
+    """Verdict and what is named, with numbers, or where the contact law bends and the term that was learned."""
     document = run.document or {}
     if not document["effects"]:
-        learned = document.get("free_form")
-        return document["verdict"] + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
+        bend, learned = (document.get("location") or {}).get("bend"), document.get("free_form")
+        harder = f"; harder beyond {significant(1e3 * bend['depth'], 2)} mm in {', '.join(bend['records'])}" if bend else ""
+        return document["verdict"] + harder + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
     return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one)})" for one in document["effects"])
 
 
@@ -60,8 +61,7 @@ def section(known: Known, run: Run, pictures: Path) -> str:
         return "\n".join([*lines, f"The command failed: {run.failure}", ""])
     lines += [f"> {' '.join(run.document['sentences'])}", ""]
     lines += [*(f"- Warned: {warning}." for warning in run.document["warnings"]), *([""] if run.document["warnings"] else [])]
-    if told := picture(run, pictures):
-        lines += [told, ""]
+    lines += [line for told in shown(run, pictures) for line in (told, "")]
     lines += [*errors(run), f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""]
     lines += ["```", f"vibrojax {' '.join(arguments(run.recipe, 'FOLDER'))}", "```", ""]
     cost = f"{_whole(run.seconds)} s ({_whole(run.cpu_seconds)} s of a core), at most {_whole(run.peak_mb)} MB"
@@ -82,14 +82,15 @@ def errors(run: Run) -> list[str]:
     return [*lines, ""]
 
 
-def picture(run: Run, pictures: Path) -> str:
-    """Copy the picture of the record that gained, or else of what is missing; its Markdown."""
-    shown = [*sorted(run.folder.glob("record-*.png")), *run.folder.glob("missing.png")]
-    if not shown:
-        return ""
-    pictures.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(shown[0], pictures / f"{run.recipe}.png")
-    return f"![Measured, nominal and augmented model, and what either leaves](images/recordings/{run.recipe}.png)"
+def shown(run: Run, pictures: Path) -> list[str]:
+    """Copy the picture of the record that gained, or else of what is missing, and that of a bend if there is one; their Markdown."""
+    records = [*sorted(run.folder.glob("record-*.png")), *run.folder.glob("missing.png")][:1]
+    found = [(one, run.recipe, "Measured, nominal and augmented model, and what either leaves") for one in records]
+    found += [(one, f"{run.recipe}-bend", "Force against indentation") for one in run.folder.glob("bend.png")]
+    for file, name, _ in found:
+        pictures.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, pictures / f"{name}.png")
+    return [f"![{words}](images/recordings/{name}.png)" for _, name, words in found]
 
 
 def _whole(figure: float | None) -> str:

@@ -58,6 +58,20 @@ def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_p
     assert "| unlisted; learned: force = -0.1 N \\|u'\\| u' |" in row(FRICTION, made(tmp_path, document))
 
 
+def test_a_bend_stands_before_the_learned_term_and_brings_its_picture(tmp_path):
+    bend = {"depth": 0.0277, "records": ["a.npz", "b.npz"]}
+    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"bend": bend}}
+    assert "| unlisted; harder beyond 28 mm in a.npz, b.npz; learned: force = 1 N |" in row(FRICTION, made(tmp_path, document))
+    (tmp_path / "bend.png").write_bytes(b"loops")
+    (tmp_path / "missing.png").write_bytes(b"a profile")
+    page = tmp_path / "recordings.md"
+    page.write_text(f"{BEGIN}\n{END}\n")
+    write_page(page, [(FRICTION, made(tmp_path, document))])
+    copied = {file.name: file.read_bytes() for file in (tmp_path / "images" / "recordings").iterdir()}
+    assert copied == {"friction_backlash.png": b"a profile", "friction_backlash-bend.png": b"loops"}
+    assert all(f"(images/recordings/{name})" in page.read_text() for name in copied)
+
+
 def test_a_failure_stays_in_the_table(tmp_path):
     cells = row(FRICTION, made(tmp_path, document=None, failure="no convergence")).split("|")
     assert "failed: no convergence" in cells[3] and cells[5].strip() == "no"
