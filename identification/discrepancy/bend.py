@@ -1,4 +1,4 @@
-"""Where the contact law bends, for a verdict that asserts no cause: what the records show needs no fit of the motion."""
+"""Where the contact law bends, for a verdict that asserts no cause: what the records show without integrating a motion."""
 
 import numpy as np
 

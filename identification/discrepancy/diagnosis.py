@@ -73,14 +73,14 @@ class Profile:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Bend:
-    """Where force against indentation bends, read off the records without any fit of the motion.
+    """Where force against indentation bends, read off the records without integrating a motion.
 
     Attributes:
         depth: indentation from which on it is harder, m.
         files: of the records with contacts.
         record: (samples,) which of these each sample in contact is of.
         contact: (samples,) number of its contact, no two alike.
-        indentation, force: (samples,) as recorded, m and N.
+        indentation, force: (samples,) as recorded, m and N, the first beyond where the loops say that the stop begins.
         straight, bent: (samples,) force of the contact law that describes these best, without and with a bend, N.
     """
 

@@ -1,4 +1,4 @@
-"""The loops of force against indentation as the records show them, before any motion is fitted."""
+"""The loops of force against indentation as the records show them, without integrating a motion."""
 
 import dataclasses
 

@@ -66,8 +66,8 @@ def _bending(one: Bend) -> str:
     deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
     goes = "goes" if len(one.deeper) == 1 else "go"
     return (
-        f"Read off the records before any fit of the motion, the stop is harder beyond an indentation of {depth}, where {deeper} {goes}, as"
-        " if another stood behind it."
+        f"Force against indentation, read off the records, says that the stop is harder beyond an indentation of {depth}, where {deeper}"
+        f" {goes}, as if another stood behind it."
     )
 
 

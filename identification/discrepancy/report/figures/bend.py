@@ -42,8 +42,8 @@ def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
         name="bend",
         section="location",
         record=None,
-        caption=f"Force against indentation as the records show it, before any motion is fitted: beyond {depth} (dashed line upright) it is"
-        f" harder than a law that describes all else; {listed(list(found.deeper))} {_goes(found)} there.",
+        caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"
+        f" is harder than the law in front of that; {listed(list(found.deeper))} {_goes(found)} there.",
         alt=f"Loops of force against indentation; beyond {depth} those of {listed(list(found.deeper))} rise steeply.",
         figure=figure,
     )
