@@ -1,9 +1,12 @@
 """Whether gap and drive fit the record: a slip in either is told before anything is fitted."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.record import Record
+from identification.experiment.sensor import Sensor
 
 AT_REST = ("drop-test", "free-decay")
 """Kinds in which the cart rests, unless its motion was measured."""
@@ -12,11 +15,12 @@ STRIKING = ("drop-test", "cart-excitation")
 FAR = 10.0
 
 
-def check_geometry(record: Record, *, has_stop: bool) -> None:
+def check_geometry(record: Record, sensors: Mapping[str, Sensor], *, has_stop: bool) -> None:
     """Compare the gap with the recorded motion, and the drive with kind and sampling.
 
     Args:
         record: with its channels.
+        sensors: by channel; a displacement whose zero is not known tells nothing of the gap.
         has_stop: False where the nominal model knows no contact.
 
     Raises:
@@ -35,8 +39,11 @@ def check_geometry(record: Record, *, has_stop: bool) -> None:
             f"excitation_frequency of record {shown(record.file)} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected "
             "less than half of that; correct it, it is in Hz, or the unit of the time"
         )
-    relative = _relative_displacement(record)
-    if not has_stop or relative is None or record.kind not in STRIKING:
+    channels = _telling(record)
+    if not has_stop or record.kind not in STRIKING or not channels or any(sensors[channel].zero is not None for channel in channels):
+        return
+    relative = record.channels[channels[0]] - sum(record.channels[channel] for channel in channels[1:])
+    if not np.isfinite(relative).any():
         return
     lowest, travel = float(np.nanmin(relative)), float(np.nanmax(relative) - np.nanmin(relative))
     if lowest - record.gap > FAR * travel:
@@ -46,15 +53,12 @@ def check_geometry(record: Record, *, has_stop: bool) -> None:
         )
 
 
-def _relative_displacement(record: Record) -> np.ndarray | None:
-    """Hammer minus cart, m, at the samples that show both; None where that was not recorded."""
-    channels = record.channels
-    if "relative_displacement" in channels:
-        found = channels["relative_displacement"]
-    elif "hammer_displacement" not in channels:
-        return None
-    elif record.kind not in AT_REST and "cart_displacement" not in channels:
-        return None
-    else:
-        found = channels["hammer_displacement"] - channels.get("cart_displacement", 0.0)
-    return found if np.isfinite(found).any() else None
+def _telling(record: Record) -> tuple[str, ...]:
+    """Channel that tells where hammer and stop are, after it the one to take off it; empty where none does."""
+    if "relative_displacement" in record.channels:
+        return ("relative_displacement",)
+    if "hammer_displacement" not in record.channels:
+        return ()
+    if "cart_displacement" in record.channels:
+        return "hammer_displacement", "cart_displacement"
+    return ("hammer_displacement",) if record.kind in AT_REST else ()

@@ -61,7 +61,7 @@ experiment.toml; check the path
     for each, record in zip(settings, records, strict=True):
         units = {channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()}
         check_scales(record, units, mass if mass_is_known else None)
-        check_geometry(record, has_stop=law != NO_STOP)
+        check_geometry(record, sensors, has_stop=law != NO_STOP)
     return Experiment(
         name=tables["experiment"].string("name") or file.parent.resolve().name,
         folder=file.parent,
