@@ -5,6 +5,7 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
+from identification.clearance import check_clearance
 from identification.experiment import Experiment, ExperimentError, Record
 from identification.integrated_motion import integrated_motions
 from identification.kinematics import Kinematics, kinematics
@@ -65,9 +66,10 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     """
     if jnp.result_type(float) != jnp.float64:
         raise InputError("JAX computes in single precision: a fit needs float64; call vibrojax.cli.environment.prepare_jax() first")
+    model = nominal_model(experiment.fitting, law)
+    check_clearance(experiment, model.law)
     experiment = experiment.fitting
     experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
-    model = nominal_model(experiment, law)
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     fixed = _fixed(experiment, parameters)
     zeros = tuple((channel, sensor.zero) for channel, sensor in experiment.sensors.items() if sensor.zero is not None)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.recordings.known import Known
 from benchmarks.recordings.runs import Run, arguments
-from identification.report.numbers import rounded, significant, with_unit
+from identification.report.numbers import millimetres, rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
@@ -39,7 +39,7 @@ def said(run: Run) -> str:
     document = run.document or {}
     if not document["effects"]:
         bend, learned = (document.get("location") or {}).get("bend"), document.get("free_form")
-        harder = f"; harder beyond {significant(1e3 * bend['depth'], 2)} mm in {', '.join(bend['records'])}" if bend else ""
+        harder = f"; harder beyond {millimetres(bend['depth'])} in {', '.join(bend['records'])}" if bend else ""
         return document["verdict"] + harder + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
     return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one)})" for one in document["effects"])
 

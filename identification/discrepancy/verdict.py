@@ -7,7 +7,7 @@ from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Be
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import Drift
 from identification.report.channel_labels import spoken
-from identification.report.numbers import rounded, significant, with_unit
+from identification.report.numbers import millimetres, rounded, with_unit
 
 _NAMED = 4
 """Records from which on they are counted, not named."""
@@ -62,12 +62,10 @@ def sentences(
 
 def _bending(one: Bend) -> str:
     """Where the contact law does, which is told without a cause."""
-    depth = with_unit(significant(1e3 * one.depth, 2), "mm")
-    deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
-    goes = "goes" if len(one.deeper) == 1 else "go"
+    reached = f"only in {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"in {len(one.deeper)} of {len(one.files)} records"
     return (
-        f"Force against indentation, read off the records, says that the stop is harder beyond an indentation of {depth}, where {deeper}"
-        f" {goes}, as if another stood behind it."
+        "Force against indentation, read off the records, says that the stop is harder beyond an indentation of"
+        f" {millimetres(one.depth)}, reached {reached}, as if another stood behind it."
     )
 
 

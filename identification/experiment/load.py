@@ -6,7 +6,6 @@ from pathlib import Path, PurePosixPath
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Experiment
 from identification.experiment.fittable import check_fittable
-from identification.experiment.geometry import check_geometry
 from identification.experiment.load_record import load_record
 from identification.experiment.noise_table import with_noise
 from identification.experiment.readers import stem_of
@@ -17,8 +16,6 @@ from identification.experiment.schema import Table
 from identification.experiment.toml_file import find_experiment_file, parse_toml
 
 SCHEMA = 1
-NO_STOP = "none"
-"""The contact law that says so."""
 TABLES = ("experiment", "hammer", "suspension", "contact", "parameters", "sensors")
 
 
@@ -51,7 +48,7 @@ experiment.toml; check the path
     for key, known in {"experiment": ("name",), "hammer": ("mass", "estimate_mass"), "contact": ("law",)}.items():
         tables[key].allow(*known)
     mass = tables["hammer"].needed_number("mass", unit="kg", positive=True)
-    suspension, law = read_suspension(tables["suspension"]), tables["contact"].string("law")
+    suspension = read_suspension(tables["suspension"])
     sensors = read_sensors(tables["sensors"])
     settings = _record_settings(values.get("record"), file.name, to_fit=need_files)
     records = [load_record(each, file.parent, sensors, need_file=need_files) for each in settings]
@@ -61,14 +58,13 @@ experiment.toml; check the path
     for each, record in zip(settings, records, strict=True):
         units = {channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()}
         check_scales(record, units, mass if mass_is_known else None)
-        check_geometry(record, sensors, has_stop=law != NO_STOP)
     return Experiment(
         name=tables["experiment"].string("name") or file.parent.resolve().name,
         folder=file.parent,
         mass=mass,
         mass_is_known=mass_is_known,
         suspension=suspension,
-        law=law,
+        law=tables["contact"].string("law"),
         parameters=read_parameters(tables["parameters"]),
         sensors=sensors,
         records=with_noise(records, sensors, needed=need_files),

@@ -17,7 +17,7 @@ from identification.experiment.record import Record
 from identification.experiment.record_settings import RecordSettings
 from identification.experiment.saturation import saturation_notices
 from identification.experiment.sensor import Sensor
-from identification.experiment.timebase import check_time, declared_time
+from identification.experiment.timebase import check_drive, check_time, declared_time
 
 ANSWERS = ("reaction_force", "impact_force", "hammer_acceleration")
 """What a hammer on a prescribed path is compared by: `hammer_acceleration` is then all force on it over its mass."""
@@ -46,6 +46,7 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     raw = assign(columns, wanted, settings, need_channels=need_file)
     time = raw.time * time_factor(settings, columns.units.get(wanted[TIME]))
     notices = [*raw.notices, *check_time(time, settings.where)]
+    check_drive(settings.numbers["excitation_frequency"], time, settings.where)
     channels = {}
     for channel, values in raw.channels.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))

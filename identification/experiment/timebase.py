@@ -52,6 +52,25 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
     return (f"The sampling is irregular: steps of {smallest:.4g} to {largest:.4g} s, median {median:.4g}; the longest follows {at:.6g} s.",)
 
 
+def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
+    """Check that the samples of a file can show its drive.
+
+    Args:
+        frequency: of the excitation, Hz; None without one.
+        time: s, checked, shape (samples,).
+        where: the record, for messages.
+
+    Raises:
+        ExperimentError: there are fewer than two samples in a period.
+    """
+    sampling = (time.size - 1) / (time[-1] - time[0])
+    if frequency is not None and frequency > 0.5 * sampling:
+        raise ExperimentError(
+            f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
+            " that; correct it, it is in Hz, or the unit of the time"
+        )
+
+
 def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:
     """Make the time stamps of a record that has no file.
 

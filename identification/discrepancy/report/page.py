@@ -10,7 +10,7 @@ from identification.discrepancy.report.equation import equation_html
 from identification.report.channel_labels import spoken
 from identification.report.frame import page_template
 from identification.report.image import Image, by_section
-from identification.report.numbers import significant
+from identification.report.numbers import millimetres, significant
 
 _CANDIDATES = 20
 
@@ -90,9 +90,7 @@ def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if where.record is not None:
         pairs.append(("only in", where.record))
     if where.bend is not None:
-        pairs.append(
-            ("harder beyond", f"{significant(1e3 * where.bend.depth, 2)} mm of indentation, in {words.listed(list(where.bend.deeper))}")
-        )
+        pairs.append(("harder beyond", f"{millimetres(where.bend.depth)} of indentation, in {words.listed(list(where.bend.deeper))}"))
     return pairs
 
 

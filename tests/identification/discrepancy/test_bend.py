@@ -73,9 +73,9 @@ def made(deeper: int) -> Bend:
 @pytest.mark.parametrize(
     ("deeper", "words"),
     [
-        (1, "where only drop1.csv goes, as if"),
-        (3, "where only drop1.csv, drop2.csv and drop3.csv go, as if"),
-        (4, "where 4 of 6 records go, as if"),
+        (1, "reached only in drop1.csv, as if"),
+        (3, "reached only in drop1.csv, drop2.csv and drop3.csv, as if"),
+        (4, "reached in 4 of 6 records, as if"),
     ],
 )
 def test_the_sentence_says_where_and_in_which_records(diagnosis, deeper, words):

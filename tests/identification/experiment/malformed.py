@@ -284,19 +284,14 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
         r"gap is missing in 2 records of experiment\.toml \(drop\.csv, cart1\.csv\): .*to each",
     ),
     (
-        "gap a metre before the motion",
-        edit("gap = 0.001", "gap = -1.0"),
-        r"gap of record 'cart1\.csv' is -1 m, and its hammer stays between -\S+ m and \S+ m: expected a gap, in m, that it is clear of",
-    ),
-    (
         "drive of a drop test",
         edit('kind = "drop-test"', 'kind = "drop-test"\nexcitation_frequency = 6.25'),
-        r"record 'drop\.csv' is 'drop-test', in which the cart rests, and has an excitation_frequency: expected none; remove it",
+        r"excitation_frequency in record 'drop\.csv' is given for kind 'drop-test', in which the cart rests: expected none; remove it",
     ),
     (
         "drive faster than the samples",
         edit("excitation_frequency = 6.25", "excitation_frequency = 6250"),
-        r"excitation_frequency of record 'cart1\.csv' is 6250 Hz, and its samples come at 4000 Hz: expected less than half",
+        r"excitation_frequency of record 'cart1\.csv' is 6250 Hz, and its samples come at 4000 Hz: expected at most half",
     ),
     ("gap not finite", edit("gap = 0.001", "gap = nan"), r"gap in record 'cart1\.csv' is nan"),
     ("no frequency", edit("excitation_frequency = 6.25\n", ""), r"excitation_frequency is missing in record 'cart1\.csv'"),

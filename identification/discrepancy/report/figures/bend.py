@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from identification.discrepancy.diagnosis import Bend, Diagnosis
+from identification.discrepancy.diagnosis import Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, DASHED, Picture
 from identification.discrepancy.report.words import axis, listed
-from identification.report.numbers import significant
+from identification.report.numbers import millimetres
 from vibrojax.drawing import few_ticks, new_figure
 
 _GREY, _DARK = "#b0b0b0", "#404040"
@@ -37,17 +37,13 @@ def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
     axes.set_xlabel(f"indentation δ ({look.unit})")
     axes.set_ylabel("contact force (N)")
     few_ticks(axes, x=8, y=6)
-    depth = f"{significant(look.factor * found.depth, 2)} {look.unit}"
+    depth = millimetres(found.depth)
     yield Picture(
         name="bend",
         section="location",
         record=None,
         caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"
-        f" is harder than the law in front of that; {listed(list(found.deeper))} {_goes(found)} there.",
+        f" is harder than the law in front of that, which is reached only in {listed(list(found.deeper))}.",
         alt=f"Loops of force against indentation; beyond {depth} those of {listed(list(found.deeper))} rise steeply.",
         figure=figure,
     )
-
-
-def _goes(found: Bend) -> str:
-    return "goes" if len(found.deeper) == 1 else "go"
