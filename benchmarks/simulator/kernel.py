@@ -54,6 +54,8 @@ FINE, MEDIUM, COARSE = 250, 25, 5
 """Steps in a sample of 0.25 ms: within reach of the stop or of a kink, with a ringing stop, and elsewhere."""
 _FULL_PULL = 0.05
 """Adhesion is full from this share of its reach inside the stop."""
+_LEAVING = 1e-4
+"""Speed, m/s, at which a hammer has left: adhesion sets in up to it."""
 _SILENT = 1e-4
 """A stop that rings with less than this force, N, is left to coarse steps."""
 
@@ -104,11 +106,14 @@ def contact_force(indentation, rate, p):
 
 @njit(cache=True)
 def adhesion(indentation, rate, p):
-    """Pull towards the stop while the hammer leaves: full at the surface, linearly less over the reach; N."""
+    """Pull towards the stop while the hammer leaves: full at the surface, linearly less over the reach; N.
+
+    It sets in over a little speed: were it sudden, a hammer that sticks would chatter, and its samples show one side of that only.
+    """
     reach = p[ADHESION_REACH]
     if p[ADHESION] == 0.0 or rate >= 0.0 or indentation <= -reach or indentation >= _FULL_PULL * reach:
         return 0.0
-    return p[ADHESION] * min(1.0, 1.0 + indentation / reach)
+    return p[ADHESION] * min(1.0, 1.0 + indentation / reach) * min(1.0, -rate / _LEAVING)
 
 
 @njit(cache=True)

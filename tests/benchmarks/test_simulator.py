@@ -69,6 +69,15 @@ def test_hammer_obeys_newton_at_every_sample():
     np.testing.assert_allclose(rig.m * signals["hammer_acceleration"], -rig.c * v - rig.k * u - push, rtol=1e-9, atol=1e-9)
 
 
+def test_a_hammer_that_sticks_is_at_rest():
+    p = vector(m=0.5, c=2.0, k=770.0, k_i=2e6, n=1.45, lambda_i=0.8, adhesion_force=2.0, adhesion_reach=5e-4)
+    states, slopes, felt = sampled(0.0, SAMPLING_STEP, 2400, np.array([-3e-3, 0.0]), p)
+    assert felt.max() > 10.0
+    assert felt.min() < -1.9
+    np.testing.assert_allclose(slopes[1600:], 0.0, atol=1e-4)
+    np.testing.assert_allclose(felt[1600:], -770.0 * states[1600:, 0], atol=1e-3)
+
+
 def test_sensor_adds_noise_and_steps_and_saturates():
     sensor = Sensor(channel="impact_force", noise=0.5, full_scale=100.0, unit="N")
     read = sensor.read(np.full(20_000, 3.0), np.random.default_rng(0))
