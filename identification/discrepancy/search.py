@@ -30,8 +30,8 @@ _BETTER = 8.0
 """Drop of the cost, half chi-square, below which a model fitted anew is no other."""
 _FAR_MORE = 4.0
 """What a drift explains over what any candidate promises from which none of them is tried."""
-_REST = 0.01
-"""Share of the first misfit that may be left, because an effect is never modelled to the last digit."""
+_REST, _TOO_LITTLE = 0.01, 0.001
+"""Shares of the first misfit: what may be left, because an effect is never modelled to the last digit, and what is put down to that."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,8 @@ def search(
         ended = why_ended(scored, allowed, rounds, deadline, most_effects=most_effects)
         mimics = None if ended or rounds else drifting(scored, cost - allowed.noise, allowed)
         ended = ended or (DRIFTING if mimics else "")
-        rivals = [] if ended else short_listed(scored, allowed, progress)
+        trifle = ended == EXPLAINED and _trifle(scored, allowed, rounds, deadline, most_effects)
+        rivals = [] if ended and not trifle else short_listed(scored, allowed, progress)
         anew = fitted_from(fitted, rivals[0].fitted, allowed) if rivals else fitted
         if anew is not fitted and cost - whole_cost(anew, allowed) >= max(HELPS * (cost - allowed.noise), _BETTER):
             fitted = anew
@@ -124,9 +125,10 @@ def search(
             fitted, cost = settled, min(cost, whole_cost(settled, allowed))
             at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
             scored = dataclasses.replace(scored, fitted=fitted, at=at)
-        if not ended and not (rivals and _helps(rivals[0], cost, scored, allowed)):
+        helps = bool(rivals) and _helps(rivals[0], cost, scored, allowed)
+        if not ended and not helps:
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
-        if ended:
+        if ended and not (trifle and helps and _completes(rivals[0].fitted, allowed, without)):
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without, mimics=mimics)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
@@ -158,6 +160,21 @@ def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline:
     return BUDGET if time.monotonic() > deadline else ""
 
 
+def _trifle(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float, most_effects: int) -> bool:
+    """Whether beside what explains all but a trifle of the misfit another effect promises a good part of that, and may be tried."""
+    if not rounds or len(scored.fitted.names) >= most_effects or time.monotonic() > deadline:
+        return False
+    return _most_promised(scored) > _TOO_LITTLE * 2.0 * (rounds[0].cost - allowed.noise)
+
+
+def _completes(fitted: Fitted, allowed: Tolerance, without: tuple[str, ...]) -> bool:
+    """Whether nothing is left that any effect would explain, and all hold still: asked of an effect that is there for a trifle.
+
+    A trifle may also be what the equation of the first one lacks of its cause, and a part of that is all that a wrong one explains.
+    """
+    return adequate(fitted, allowed) and not unsteady(fitted, allowed) and not look(fitted, allowed, without=without).significant
+
+
 def _never_still(rounds: list[Round], allowed: Tolerance) -> bool:
     """Whether the first effect neither held still when it came in nor does beside the last: a third would not make it the cause."""
     first, last = rounds[0].rivals[0], rounds[-1].rivals[0]
@@ -169,8 +186,7 @@ def drifting(scored: Scored, misfit: float, allowed: Tolerance) -> Drift | None:
 
     What drifts has nothing to do with what the list holds, and to fit its effects one beside the other is long and in vain.
     """
-    promised = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    least = max(MUCH * 2.0 * misfit, _FAR_MORE * promised)
+    least = max(MUCH * 2.0 * misfit, _FAR_MORE * _most_promised(scored))
     found = [one for one in drifts(scored.fitted, allowed) if one.gain > least and one.chance < BY_CHANCE]
     return max(found, key=lambda one: one.gain, default=None)
 
@@ -196,5 +212,9 @@ def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
     misfit = whole_cost(scored.fitted, allowed) - allowed.noise
     first = max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
-    left = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    return (adequate(scored.fitted, allowed) or misfit < _REST * first) and left <= _REST * 2.0 * first
+    return (adequate(scored.fitted, allowed) or misfit < _REST * first) and _most_promised(scored) <= _REST * 2.0 * first
+
+
+def _most_promised(scored: Scored) -> float:
+    """The largest drop of chi-square that a significant candidate promises; 0 without one."""
+    return max((candidate.gain for candidate in scored.significant.values()), default=0.0)

@@ -8,6 +8,7 @@ import pytest
 from identification.discrepancy import search
 from identification.discrepancy.adequate import adequate
 from identification.discrepancy.assertion import TWIN, probability, twins
+from identification.discrepancy.continuity import whole_cost
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, DRIFTING, EXPLAINED, HELPLESS, RESTLESS, reopened, why_ended
@@ -108,6 +109,45 @@ def test_where_a_drift_explains_far_more_than_any_candidate_none_is_fitted(
     found = search.search(scored.fitted, allowed, np.inf)
     assert (found.ended, found.mimics) == ((DRIFTING, f_n) if drifts else (HELPLESS, None))
     assert not found.explained
+
+
+@pytest.mark.parametrize(
+    ("promised", "explains", "loose", "left", "named"),
+    [
+        (0.005, True, (), False, ("coulomb_friction", "quadratic_drag")),
+        (0.0005, True, (), False, ("coulomb_friction",)),  # the equation of the first may be off by as much
+        (0.005, False, (), False, ("coulomb_friction",)),
+        (0.005, True, ("quadratic_drag",), False, ("coulomb_friction",)),
+        (0.005, True, (), True, ("coulomb_friction",)),  # a part of a trifle may be what the first one lacks
+    ],
+    ids=["all of it", "too little", "more than noise left", "another in each record", "something left"],
+)
+def test_a_second_effect_may_be_there_for_a_trifle_if_it_explains_all_of_that(
+    motion, allowed, noise, monkeypatch, promised, explains, loose, left, named
+):
+    begun = stage(motion, allowed, 1000.0, 2.0, CoulombFriction(friction_force=0.1))
+    second = stage(
+        motion, allowed, 2.0, 1.0 if explains else 1.5, *begun.rivals[0].fitted.model.effects, QuadraticDrag(drag_coefficient=0.01)
+    )
+    second = dataclasses.replace(second.rivals[0], cost=whole_cost(second.rivals[0].fitted, allowed))
+    gain = promised * 2.0 * (begun.cost - allowed.noise)
+
+    def seen(fitted, allowed, *, without):
+        beside_both = len(fitted.names) == 2
+        candidates = {
+            name: dataclasses.replace(one, gain=gain) for name, one in begun.scored.significant.items() if left or not beside_both
+        }
+        return dataclasses.replace(begun.scored, fitted=fitted, significant=candidates, found=list(candidates.values()))
+
+    monkeypatch.setattr(search, "look", seen)
+    monkeypatch.setattr(search, "unsteady", lambda fitted, allowed: loose)
+    monkeypatch.setattr(search, "short_listed", lambda scored, allowed, progress: [second])
+    monkeypatch.setattr(search, "_overstated", lambda fitted, scored, allowed: 1.0)
+    for start_again in ("fitted_from", "settled_like"):
+        monkeypatch.setattr(search, start_again, lambda fitted, fuller, allowed=None: fitted)
+    found = search.search(begun.scored.fitted, allowed, np.inf, begun=(begun,))
+    assert (found.ended, found.fitted.names) == (EXPLAINED, named)
+    assert found.explained
 
 
 def test_a_round_without_its_best_ends_with_the_next_that_helps_fitted_in_full(motion, allowed, noise, monkeypatch):
