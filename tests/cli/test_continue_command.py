@@ -80,6 +80,22 @@ def test_a_preset_becomes_a_model_file(model, monkeypatch, tmp_path, capsys):
     assert "estimated" in (tmp_path / "wires.json").read_text()
 
 
+def test_a_preset_that_cannot_be_written_changes_no_file(model, monkeypatch, tmp_path, capsys):
+    path = tmp_path / "wires.json"
+    path.write_text("mine", encoding="utf-8")
+
+    def full(path, text, **options):
+        raise OSError(28, "No space left on device", str(path))
+
+    assert call(monkeypatch, "presets", "write", "wires", "--out", str(tmp_path)) == 2
+    assert "is a directory; expected FILE" in capsys.readouterr().err
+    monkeypatch.setattr("pathlib.Path.write_text", full)
+    assert call(monkeypatch, "presets", "write", "wires", "--out", str(path)) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert path.read_text() == "mine"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["model.json", "wires.json"]
+
+
 def test_facts_are_printed_beside_what_the_preset_gives(model, monkeypatch, capsys):
     assert call(monkeypatch, "presets", "check", "drilling_hammer", "--quiet") == 0
     printed = capsys.readouterr().out

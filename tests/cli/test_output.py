@@ -1,5 +1,6 @@
 """Results appear all at once or not at all."""
 
+import errno
 import os
 
 import pytest
@@ -61,6 +62,15 @@ def test_an_earlier_result_is_replaced_and_foreign_files_stay(tmp_path):
     assert (out / "notes.txt").read_text() == "mine"
     assert sorted(os.listdir(out / "plots")) == ["mine.svg", "overlay.svg"]
     assert sorted(os.listdir(out)) == ["fit.json", "notes.txt", "plots"]
+
+
+def test_a_full_disk_is_told_in_a_line_and_changes_no_file(tmp_path):
+    (tmp_path / "fit.json").write_text("old")
+    with pytest.raises(InputError, match=r"No space left on device; make room, or name another"), output_folder(tmp_path) as folder:
+        (folder / "fit.json").write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert os.listdir(tmp_path) == ["fit.json"]
+    assert (tmp_path / "fit.json").read_text() == "old"
 
 
 @pytest.mark.parametrize("out", ["taken", "taken/below"])

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from vibrojax.errors import InputError
 
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
 
 @contextmanager
 def output_folder(out: Path) -> Iterator[Path]:
@@ -25,7 +27,7 @@ def output_folder(out: Path) -> Iterator[Path]:
         The folder to write into, on the same file system as `out`.
 
     Raises:
-        InputError: `out` is a file, or cannot be written.
+        InputError: `out` is a file, or cannot be written, or there is no room left.
     """
     out = Path(out).absolute()
     parking = next(path for path in (out, *out.parents) if os.path.lexists(path))
@@ -42,6 +44,10 @@ def output_folder(out: Path) -> Iterator[Path]:
             _move_files(aside, out)
         except OSError as error:
             raise InputError(f"cannot write results to {out}: {error.filename2 or error.filename}: {error.strerror}") from error
+    except OSError as error:
+        if error.errno not in _NO_ROOM:
+            raise
+        raise InputError(f"cannot write results to {out}: {error.strerror}; make room, or name another folder with --out") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 
 EXAMPLE = "Example:  vibrojax presets show wires"
@@ -33,19 +34,18 @@ def show(name: Name) -> None:
 
 
 @app.command("write", epilog="Example:  vibrojax presets write wires --out wires.json")
-def write(name: Name, out: Annotated[Path, typer.Option(metavar="FILE", help="The model.json to write.", show_default=False)]) -> None:
+def write(
+    name: Name, out: Annotated[Path, typer.Option(metavar="FILE", dir_okay=False, help="The model.json to write.", show_default=False)]
+) -> None:
     """Write the model of a preset as a model.json, for the other commands; gap and amplitude of the cart are printed."""
     prepare_jax()
-    from vibrojax.errors import InputError
     from vibrojax.model_file import write_model
     from vibrojax.presets import read_preset
 
     preset = read_preset(name)
     origins = {key: f"{number.origin.value}: {number.why}" for key, number in preset.numbers.items()}
-    try:
-        write_model(preset.model(), out, provenance={"preset": name, "numbers": origins})
-    except OSError as error:
-        raise InputError(f"cannot write {out}: {error.strerror}; name another file with --out") from error
+    with output_folder(out.absolute().parent) as folder:
+        write_model(preset.model(), folder / out.name, provenance={"preset": name, "numbers": origins})
     gaps = " or ".join(f"{gap:g}" for gap in preset.gaps)
     typer.echo(f"{out} written; the rig: --base-amplitude {preset['base_amplitude']:g} --gap {gaps}")
 
