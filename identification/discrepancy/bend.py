@@ -7,7 +7,7 @@ from identification.discrepancy.look import Scored
 from identification.discrepancy.seen_loops import SeenLoops
 
 _DEEP = 0.5
-"""Of the deepest indentation: a law that bends before is another law, and no stop behind the first."""
+"""Of the deepest indentation: a law that bends before is another law all over. One that only gets steeper may bend behind it."""
 
 
 def bend(scored: Scored) -> Bend | None:

@@ -80,7 +80,8 @@ class Bend:
         files: of the records with contacts.
         record: (samples,) which of these each sample in contact is of.
         contact: (samples,) number of its contact, no two alike.
-        indentation, force: (samples,) as recorded, m and N, the first beyond where the loops say that the stop begins.
+        indentation: (samples,) from where the records, smoothed, say that the stop begins, m.
+        force: (samples,) that the load cell shows, or the hammer's inertia where that tells nothing, N.
         straight, bent: (samples,) force of the contact law that describes these best, without and with a bend, N.
     """
 
@@ -95,7 +96,7 @@ class Bend:
 
     @property
     def deeper(self) -> tuple[str, ...]:
-        """Files of the records that go beyond it."""
+        """Files of the records with samples beyond it."""
         return tuple(file for index, file in enumerate(self.files) if (self.indentation[self.record == index] > self.depth).any())
 
 

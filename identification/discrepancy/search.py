@@ -161,10 +161,10 @@ def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline:
 
 
 def _trifle(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float, most_effects: int) -> bool:
-    """Whether beside what explains all but a trifle of the misfit another effect promises a good part of that, and may be tried."""
+    """Whether beside what explains all but a trifle of the misfit another effect promises more than `_TOO_LITTLE`, and may be tried."""
     if not rounds or len(scored.fitted.names) >= most_effects or time.monotonic() > deadline:
         return False
-    return _most_promised(scored) > _TOO_LITTLE * 2.0 * (rounds[0].cost - allowed.noise)
+    return _most_promised(scored) > _TOO_LITTLE * 2.0 * _first_misfit(rounds, allowed)
 
 
 def _completes(fitted: Fitted, allowed: Tolerance, without: tuple[str, ...]) -> bool:
@@ -211,8 +211,13 @@ def _overstated(fitted: Fitted, scored: Scored, allowed: Tolerance) -> float:
 def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
     misfit = whole_cost(scored.fitted, allowed) - allowed.noise
-    first = max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
+    first = _first_misfit(rounds, allowed)
     return (adequate(scored.fitted, allowed) or misfit < _REST * first) and _most_promised(scored) <= _REST * 2.0 * first
+
+
+def _first_misfit(rounds: list[Round], allowed: Tolerance) -> float:
+    """Of the nominal model, half chi-square beyond noise; 0 before the first round."""
+    return max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
 
 
 def _most_promised(scored: Scored) -> float:

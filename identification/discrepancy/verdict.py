@@ -62,10 +62,10 @@ def sentences(
 
 def _bending(one: Bend) -> str:
     """Where the contact law does, which is told without a cause."""
-    reached = f"only in {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"in {len(one.deeper)} of {len(one.files)} records"
+    deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
     return (
-        "Force against indentation, read off the records, says that the stop is harder beyond an indentation of"
-        f" {millimetres(one.depth)}, reached {reached}, as if another stood behind it."
+        f"Force against indentation, read off the records, rises faster beyond {millimetres(one.depth)} than before, as a second stop or a"
+        f" steeper law would make it; {deeper} came that deep."
     )
 
 

@@ -73,19 +73,19 @@ def made(deeper: int) -> Bend:
 @pytest.mark.parametrize(
     ("deeper", "words"),
     [
-        (1, "reached only in drop1.csv, as if"),
-        (3, "reached only in drop1.csv, drop2.csv and drop3.csv, as if"),
-        (4, "reached in 4 of 6 records, as if"),
+        (1, "; only drop1.csv came that deep"),
+        (3, "; only drop1.csv, drop2.csv and drop3.csv came that deep"),
+        (4, "; 4 of 6 records came that deep"),
     ],
 )
 def test_the_sentence_says_where_and_in_which_records(diagnosis, deeper, words):
     location = dataclasses.replace(diagnosis.location, bend=made(deeper))
     said = sentences(UNLISTED, (), (), location, diagnosis.nominal, diagnosis.nominal, "")
     assert said[1] == location.sentence
-    assert "an indentation of 28 mm" in said[2]
+    assert "rises faster beyond 28 mm than before" in said[2]
     assert words in said[2]
 
 
 def test_without_a_bend_nothing_is_said(diagnosis):
     location = dataclasses.replace(diagnosis.location, bend=None)
-    assert "harder" not in " ".join(sentences(UNLISTED, (), (), location, diagnosis.nominal, diagnosis.nominal, ""))
+    assert "came that deep" not in " ".join(sentences(UNLISTED, (), (), location, diagnosis.nominal, diagnosis.nominal, ""))

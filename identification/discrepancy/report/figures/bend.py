@@ -8,9 +8,9 @@ from identification.discrepancy.diagnosis import Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, DASHED, Picture
 from identification.discrepancy.report.words import axis, listed
 from identification.report.numbers import millimetres
-from vibrojax.drawing import few_ticks, new_figure
+from vibrojax.drawing import GREY, few_ticks, new_figure
 
-_GREY, _DARK = "#b0b0b0", "#404040"
+_LIGHT = "#b0b0b0"
 
 
 def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
@@ -24,8 +24,8 @@ def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
     figure = new_figure(3.7)
     axes = figure.subplots(gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.125, "top": 0.97})
     axes.axvline(look.factor * found.depth, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
-    axes.plot(across[~deeper], found.force[~deeper], ".", color=_GREY, markersize=3, label="the other records")
-    axes.plot(across[deeper], found.force[deeper], "o", color=_DARK, markersize=3.5, fillstyle="none", label="records that go deeper")
+    axes.plot(across[~deeper], found.force[~deeper], ".", color=_LIGHT, markersize=3, label="the other records")
+    axes.plot(across[deeper], found.force[deeper], "o", color=GREY, markersize=3.5, fillstyle="none", label="records that go deeper")
     for index in np.unique(found.record[deeper]):
         deepest = np.argmax(np.where(found.record == index, found.indentation, -np.inf))
         one = found.contact == found.contact[deepest]
@@ -43,7 +43,7 @@ def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
         section="location",
         record=None,
         caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"
-        f" is harder than the law in front of that, which is reached only in {listed(list(found.deeper))}.",
+        f" rises faster than the law in front of that; only {listed(list(found.deeper))} came that deep.",
         alt=f"Loops of force against indentation; beyond {depth} those of {listed(list(found.deeper))} rise steeply.",
         figure=figure,
     )
