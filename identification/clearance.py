@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identification.block_arrow import GAP_PRIOR_STD
 from identification.experiment import Experiment, ExperimentError
 from identification.kinematics import relative_displacement
 from vibrojax.contact import AbstractContactLaw, NoContact
@@ -9,7 +10,7 @@ from vibrojax.contact import AbstractContactLaw, NoContact
 _STRIKING = ("drop-test", "cart-excitation")
 """Kinds in which the hammer comes from free flight."""
 _FAR = 10.0
-"""Times its own travel that no hammer gets into a stop."""
+"""Times its own travel, and times what a gap is known to (`GAP_PRIOR_STD`), that no hammer gets into a stop."""
 
 
 def check_clearance(experiment: Experiment, law: AbstractContactLaw) -> None:
@@ -25,8 +26,8 @@ def check_clearance(experiment: Experiment, law: AbstractContactLaw) -> None:
         return
     for record in experiment.records:
         u = relative_displacement(record)
-        if record.kind in _STRIKING and u is not None and u.min() - record.gap > _FAR * np.ptp(u):
+        if record.kind in _STRIKING and u is not None and u.min() - record.gap > _FAR * max(np.ptp(u), GAP_PRIOR_STD):
             raise ExperimentError(
                 f"gap of record {record.file!r} is {record.gap:g} m, and its hammer stays between {u.min():.4g} m and {u.max():.4g} m:"
-                " expected a gap, in m, that it is clear of at times; correct it, or the offset of the displacement"
+                " expected that it leaves the stop; check sign and unit of the gap, or, for a sensor with an offset, set its zero"
             )

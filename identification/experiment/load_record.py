@@ -46,7 +46,8 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     raw = assign(columns, wanted, settings, need_channels=need_file)
     time = raw.time * time_factor(settings, columns.units.get(wanted[TIME]))
     notices = [*raw.notices, *check_time(time, settings.where)]
-    check_drive(settings.numbers["excitation_frequency"], time, settings.where)
+    if need_file:
+        check_drive(settings.numbers["excitation_frequency"], time, settings.where)
     channels = {}
     for channel, values in raw.channels.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))

@@ -8,8 +8,8 @@ from identification.experiment.readers import stem_of
 from identification.experiment.schema import Table
 from identification.experiment.units import factor_to_si
 
-AT_REST = ("drop-test", "free-decay")
-"""Kinds in which the cart does not move, unless its motion was measured."""
+UNDRIVEN = ("drop-test", "free-decay")
+"""Kinds in which nothing drives, unless the cart's motion was measured."""
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
 POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
@@ -75,7 +75,7 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
     numbers |= {key: table.number(key, unit=unit, positive=True) for key, unit in POSITIVE_NUMBERS.items()}
     if kind == "cart-excitation" and base == "sine":
         table.needed_number("excitation_frequency", unit="Hz", positive=True)
-    if kind in AT_REST and base == "sine" and numbers["excitation_frequency"] is not None:
+    if kind in UNDRIVEN and base == "sine" and numbers["excitation_frequency"] is not None:
         raise ExperimentError(
             f"excitation_frequency in {table.where} is given for kind {shown(kind)}, in which the cart rests: expected none; remove it, or"
             " set kind = 'cart-excitation'"

@@ -53,7 +53,7 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
 
 
 def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
-    """Check that the samples of a file can show its drive.
+    """Check that the samples of a file can show its drive: pauses between them say nothing of that.
 
     Args:
         frequency: of the excitation, Hz; None without one.
@@ -63,11 +63,11 @@ def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], 
     Raises:
         ExperimentError: there are fewer than two samples in a period.
     """
-    sampling = (time.size - 1) / (time[-1] - time[0])
+    sampling = 1.0 / float(np.median(np.diff(time)))
     if frequency is not None and frequency > 0.5 * sampling:
         raise ExperimentError(
             f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
-            " that; correct it, it is in Hz, or the unit of the time"
+            " that; check that it is in Hz, and the unit of the time"
         )
 
 

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from vibrojax.cli.output import output_folder
+from vibrojax.cli.output import output_file, output_folder
 from vibrojax.errors import InputError
 
 
@@ -66,11 +66,28 @@ def test_an_earlier_result_is_replaced_and_foreign_files_stay(tmp_path):
 
 def test_a_full_disk_is_told_in_a_line_and_changes_no_file(tmp_path):
     (tmp_path / "fit.json").write_text("old")
-    with pytest.raises(InputError, match=r"No space left on device; make room, or name another"), output_folder(tmp_path) as folder:
+    with pytest.raises(InputError, match=r"No space left on device; make room, or name another place"), output_folder(tmp_path) as folder:
         (folder / "fit.json").write_text("half")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert os.listdir(tmp_path) == ["fit.json"]
     assert (tmp_path / "fit.json").read_text() == "old"
+
+
+def test_a_file_is_replaced_when_it_is_whole_through_a_link_too(tmp_path):
+    (tmp_path / "target.json").write_text("old")
+    (tmp_path / "link.json").symlink_to("target.json")
+    with output_file(tmp_path / "link.json") as file:
+        file.write_text("new")
+        assert (tmp_path / "target.json").read_text() == "old"
+    assert (tmp_path / "link.json").is_symlink()
+    assert (tmp_path / "target.json").read_text() == "new"
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with output_file(tmp_path / "pipe") as file:
+        assert file == tmp_path / "pipe"
+    assert (tmp_path / "pipe").is_fifo()
 
 
 @pytest.mark.parametrize("out", ["taken", "taken/below"])

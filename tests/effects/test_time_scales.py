@@ -35,8 +35,9 @@ def test_frequencies_go_with_the_rig(name, field, f_n):
     assert probed(name, field, fast) == pytest.approx([FASTER * f for f in found])
 
 
-def test_lags_go_with_the_contact():
-    assert probed("force_lag", "lag", FAST) == pytest.approx([lag / FASTER for lag in probed("force_lag", "lag", FACTS)])
+@pytest.mark.parametrize(("name", "field"), [("force_lag", "lag"), ("time_offset", "delay")])
+def test_lags_go_with_contact_and_sampling(name, field):
+    assert probed(name, field, FAST) == pytest.approx([lag / FASTER for lag in probed(name, field, FACTS)])
 
 
 def test_no_mode_is_tried_that_the_records_cannot_show():

@@ -56,6 +56,8 @@ def test_any_fit_asks_before_it_begins(example):
     ("one", "more"),
     [
         (record(gap=-5e-3), {}),
+        (record(gap=-5e-5, hammer_displacement=1e-3 * SWING), {}),
+        (record(gap=0.0, hammer_displacement=np.full(200, 1e-6)), {}),
         (record(gap=1.0), {}),
         (record(), {"law": NoContact()}),
         (record(), {"zero": 2.0}),
@@ -63,7 +65,7 @@ def test_any_fit_asks_before_it_begins(example):
         (record("cart-excitation"), {}),
         (record(hammer_acceleration=SWING), {}),
     ],
-    ids=["pressed", "out of reach", "no stop", "unknown zero", "no contact", "cart unseen", "no displacement"],
+    ids=["pressed", "preloaded", "dead channel", "out of reach", "no stop", "unknown zero", "no contact", "cart unseen", "no displacement"],
 )
 def test_what_a_record_does_not_show_is_believed(example, one, more):
     assert refusal(example, one, **more) == ""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from vibrojax.errors import InputError
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 @contextmanager
@@ -47,9 +47,26 @@ def output_folder(out: Path) -> Iterator[Path]:
     except OSError as error:
         if error.errno not in _NO_ROOM:
             raise
-        raise InputError(f"cannot write results to {out}: {error.strerror}; make room, or name another folder with --out") from error
+        raise InputError(f"cannot write results to {out}: {error.strerror}; make room, or name another place with --out") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+@contextmanager
+def output_file(out: Path) -> Iterator[Path]:
+    """Lend a path to write one file to, which takes the place of `out`, or of what that links to, when the block ends without an error.
+
+    A pipe or a device is lent itself: it is written to, and not replaced.
+
+    Raises:
+        InputError: as `output_folder`, for the folder that `out` is in.
+    """
+    if out.exists() and not out.is_file():
+        yield out
+        return
+    target = out.resolve()
+    with output_folder(target.parent) as folder:
+        yield folder / target.name
 
 
 def _refuse_other_kinds(source: Path, target: Path) -> None:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.output import output_folder
+from vibrojax.cli.output import output_file
 from vibrojax.cli.progress import stages
 
 EXAMPLE = "Example:  vibrojax presets show wires"
@@ -44,8 +44,8 @@ def write(
 
     preset = read_preset(name)
     origins = {key: f"{number.origin.value}: {number.why}" for key, number in preset.numbers.items()}
-    with output_folder(out.absolute().parent) as folder:
-        write_model(preset.model(), folder / out.name, provenance={"preset": name, "numbers": origins})
+    with output_file(out) as file:
+        write_model(preset.model(), file, provenance={"preset": name, "numbers": origins})
     gaps = " or ".join(f"{gap:g}" for gap in preset.gaps)
     typer.echo(f"{out} written; the rig: --base-amplitude {preset['base_amplitude']:g} --gap {gaps}")
 

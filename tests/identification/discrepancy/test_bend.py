@@ -7,6 +7,7 @@ import pytest
 
 from identification.discrepancy.bend import bend
 from identification.discrepancy.diagnosis import UNLISTED, Bend
+from identification.discrepancy.seen_loops import SeenLoops, Shown
 from identification.discrepancy.verdict import sentences
 from tests.identification.discrepancy.made_diagnosis import made_diagnosis
 from tests.identification.discrepancy.made_loops import FRONT, with_loops
@@ -56,8 +57,26 @@ def test_a_law_of_the_kind_that_was_fitted_does_not_bend(motion, allowed, law):
     assert bend(with_loops(motion, allowed, lambda deepest: law)) is None
 
 
-def test_a_bend_that_all_contacts_pass_at_once_is_another_law(motion, allowed):
-    assert bend(with_loops(motion, allowed, lambda deepest: Backed(FRONT, 5e6, 0.15 * deepest, 0.5))) is None
+@pytest.mark.parametrize(
+    ("depth", "all_pass", "told"),
+    [(0.45, False, False), (0.55, False, True), (0.55, True, False), (1.01, False, False)],
+    ids=["shallow", "deep", "passed by all", "passed by none"],
+)
+def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, allowed, monkeypatch, depth, all_pass, told):
+    """Loops that show a bend just there; only some records come to half of the deepest indentation, but for the deepest alone."""
+
+    def shown_at(self, effect):
+        loops = self._read(load_cell=True)
+        deepest = np.argmax(loops.indentation)
+        kept = (loops.record == loops.record[deepest]) | (not all_pass)
+        samples = {name: getattr(loops, name)[kept] for name in ("record", "contact", "indentation", "force", "modelled")}
+        at = {f"{effect.name}.{effect.place}": depth * float(loops.indentation[deepest])}
+        straight = dataclasses.replace(loops, **samples)
+        return Shown(straight=straight, bent=dataclasses.replace(straight, values=loops.values | at))
+
+    monkeypatch.setattr(SeenLoops, "shown", shown_at)
+    found = bend(with_loops(motion, allowed, lambda deepest: FRONT))
+    assert (found is not None) == told
 
 
 def made(deeper: int) -> Bend:

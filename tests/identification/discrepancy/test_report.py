@@ -120,11 +120,13 @@ def test_nothing_missing_is_said_plainly_and_nothing_is_asserted(pages):
         assert piece not in text.partition("Provenance")[0], piece
 
 
-def test_an_unlisted_cause_shows_what_was_learned(pages):
+def test_an_unlisted_cause_shows_what_was_learned(made, pages):
     text = read(pages[UNLISTED][0]).text
     assert "Something is missing that no listed effect explains" in text
     assert "force = −a1 u3 + a2 |u′| u′" in text
     assert "Where it acts" in text
+    assert "harder beyond" in text
+    assert f"0.050 mm of indentation, in {made[UNLISTED].nominal.records[-1].file}" in text
     assert "What it is" not in text
 
 

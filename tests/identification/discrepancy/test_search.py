@@ -150,6 +150,31 @@ def test_a_second_effect_may_be_there_for_a_trifle_if_it_explains_all_of_that(
     assert found.explained
 
 
+@pytest.mark.parametrize(("options", "tries"), [({"deadline": -np.inf}, 0), ({"most_effects": 1}, 0), ({}, 1)])
+def test_nothing_is_tried_for_a_trifle_past_budget_or_most_effects_nor_found_where_nothing_helps(
+    motion, allowed, monkeypatch, options, tries
+):
+    begun = stage(motion, allowed, 1000.0, 2.0, CoulombFriction(friction_force=0.1))
+    useless = dataclasses.replace(begun.rivals[0], cost=whole_cost(begun.rivals[0].fitted, allowed))
+    candidates = {name: dataclasses.replace(one, gain=0.01 * begun.cost) for name, one in begun.scored.significant.items()}
+    tried = []
+
+    def seen(fitted, allowed, *, without):
+        return dataclasses.replace(begun.scored, fitted=fitted, significant=candidates, found=list(candidates.values()))
+
+    def short_listed(scored, allowed, progress):
+        tried.append(scored.fitted.names)
+        return [useless] if len(tried) == 1 else []
+
+    for name, replacement in {"look": seen, "short_listed": short_listed, "_completes": lambda *given: True}.items():
+        monkeypatch.setattr(search, name, replacement)
+    for start_again in ("fitted_from", "settled_like"):
+        monkeypatch.setattr(search, start_again, lambda fitted, fuller, allowed=None: fitted)
+    found = search.search(begun.scored.fitted, allowed, **({"deadline": np.inf} | options), begun=(begun,))
+    assert (found.ended, found.fitted.names) == (EXPLAINED, ("coulomb_friction",))
+    assert tried == tries * [("coulomb_friction",)]
+
+
 def test_a_round_without_its_best_ends_with_the_next_that_helps_fitted_in_full(motion, allowed, noise, monkeypatch):
     one = round_of(motion, 3.0 * noise, {"hysteresis": 100.0, "coulomb_friction": 200.0, "quadratic_drag": 9999.9})
     in_full = fitted(motion, noise)

@@ -41,6 +41,20 @@ def test_what_is_written_is_what_is_read(folder):
     assert cart1.noise_estimated == frozenset()
 
 
+def test_pauses_do_not_make_samples_too_few_for_the_drive(folder):
+    def pause(values):
+        values["time"] = np.where(np.arange(len(values["time"])) < 5, values["time"], np.asarray(values["time"]) + 100.0)
+
+    rewrite(folder, pause)
+    assert cart(folder).excitation_frequency == 6.25
+    assert "sampling is irregular" in " ".join(cart(folder).notices)
+
+
+def test_a_simulation_may_be_asked_for_few_samples(folder):
+    edit("excitation_frequency = 6.25", "excitation_frequency = 6250")(folder)
+    assert cart(folder, need_files=False).excitation_frequency == 6250.0
+
+
 def test_folder_and_file_are_the_same(folder):
     assert load_experiment(str(folder / "experiment.toml")).sha256 == load_experiment(folder).sha256
 
