@@ -14,7 +14,7 @@ _REACH_GRID = (0.01, 0.02, 0.04, 0.08)
 """Of the largest deflection."""
 _EDGE = 0.1
 """Depth below the surface, relative to the reach, over which the pull sets in while the hammer leaves."""
-_CREEP = 2e-3
+_CREEP = 5e-4
 """m/s; the pull appears over this change of speed where the hammer turns."""
 
 
@@ -23,7 +23,7 @@ class ContactAdhesion(AbstractEffect):
 
     force = P,  load cell = F - P,  P = F_ad min(1, 1 + delta / d_ad) for -d_ad < delta < 0 and delta' < 0, else 0.
 
-    P sets in smoothly over 0 < delta < d_ad / 10, that is just before the release, and over 2 mm/s where the hammer turns. It has no
+    P sets in smoothly over 0 < delta < d_ad / 10, that is just before the release, and over 0.5 mm/s where the hammer turns. It has no
     memory: it acts on any motion away from the stop inside the reach. Differentiable; at delta = -d_ad once.
 
     Arguments:
