@@ -19,7 +19,7 @@ def quintic(s):
 
 def pull(u, v):
     delta = (u - GAP) / D_AD
-    return F_AD * np.clip(1 + delta, 0, 1) * quintic((0.1 - delta) / 0.1) * quintic(0.5 - v / 2e-3)
+    return F_AD * np.clip(1 + delta, 0, 1) * quintic((0.1 - delta) / 0.1) * quintic(0.5 - v / 5e-4)
 
 
 def test_agrees_with_an_independent_integration_and_the_load_cell_feels_the_pull():
@@ -31,11 +31,11 @@ def test_agrees_with_an_independent_integration_and_the_load_cell_feels_the_pull
 
 
 def test_pulls_only_on_the_way_out_and_inside_the_reach():
-    delta = jnp.asarray([-1.1, -0.5, 0.0, 0.2, -0.5]) * D_AD
-    rate = jnp.asarray([-0.1, -0.1, -0.1, -0.1, 0.1])
-    zero = jnp.zeros(5)
+    delta = jnp.asarray([-1.1, -0.5, 0.0, 0.2, -0.5, -0.5]) * D_AD
+    rate = jnp.asarray([-0.1, -0.1, -0.1, -0.1, 0.1, -3e-4])
+    zero = jnp.zeros(6)
     motion = Motion(t=zero, u=zero, v=rate, indentation=delta, indentation_rate=rate, in_contact=delta > 0)
-    np.testing.assert_allclose(ADHESION.force(motion, jnp.zeros((5, 0))), F_AD * np.array([0.0, 0.5, 1.0, 0.0, 0.0]))
+    np.testing.assert_allclose(ADHESION.force(motion, jnp.zeros((6, 0))), F_AD * np.array([0.0, 0.5, 1.0, 0.0, 0.0, 0.5]))
 
 
 def test_a_free_hammer_pays_the_work_of_the_pull():
