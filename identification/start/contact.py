@@ -41,7 +41,7 @@ class Loops:
     indentation: np.ndarray
     """(samples,) m, with the errors of the gaps."""
     force: np.ndarray
-    """(samples,) as recorded, N."""
+    """(samples,) that the load cell shows, or the hammer's inertia, N."""
     modelled: np.ndarray
     """(samples,) as the values have it, N."""
 
