@@ -64,7 +64,7 @@ def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], 
         ExperimentError: there are fewer than two samples in a period.
     """
     sampling = 1.0 / float(np.median(np.diff(time)))
-    if frequency is not None and frequency > 0.5 * sampling:
+    if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
         raise ExperimentError(
             f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
             " that; check that it is in Hz, and the unit of the time"

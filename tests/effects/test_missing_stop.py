@@ -23,7 +23,7 @@ def test_stands_where_the_hammer_just_gets_to_if_no_stop_was_stated():
 
 
 def test_what_is_tried_goes_with_the_size_of_the_rig():
-    """Lengths a tenth and speeds threefold: the indentation of an impact at the largest speed is a tenth, and its duration a thirtieth."""
+    """Lengths a tenth and speeds threefold: the indentation of an impact at the largest speed is a tenth too."""
     blank, slow = MissingStop(K_I, N_I, LAMBDA, 0.0), dataclasses.replace(FACTS, law=NoContact(), gaps={"drop.csv": 0.0})
     fast = dataclasses.replace(slow, amplitude=0.1 * slow.amplitude, speed=3.0 * slow.speed)
     for (one,), (other,) in zip(blank.probes(slow), blank.probes(fast), strict=True):

@@ -50,6 +50,16 @@ def test_pauses_do_not_make_samples_too_few_for_the_drive(folder):
     assert "sampling is irregular" in " ".join(cart(folder).notices)
 
 
+def test_a_drive_at_half_the_sampling_is_seen(folder):
+    edit("excitation_frequency = 6.25", "excitation_frequency = 2000")(folder)
+    assert cart(folder).excitation_frequency == pytest.approx(2000.0)
+
+
+def test_a_drop_test_with_a_measured_cart_may_name_its_drive(folder):
+    edit('kind = "drop-test"', 'kind = "drop-test"\nbase = "measured"\nexcitation_frequency = 6.25')(folder)
+    assert load_experiment(folder).records[0].excitation_frequency == 6.25
+
+
 def test_a_simulation_may_be_asked_for_few_samples(folder):
     edit("excitation_frequency = 6.25", "excitation_frequency = 6250")(folder)
     assert cart(folder, need_files=False).excitation_frequency == 6250.0
