@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identification.discrepancy.lags import lags
 from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.time_scales import contact_time
 from identification.layout import NUISANCES, Estimate
@@ -41,6 +42,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         contact_time=contact_time(law, at, mass),
         ceilings=_ceilings(prepared, channels),
         lines={name: _lines(prepared, at, channel) for channel, name in enumerate(at.channels) if used[channel]},
+        lags=lags(experiment.records),
         sampling=min(float(np.median(np.diff(r.time))) for r in experiment.records),
         law=law,
     )

@@ -146,7 +146,7 @@ def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
 def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     """The short list, fitted in short to the chosen windows; best first."""
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    short = [_startable(one) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
+    short = [_startable(one, scored) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
     rivals: list[Rival] = []
 
     def explained() -> bool:
@@ -228,12 +228,11 @@ def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
 
 
 def beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
-    """Stops that the nominal motion passes through: no derivative tells what they would do, so they are tried where windows resist."""
-    if not _resist(scored):
-        return []
-    listed = {candidate.name for candidate in short}
-    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed]
-    return [_startable(one) for one in stops[:_STOPS]]
+    """What is tried without a score: stops, of which no derivative tells anything, where windows resist; and what the records show."""
+    listed = {(candidate.name, candidate.members[0].channel) for candidate in short}
+    others = [one for one in scored.found if (one.name, one.members[0].channel) not in listed]
+    stops = [one for one in others if one.members[0].is_stop][:_STOPS] if _resist(scored) else []
+    return [_startable(one, scored) for one in [*stops, *(one for one in others if one.members[0].shown_by(scored.known))]]
 
 
 def _resist(scored: Scored) -> bool:
@@ -243,6 +242,8 @@ def _resist(scored: Scored) -> bool:
     return resisting >= 0.02 and not scored.fitted.prepared.experiment.only_decays
 
 
-def _startable(candidate: Candidate) -> Candidate:
-    """A stop starts as it was proposed, because a derivative along a motion that passes through it says nothing of its strength."""
-    return dataclasses.replace(candidate, factors=np.ones(len(candidate.members))) if candidate.members[0].is_stop else candidate
+def _startable(candidate: Candidate, scored: Scored) -> Candidate:
+    """A stop starts as it was proposed, and so does what the records show: along a motion without it no derivative tells its strength."""
+    effect = candidate.members[0]
+    as_proposed = effect.is_stop or effect.shown_by(scored.known)
+    return dataclasses.replace(candidate, factors=np.ones(len(candidate.members))) if as_proposed else candidate

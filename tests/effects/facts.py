@@ -23,6 +23,7 @@ FACTS = Facts(
     contact_time=6e-3,
     ceilings={},
     lines={"hammer_displacement": (50.0,)},
+    lags={},
     sampling=5e-4,
     law=LAW,
 )

@@ -1,6 +1,9 @@
+import dataclasses
+
 import numpy as np
 from scipy.signal import lfilter
 
+from tests.effects.facts import FACTS
 from tests.effects.sensor import shown, unheard
 from vibrojax.effects import ForceLag
 
@@ -26,3 +29,9 @@ def test_keeps_the_impulse_and_comes_late_by_the_time_constant_less_half_a_sampl
 def test_a_lag_of_zero_is_the_ideal_channel():
     reading, force, _ = shown(ForceLag(0.0))
     np.testing.assert_array_equal(reading, force)
+
+
+def test_begins_where_the_records_show_a_delay_but_never_comes_early():
+    late, early = (dataclasses.replace(FACTS, lags={"impact_force": delay}) for delay in (1.7e-3, -1.7e-3))
+    assert [one.lag for (one,) in ForceLag(0.0).probes(late) if one.shown_by(late)] == [1.7e-3]
+    assert not any(one.shown_by(early) or one.lag < 0 for (one,) in ForceLag(0.0).probes(early))

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from tests.effects.facts import FACTS
 from tests.effects.rig import sine, system
 from tests.effects.sensor import record, shown, unheard
 from vibrojax.effects import TimeOffset
@@ -44,6 +45,13 @@ def test_needs_no_even_sampling():
     motion = dataclasses.replace(_motion(trajectory), t=ts, u=zero, v=zero, indentation=zero, indentation_rate=zero, in_contact=zero > 0)
     reading = TimeOffset(7e-4, "cart_displacement").read({"cart_displacement": ts**3}, motion, jnp.zeros((len(ts), 0)))
     np.testing.assert_allclose(reading["cart_displacement"], (ts - 7e-4) ** 3, rtol=1e-9)
+
+
+def test_begins_where_the_records_show_a_delay():
+    facts = dataclasses.replace(FACTS, lags={"impact_force": -3e-3, "hammer_acceleration": 3e-3})  # the latter is not fitted
+    probes = [one for (one,) in TimeOffset(0.0).probes(facts)]
+    assert [(one.of_channel, one.delay) for one in probes if one.shown_by(facts)] == [("impact_force", -3e-3)]
+    assert [one.of_channel for one in probes if not one.shown_by(facts)] == list(FACTS.channels)
 
 
 def _motion(trajectory):

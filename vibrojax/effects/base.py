@@ -83,6 +83,8 @@ class Facts:
         contact_time: of an impact at that speed, s; NaN without impacts, and where the contact law gives them no duration.
         ceilings: by channel, the value at which its peaks are cut off; absent where they are not.
         lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
+        lags: by channel, delay against every other as the records show it without a model, s, above zero where it comes late; absent where
+            it agrees with one of them.
         sampling: shortest interval, s.
         law: the contact law as fitted.
     """
@@ -104,6 +106,7 @@ class Facts:
     contact_time: float
     ceilings: Mapping[str, float]
     lines: Mapping[str, tuple[float, ...]]
+    lags: Mapping[str, float]
     sampling: float
     law: AbstractContactLaw
 
@@ -212,6 +215,10 @@ class AbstractEffect(eqx.Module):
     @property
     def is_stop(self) -> bool:
         """Whether it is a stop through which the nominal motion passes, so that no derivative tells what it would do."""
+        return False
+
+    def shown_by(self, facts: Facts) -> bool:
+        """Whether the records show just this without a model, so that it is tried whatever it promises beside one that may have bent."""
         return False
 
     @property

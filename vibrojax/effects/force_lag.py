@@ -44,10 +44,16 @@ class ForceLag(AbstractEffect):
     lag: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["ForceLag", ...], ...]:
-        """Several time constants."""
+        """Several time constants, and the delay that the records show."""
         if "impact_force" not in facts.channels or math.isnan(facts.contact_time):
             return ()
-        return tuple((dataclasses.replace(self, lag=part * facts.contact_time),) for part in _LAG_GRID)
+        shown = facts.lags.get("impact_force", 0.0)
+        lags = [part * facts.contact_time for part in _LAG_GRID] + ([shown] if shown > 0 else [])
+        return tuple((dataclasses.replace(self, lag=lag),) for lag in lags)
+
+    def shown_by(self, facts: Facts) -> bool:
+        """As late as the load cell is against every other channel."""
+        return bool(self.lag == facts.lags.get("impact_force"))
 
     @property
     def is_fault(self) -> bool:

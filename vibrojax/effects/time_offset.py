@@ -57,9 +57,14 @@ class TimeOffset(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def probes(self, facts: Facts) -> tuple[tuple["TimeOffset", ...], ...]:
-        """Half a sample late, in every channel."""
-        delay = _PROBE_DELAY * facts.sampling
-        return tuple((dataclasses.replace(self, delay=delay, of_channel=channel),) for channel in facts.channels)
+        """Half a sample late, in every channel; and as late as the records show it."""
+        late = [(channel, _PROBE_DELAY * facts.sampling) for channel in facts.channels]
+        shown = [(channel, facts.lags[channel]) for channel in facts.channels if channel in facts.lags]
+        return tuple((dataclasses.replace(self, delay=delay, of_channel=channel),) for channel, delay in [*late, *shown])
+
+    def shown_by(self, facts: Facts) -> bool:
+        """As late as the channel is against every other."""
+        return bool(self.delay == facts.lags.get(self.of_channel))
 
     def scaled(self, factor: Value) -> "TimeOffset":
         """Delay in proportion."""

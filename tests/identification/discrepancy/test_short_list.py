@@ -2,13 +2,15 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from identification.discrepancy import short_list
 from identification.discrepancy.refit import extended, windows_of
-from identification.discrepancy.short_list import short_listed, takes_long, with_other_starts
+from identification.discrepancy.score import Candidate
+from identification.discrepancy.short_list import beyond_scores, short_listed, takes_long, with_other_starts
 from tests.identification.discrepancy.made_search import model, round_of, settled
-from vibrojax.effects import CoulombFriction, StopCompliance
+from vibrojax.effects import CoulombFriction, StopCompliance, TimeOffset
 
 
 @pytest.fixture
@@ -142,3 +144,12 @@ def test_what_vibrates_much_faster_than_the_rig_takes_long_and_a_force_does_not(
     assert takes_long(sprung.prepared, friction)
     assert not takes_long(friction.prepared, nominal)
     assert not takes_long(sprung.prepared, sprung)
+
+
+def test_what_the_records_show_is_tried_as_it_is_proposed_however_little_it_promises(motion):
+    shown, half = (Candidate(members=(TimeOffset(d, "impact_force"),), factors=np.array([0.01]), gain=0.0, degrees=1) for d in (3e-3, 1e-4))
+    scored = round_of(motion, np.zeros(1), {}).scored
+    scored = dataclasses.replace(scored, found=[half, shown], known=dataclasses.replace(scored.known, lags={"impact_force": 3e-3}))
+    (tried,) = beyond_scores(scored, [])
+    assert tried.members == shown.members and tried.factors == 1.0
+    assert beyond_scores(scored, [half]) == []

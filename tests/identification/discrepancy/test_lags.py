@@ -1,0 +1,89 @@
+"""The delay of a channel against the others, told from the records alone; their motion is in closed form."""
+
+import numpy as np
+import pytest
+
+from identification.discrepancy.lags import lags
+from identification.experiment import Record
+
+DT, MASS = 5e-4, 0.5
+DURATION = 3e-3
+TOUCHES = np.array([0.113, 0.302, 0.517, 0.744, 0.951])
+BLOWS = np.array([40.0, 31.0, 52.0, 22.0, 38.0])
+NOISE = {"hammer_displacement": 1e-5, "hammer_acceleration": 0.05, "impact_force": 0.15}
+
+
+def record(*, samples: int = 2400, omits: tuple[str, ...] = (), noise: float = 1.0, **late: float) -> Record:
+    """A hammer on a soft spring whose stop gives it blows of half a sine, with some channels late by so many seconds."""
+    t, draws = DT * np.arange(samples), np.random.default_rng(4)
+    ideal = {"hammer_displacement": _displacement, "hammer_acceleration": _acceleration, "impact_force": _force}
+    shown = {name: channel(t - late.get(name, 0.0)) for name, channel in ideal.items() if name not in omits}
+    channels = {name: values + noise * NOISE[name] * draws.standard_normal(samples) for name, values in shown.items()}
+    return Record(file="made.csv", kind="drop-test", gap=0.0, time=t, channels=channels, noise=NOISE)
+
+
+def _force(t):
+    since = t[:, None] - TOUCHES
+    return np.where((since > 0) & (since < DURATION), BLOWS * np.sin(np.pi * since / DURATION), 0.0).sum(axis=1)
+
+
+def _slow(t):
+    return 4e-3 * np.sin(2 * np.pi * 5.0 * t), -4e-3 * (2 * np.pi * 5.0) ** 2 * np.sin(2 * np.pi * 5.0 * t)
+
+
+def _acceleration(t):
+    return -_force(t) / MASS + _slow(t)[1]
+
+
+def _displacement(t):
+    """Twice the integral of the blows, which go on as straight lines after them, and the slow motion."""
+    since, omega = np.maximum(t[:, None] - TOUCHES, 0.0), np.pi / DURATION
+    within = np.minimum(since, DURATION)
+    blow = within / omega - np.sin(omega * within) / omega**2 + 2.0 / omega * (since - within)
+    return -(BLOWS / MASS * blow).sum(axis=1) + _slow(t)[0]
+
+
+def test_the_motion_is_the_integral_of_the_acceleration():
+    t = np.linspace(0.1, 0.12, 20001)
+    np.testing.assert_allclose(np.gradient(np.gradient(_displacement(t), t), t)[9:-9], _acceleration(t)[9:-9], atol=0.2)
+
+
+@pytest.mark.parametrize("channel", NOISE)
+@pytest.mark.parametrize("delay", [2e-3, -4e-3])
+def test_the_late_channel_of_three_is_told_with_its_sign(channel, delay):
+    found = lags([record(**{channel: delay})])
+    assert found == {channel: pytest.approx(delay, abs=DT)}
+
+
+def test_of_two_channels_either_may_be_the_one():
+    found = lags([record(omits=("impact_force",), hammer_acceleration=-2e-3)])
+    assert found == {"hammer_acceleration": pytest.approx(-2e-3, abs=DT), "hammer_displacement": pytest.approx(2e-3, abs=DT)}
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0, 4.0])
+@pytest.mark.parametrize("omits", [(), ("hammer_acceleration",), ("impact_force",), ("hammer_displacement", "impact_force")])
+def test_channels_that_agree_are_not_late(noise, omits):
+    assert lags([record(noise=noise, omits=omits)]) == {}
+
+
+def test_a_delay_within_two_samples_is_left_to_the_score_test():
+    assert lags([record(hammer_acceleration=2 * DT)]) == {}
+
+
+def test_one_odd_record_among_three_is_not_the_rule():
+    assert lags([record(), record(), record(hammer_acceleration=3e-3)]) == {}
+
+
+def test_noise_alone_and_a_record_of_a_few_samples_show_nothing():
+    silent = record(noise=0.0)
+    draws = np.random.default_rng(1)
+    for name, values in silent.channels.items():
+        values[:] = NOISE[name] * draws.standard_normal(len(values))
+    assert lags([silent]) == {}
+    assert lags([record(samples=12, hammer_acceleration=3e-3)]) == {}
+
+
+def test_samples_that_are_missing_are_bridged():
+    late = record(hammer_acceleration=3e-3)
+    late.channels["hammer_displacement"][700:720] = np.nan
+    assert lags([late]) == {"hammer_acceleration": pytest.approx(3e-3, abs=DT)}
