@@ -3,7 +3,8 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jax import lax
+from jaxtyping import Array, Float, Int
 
 from identification.layout import NUISANCES, STATES, Layout
 from identification.windows import Windows
@@ -13,6 +14,10 @@ from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.model import Model
 from vibrojax.system import System
+
+
+_INTERPOLATED = 2
+"""Samples after an instant that an interpolation takes in."""
 
 
 class Normal(eqx.Module):
@@ -60,8 +65,7 @@ def predict(
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
     states = initial_states(layout, local)
     if windows.prescribed is None:
-        reach = jnp.minimum(windows.lengths + 1, windows.ts.shape[1])
-        trajectory = integrator.batch(systems, windows.ts, states, reach)
+        trajectory = integrator.batch(systems, windows.ts, states, _reach(systems, windows))
         lanes = eqx.tree_at(lambda t: t.steps, trajectory, jnp.broadcast_to(trajectory.steps, windows.lengths.shape))
     else:
         lanes = jax.vmap(lambda motion, *where: Guided(motion)(*where))(windows.prescribed, systems, windows.ts, states)
@@ -70,6 +74,15 @@ def predict(
     for place, (name, scale) in enumerate(layout.zeros, start=layout.shared + len(NUISANCES)):
         readings[name] = readings[name] + scale * local[:, place, None]
     return jnp.stack([readings[name] for name in windows.channels], axis=-1), trajectory
+
+
+def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
+    """Samples of each window that are integrated: its own, that where the next one begins, and as many as its last reading needs."""
+    further = jnp.zeros(windows.lengths.shape)
+    for effect in systems.effects:
+        further = jnp.maximum(further, lax.stop_gradient(effect.looks_ahead))
+    samples = jnp.where(further > 0, jnp.ceil(further / (windows.ts[:, 1] - windows.ts[:, 0])) + _INTERPOLATED, 0.0).astype(int)
+    return jnp.minimum(windows.lengths + 1 + samples, windows.ts.shape[1])
 
 
 def weighted_residual(

@@ -229,10 +229,10 @@ def _with_all_windows(scored: Scored, rival: Rival) -> Prepared:
 
 def beyond_scores(scored: Scored, short: list[Candidate]) -> list[Candidate]:
     """What is tried without a score: stops, of which no derivative tells anything, where windows resist; and what the records show."""
-    listed = {(candidate.name, candidate.members[0].channel) for candidate in short}
-    others = [one for one in scored.found if (one.name, one.members[0].channel) not in listed]
-    stops = [one for one in others if one.members[0].is_stop][:_STOPS] if _resist(scored) else []
-    return [_startable(one, scored) for one in [*stops, *(one for one in others if one.members[0].shown_by(scored.known))]]
+    listed, probes = {one.name for one in short}, [one.members for one in short]
+    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed] if _resist(scored) else []
+    shown = [one for one in scored.found if one.members[0].shown_by(scored.known) and one.members not in probes]
+    return [_startable(one, scored) for one in [*stops[:_STOPS], *shown]]
 
 
 def _resist(scored: Scored) -> bool:

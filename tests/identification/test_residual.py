@@ -11,8 +11,8 @@ from identification.fit import as_arrays, evaluator, integrator_for, on_device
 from identification.layout import layout_of
 from identification.prepare import prepare
 from identification.records import record_fits
-from identification.residual import lane_system, normal_equations, residuals
-from vibrojax.effects import GapStep
+from identification.residual import lane_system, normal_equations, predict, residuals
+from vibrojax.effects import GapStep, TimeOffset
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,30 @@ def test_padding_does_not_count(prepared):
     before = evaluator(prepared, integrator)(prepared.start)
     after = evaluator(prepared.with_groups((wider,)), integrator)(prepared.start)
     np.testing.assert_allclose(after.cost, before.cost, rtol=1e-12)
+
+
+def test_a_channel_that_comes_early_shows_the_motion_after_the_end_of_a_window(prepared):
+    """A shift by whole samples is the same window seen further on: what is read there has been integrated, and is no padding."""
+    (group,), early = prepared.groups, 12
+    dt = float(group.ts[0, 1] - group.ts[0, 0])
+    room = np.flatnonzero(group.lengths + early + 3 <= group.ts.shape[1])
+    assert len(room)
+    with_offset = dataclasses.replace(prepared.model, effects=(TimeOffset(-early * dt, "hammer_displacement"),))
+    model, shifted = as_arrays(prepared.model), as_arrays(with_offset)
+    layouts = [layout_of(one, files=prepared.layout.files) for one in (model, shifted)]
+    local = jnp.asarray(prepared.start.local(prepared.record))
+    offset = jnp.full((len(local), 1), -early * dt / shifted.parameters[-1].scale)
+    shared = layouts[0].shared
+    moved = jnp.concatenate([local[:, :shared], offset, local[:, shared:]], axis=1)
+    further = dataclasses.replace(group, lengths=group.lengths + early)
+    plain, _ = predict(model, layouts[0], integrator_for(prepared), on_device(further), local)
+    found, _ = predict(shifted, layouts[1], integrator_for(prepared), on_device(group), moved)
+    channel = group.channels.index("hammer_displacement")
+    for lane in room:
+        last = int(group.lengths[lane]) - 1
+        ahead = np.asarray(plain)[lane, last - 40 + early : last + early, channel]
+        np.testing.assert_allclose(np.asarray(found)[lane, last - 40 : last, channel], ahead, atol=1e-9)
+        assert np.ptp(ahead) > 1e-7
 
 
 def test_a_failed_integration_costs_infinitely(prepared):

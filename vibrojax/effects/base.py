@@ -182,6 +182,11 @@ class AbstractEffect(eqx.Module):
         return 0.0
 
     @property
+    def looks_ahead(self) -> Value:
+        """Time for which the motion after an instant is read at that instant, s: integrations must go so much further."""
+        return 0.0
+
+    @property
     def record(self) -> str | None:
         """File of the only record in which it acts; None where it acts in all."""
         return None

@@ -70,6 +70,11 @@ class TimeOffset(AbstractChannelFault):
         """Delay in proportion."""
         return dataclasses.replace(self, delay=factor * self.delay)
 
+    @property
+    def looks_ahead(self) -> Value:
+        """By as much as the channel comes early."""
+        return jnp.maximum(-jnp.asarray(self.delay), 0.0)
+
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The channel as it was a delay before."""
         if self.of_channel not in readings:

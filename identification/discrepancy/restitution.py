@@ -1,0 +1,80 @@
+"""How restitution changes with speed, for a verdict that asserts no cause in the contacts."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.report.rebounds import Rebound, by_law, rebounds
+from identification.result import RecordFit
+from vibrojax.model import Model
+
+_FEWEST = 6
+"""Contacts from which a course over the speed is told."""
+_WIDE = 2.0
+"""Fastest approach over the slowest, likewise."""
+_OF_ALL = 6
+"""One in so many contacts, the slowest and the fastest, is an end."""
+_SURE, _FAR = 5.0, 0.02
+"""What is told departs from the law at one end by so many standard errors, and by so much."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class End:
+    """Restitution at one end of the speeds: measured, with its standard error, and by the fitted law."""
+
+    approach_speed: float
+    measured: float
+    stderr: float
+    by_law: float
+
+    @property
+    def departs(self) -> bool:
+        """Whether surely, and not by a trifle."""
+        return abs(self.measured - self.by_law) > max(_SURE * self.stderr, _FAR)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Restitution:
+    """Its course as the records show it.
+
+    Attributes:
+        slow, fast: ends.
+        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where some e is not below 1.
+    """
+
+    slow: End
+    fast: End
+    exponent: tuple[float, float] | None
+
+
+def restitution(records: tuple[RecordFit, ...], model: Model) -> Restitution | None:
+    """Where it departs from what the fitted contact law gives; None where that is not sure, or the speeds are all alike."""
+    found = sorted(rebounds(records, model), key=lambda one: one.approach_speed)
+    if len(found) < _FEWEST:
+        return None
+    count = len(found) // _OF_ALL
+    slow, fast = _end(found[:count], model), _end(found[-count:], model)
+    if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
+        return None
+    return Restitution(slow=slow, fast=fast, exponent=_exponent(found))
+
+
+def _end(some: list[Rebound], model: Model) -> End:
+    """Means of a few contacts; their standard error is at least that of their scatter."""
+    ratios, speed = [one.restitution for one in some], float(np.mean([one.approach_speed for one in some]))
+    own = np.sqrt(np.sum(np.square([one.stderr for one in some]))) / len(some)
+    scatter = np.std(ratios, ddof=1) / np.sqrt(len(some)) if len(some) > 1 else 0.0
+    return End(
+        approach_speed=speed,
+        measured=float(np.mean(ratios)),
+        stderr=float(max(own, scatter)),
+        by_law=float(by_law(model, np.array([speed]))[0]),
+    )
+
+
+def _exponent(found: list[Rebound]) -> tuple[float, float] | None:
+    if max(one.restitution for one in found) >= 1.0:
+        return None
+    speeds, lost = np.log([one.approach_speed for one in found]), np.log([1.0 - one.restitution for one in found])
+    line, covariance = np.polyfit(speeds, lost, 1, cov=True)
+    return float(line[0]), float(np.sqrt(covariance[0, 0]))

@@ -1,0 +1,134 @@
+"""How fast the hammer comes to the stop and leaves it, read off the measured displacement on either side of each contact."""
+
+import dataclasses
+from collections.abc import Iterable
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from identification.report.record_view import Impact, impacts
+from identification.result import RecordFit
+from vibrojax.contact.restitution import restitution
+from vibrojax.model import Model
+
+_SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
+
+_LONGEST = 0.05
+"""Of the stretch on either side, s: beyond, a support that is free shows its own vibration."""
+_OF_PERIOD = 0.25
+"""The same over the period of the suspension."""
+_MARGIN = 0.25
+"""Of the contact's duration, which is left out on either side, as the fitted motion may touch a little early or late."""
+_FEWEST = 6
+"""Samples that it takes to tell a speed and its error."""
+_VAGUE = 0.1
+"""Standard error from which a contact tells nothing of its restitution."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Rebound:
+    """One contact.
+
+    Attributes:
+        file: of the record.
+        approach_speed: m/s.
+        restitution: speed after over speed before.
+        stderr: of the restitution, from the scatter about the two flights.
+    """
+
+    file: str
+    approach_speed: float
+    restitution: float
+    stderr: float
+
+
+def rebounds(records: Iterable[RecordFit], model: Model) -> list[Rebound]:
+    """Every contact that has flight enough before and after it to tell its restitution.
+
+    What a record differs by from the fitted motion is, in flight, a free vibration of the suspension; two numbers describe it, and its
+    velocity at the touch is added to the fitted one's. Of the model only flight and the instants of contact are used, not its contact law.
+
+    Args:
+        records: beside their predictions.
+        model: fitted.
+
+    Returns:
+        Them record by record, in order of time; none of a record without displacement.
+    """
+    values = model.values()
+    flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
+    read = [one for record in records for one in _of_record(record, flight)]
+    return [one for one in read if one.stderr < _VAGUE]
+
+
+def by_law(model: Model, approach_speed: Float[np.ndarray, " speeds"]) -> Float[np.ndarray, " speeds"]:
+    """Restitution of the model's contact law, with what its effects make of it, of a free hammer."""
+    law, gap = model.law, 0.0
+    for effect in model.effects:
+        law, gap = effect.stop(law, gap)
+    return np.asarray(restitution(law, model.mass, jnp.asarray(approach_speed)))
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Flight:
+    """Free vibration of the suspension: omega in rad/s, 0 without a spring."""
+
+    omega: float
+    zeta: float
+
+    @property
+    def reach(self) -> float:
+        """Stretch on either side of a contact, s."""
+        return min(_LONGEST, _OF_PERIOD * 2.0 * np.pi / self.omega) if self.omega > 0 else _LONGEST
+
+    def velocity(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> tuple[float, float] | None:
+        """At time zero, m/s, of the free vibration through some samples, and its standard error; None of too few."""
+        usable = np.isfinite(u)
+        if usable.sum() < _FEWEST:
+            return None
+        t, u = since[usable], u[usable]
+        rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
+        decay = np.exp(-self.zeta * self.omega * t)
+        inverse = np.linalg.pinv(np.stack([decay * (np.cos(self.omega * t) + self.zeta * self.omega * rises), decay * rises], axis=1))
+        place, speed = inverse @ u
+        scatter = u - decay * (place * (np.cos(self.omega * t) + self.zeta * self.omega * rises) + speed * rises)
+        return float(speed), float(np.sqrt(scatter @ scatter / (len(t) - 2) * (inverse[1] @ inverse[1])))
+
+
+def _of_record(record: RecordFit, flight: _Flight) -> list[Rebound]:
+    """All contacts of a record that have flight on either side; none where no displacement was recorded."""
+    channel = next((name for name in _SHOW_THE_HAMMER if name in record.measured), None)
+    if channel is None:
+        return []
+    differs, found = record.measured[channel] - record.predicted[channel], impacts(record)
+    ends = [0, *(impact.end for impact in found)]
+    begins = [*(impact.first for impact in found[1:]), len(differs)]
+    read = [_read(record, differs, flight, *one) for one in zip(found, ends, begins, strict=False)]
+    return [one for one in read if one is not None]
+
+
+def _read(
+    record: RecordFit, differs: Float[np.ndarray, " samples"], flight: _Flight, impact: Impact, end: int, begin: int
+) -> Rebound | None:
+    """One contact between the `end` of the one before and the `begin` of the next; None where flight is too short."""
+    samples, last = np.arange(len(differs)), min(impact.end, len(differs) - 1)
+    margin, first = 1 + int(_MARGIN * (impact.end - impact.first)), impact.first
+    comes = (samples >= end + margin) & (samples < first - margin) & (record.time >= record.time[first] - flight.reach)
+    leaves = (samples >= last + margin) & (samples < begin - margin) & (record.time <= record.time[last] + flight.reach)
+    found = []
+    for at, part in ((first, comes), (last, leaves)):
+        part &= record.window == record.window[at]  # from one to the next the fitted motion jumps
+        told = flight.velocity(record.time[part] - record.time[at], differs[part])
+        if told is None:
+            return None
+        found.append((record.relative_velocity[at] + told[0], told[1]))
+    (speed, error), (after, error_after) = found
+    if speed <= 0.0:
+        return None
+    return Rebound(
+        file=record.file,
+        approach_speed=float(speed),
+        restitution=float(-after / speed),
+        stderr=float(np.hypot(error_after, after / speed * error) / speed),
+    )

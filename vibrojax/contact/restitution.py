@@ -1,0 +1,56 @@
+"""The restitution that a contact law gives a free mass."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Float
+
+from vibrojax.contact.base import AbstractCompliantLaw, AbstractContactLaw, AbstractInstantaneousLaw
+from vibrojax.shapes import Value
+
+_STEPS, _DURATIONS = 1600, 8
+"""Of the integration, and how many of a law's rough contact times it goes on for."""
+
+
+@eqx.filter_jit
+def restitution(law: AbstractContactLaw, mass: Value, approach_speed: Float[Array, " speeds"]) -> Float[Array, " speeds"]:
+    """Speed at which a free mass leaves the stop over that at which it came; m delta'' = -F(delta, delta') from touch to delta = 0.
+
+    Classical Runge-Kutta with fixed steps, which resolves e to 1e-4.
+
+    Args:
+        law: of the contact.
+        mass: kg.
+        approach_speed: m/s, above zero.
+
+    Returns:
+        e by speed; NaN where the mass does not come back, as without contact.
+
+    Example:
+        >>> from vibrojax.contact import Newton
+        >>> restitution(Newton(restitution=0.8), 1.0, jnp.asarray([0.5])).tolist()
+        [0.8]
+    """
+    if isinstance(law, AbstractInstantaneousLaw):
+        return law.rebound_speed(approach_speed) / approach_speed
+    assert isinstance(law, AbstractCompliantLaw)
+    step = _DURATIONS / _STEPS * law.contact_time(jnp.asarray(mass), approach_speed)
+
+    def slope(indentation, rate):
+        return rate, -law.force(jnp.maximum(indentation, 0.0), rate, approach_speed) / mass
+
+    def onward(state, _):
+        indentation, rate, leaving = state
+        k1 = slope(indentation, rate)
+        k2 = slope(indentation + 0.5 * step * k1[0], rate + 0.5 * step * k1[1])
+        k3 = slope(indentation + 0.5 * step * k2[0], rate + 0.5 * step * k2[1])
+        k4 = slope(indentation + step * k3[0], rate + step * k3[1])
+        deeper = indentation + step / 6.0 * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0])
+        faster = rate + step / 6.0 * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1])
+        leaves = jnp.isnan(leaving) & (deeper <= 0.0)
+        part = indentation / jnp.where(leaves, indentation - deeper, 1.0)
+        return (deeper, faster, jnp.where(leaves, rate + part * (faster - rate), leaving)), None
+
+    start = (jnp.zeros_like(approach_speed), approach_speed, jnp.full_like(approach_speed, jnp.nan))
+    (_, _, leaving), _ = lax.scan(onward, start, length=_STEPS)
+    return -leaving / approach_speed
