@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Bend, Location, Number, Side
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import Drift
+from identification.discrepancy.restitution import Restitution
 from identification.report.channel_labels import spoken
 from identification.report.numbers import millimetres, rounded, with_unit
 
@@ -23,11 +24,12 @@ def sentences(
     formula: str,
     share: float = 1.0,
     mimics: Drift | None = None,
+    restitution: Restitution | None = None,
 ) -> tuple[str, ...]:
     """What is missing, where, and what it does to the error; the first sentence stands alone.
 
     `share`: of the misfit, that the effects explain where more than noise is left; 1 where nothing is. `mimics`: a parameter of the nominal
-    model that changes in the course of records.
+    model that changes in the course of records. `restitution`: where it departs from the fitted law's.
     """
     unseen = "windows left out of the fit"
     if before.held_back:
@@ -57,7 +59,8 @@ def sentences(
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
     restless = _unsteady(after) if mimics is None else (_drifting(mimics, before),)
     bends = (_bending(location.bend),) if location is not None and location.bend is not None else ()
-    return (first, *where, *bends, *learned, *restless)
+    losses = (_losing(restitution),) if restitution is not None else ()
+    return (first, *where, *bends, *losses, *learned, *restless)
 
 
 def _bending(one: Bend) -> str:
@@ -66,6 +69,16 @@ def _bending(one: Bend) -> str:
     return (
         f"Force against indentation, read off the records, rises faster beyond {millimetres(one.depth)} than before, as a second stop or a"
         f" steeper law would make it; {deeper} came that deep."
+    )
+
+
+def _losing(one: Restitution) -> str:
+    """How restitution goes with the speed, which is told without a cause."""
+    before, after = (f"{end.measured:.2f} at {end.approach_speed:.2g} m/s" for end in (one.slow, one.fast))
+    power = "" if one.exponent is None else f"; 1 − e goes with the speed to the power {rounded(*one.exponent).text}"
+    return (
+        f"Restitution, read off the flight on either side of each contact, goes from {before} to {after},"
+        f" that of the fitted law from {one.slow.by_law:.2f} to {one.fast.by_law:.2f}{power}."
     )
 
 

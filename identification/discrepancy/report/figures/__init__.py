@@ -8,7 +8,8 @@ from identification.discrepancy.report.figures.learned import learned
 from identification.discrepancy.report.figures.maps import maps
 from identification.discrepancy.report.figures.misfits import misfits
 from identification.discrepancy.report.figures.profiles import best_profile, other_profiles
+from identification.discrepancy.report.figures.restitution import restitution
 
-FIGURES: tuple[Drawer, ...] = (best_profile, other_profiles, bend, maps, learned, misfits, before_after, candidates)
+FIGURES: tuple[Drawer, ...] = (best_profile, other_profiles, bend, restitution, maps, learned, misfits, before_after, candidates)
 
 __all__ = ["FIGURES", "Drawer"]
