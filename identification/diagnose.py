@@ -22,7 +22,7 @@ from identification.discrepancy.look import Scored
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.refutation import refutation
-from identification.discrepancy.restitution import Restitution, restitution
+from identification.discrepancy.restitution import lost_in_contacts
 from identification.discrepancy.robust import Tolerance, robust_fit, tolerance
 from identification.discrepancy.search import BUDGET, DRIFTING, MOST_EFFECTS, Search
 from identification.discrepancy.steadiness import steady_search
@@ -195,7 +195,7 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         location = _location(found.first, start, named, verdict)
         rows = considered(found, allowed, predicted)
         advice = next_experiment(found, ambiguous, allowed)
-        lost = _lost(verdict, location, shown_before)
+        lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, cause.share, found.mimics, lost)
         said = (*said, *_nearest(found, allowed)) if verdict == UNLISTED else said
     return Diagnosis(
@@ -213,12 +213,6 @@ def _concluded(experiment: Experiment, ground: _Ground, found: Search, course: _
         warnings=_warnings(ground, found, cause, shown_after, refuted),
         seconds=course.seconds,
     )
-
-
-def _lost(verdict: str, location: Location | None, nominal: Side) -> Restitution | None:
-    """What the contacts lose, where something unlisted sits in them."""
-    is_in_contacts = verdict == UNLISTED and location is not None and location.phase == "contact"
-    return restitution(nominal.records, nominal.model) if is_in_contacts else None
 
 
 def _nearest(found: Search, allowed: Tolerance) -> tuple[str, ...]:

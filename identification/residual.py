@@ -15,7 +15,6 @@ from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.model import Model
 from vibrojax.system import System
 
-
 _INTERPOLATED = 2
 """Samples after an instant that an interpolation takes in."""
 

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from identification.discrepancy.diagnosis import Location, Side
 from identification.report.rebounds import Rebound, by_law, rebounds
 from identification.result import RecordFit
 from vibrojax.model import Model
@@ -57,6 +58,11 @@ def restitution(records: tuple[RecordFit, ...], model: Model) -> Restitution | N
     if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
         return None
     return Restitution(slow=slow, fast=fast, exponent=_exponent(found))
+
+
+def lost_in_contacts(location: Location | None, side: Side) -> Restitution | None:
+    """The same where the misfit sits in the contacts, and only there: elsewhere it bends the flights that tell it."""
+    return restitution(side.records, side.model) if location is not None and location.phase == "contact" else None
 
 
 def _end(some: list[Rebound], model: Model) -> End:

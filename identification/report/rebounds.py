@@ -19,7 +19,7 @@ _LONGEST = 0.05
 _OF_PERIOD = 0.25
 """The same over the period of the suspension."""
 _MARGIN = 0.25
-"""Of the contact's duration, which is left out on either side, as the fitted motion may touch a little early or late."""
+"""Of the contact's duration, left out on either side, as the fitted motion may touch a little early or late."""
 _FEWEST = 6
 """Samples that it takes to tell a speed and its error."""
 _VAGUE = 0.1
@@ -112,12 +112,12 @@ def _read(
     record: RecordFit, differs: Float[np.ndarray, " samples"], flight: _Flight, impact: Impact, end: int, begin: int
 ) -> Rebound | None:
     """One contact between the `end` of the one before and the `begin` of the next; None where flight is too short."""
-    samples, last = np.arange(len(differs)), min(impact.end, len(differs) - 1)
-    margin, first = 1 + int(_MARGIN * (impact.end - impact.first)), impact.first
-    comes = (samples >= end + margin) & (samples < first - margin) & (record.time >= record.time[first] - flight.reach)
-    leaves = (samples >= last + margin) & (samples < begin - margin) & (record.time <= record.time[last] + flight.reach)
+    samples, margin = np.arange(len(differs)), 1 + int(_MARGIN * (impact.end - impact.first))
+    touch, release = max(impact.first - 1, 0), min(impact.end, len(differs) - 1)  # in flight still, and again
+    comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
+    leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
     found = []
-    for at, part in ((first, comes), (last, leaves)):
+    for at, part in ((touch, comes), (release, leaves)):
         part &= record.window == record.window[at]  # from one to the next the fitted motion jumps
         told = flight.velocity(record.time[part] - record.time[at], differs[part])
         if told is None:

@@ -65,7 +65,16 @@ def test_the_page_stands_alone(pages, verdict):
 
 
 def test_every_picture_is_drawn_and_legible(made):
-    expected = {"missing", "missing-others", "residual-maps", "misfits", "candidates", "record-01-before-after", "record-02-before-after"}
+    expected = {
+        "missing",
+        "missing-others",
+        "restitution",
+        "residual-maps",
+        "misfits",
+        "candidates",
+        "record-01-before-after",
+        "record-02-before-after",
+    }
     assert {image.name for image in draw(made[MISSING])} == expected
     assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "bend"}
     assert {image.name for image in draw(made[ADEQUATE])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
@@ -225,7 +234,7 @@ def test_other_phases_are_drawn_where_they_are(made, phase):
     parts = [one.part.stop - one.part.start for one in stretches(other)]
     assert {one.channel for one in stretches(other)} == {"impact_force"}
     assert (max(parts) < 200) == (phase in ("contact", "separation"))
-    assert len(draw(other)) == 7
+    assert len(draw(other)) == 8
 
 
 def test_an_instant_is_shown_where_it_is(made):

@@ -9,9 +9,9 @@ from identification.report.rebounds import rebounds
 
 
 def restitution(diagnosis: Diagnosis) -> Iterator[Picture]:
-    """One picture, where enough contacts were recorded with flight on either side, which is told best by the better model."""
+    """One picture where something is missing and enough contacts have flight on either side, which the better model tells best."""
     nominal, augmented = diagnosis.nominal, diagnosis.augmented
-    found = rebounds(augmented.records, augmented.model)
+    found = [] if diagnosis.location is None else rebounds(augmented.records, augmented.model)
     if len(found) < FEWEST:
         return
     laws, curves = [(nominal.model, {"color": BEFORE, "linestyle": DASHED, "label": "nominal law"})], "blue: the nominal contact law"

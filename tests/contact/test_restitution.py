@@ -1,0 +1,38 @@
+"""Restitution of a law for many speeds at once, against SciPy's integration of one impact."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from tests.contact.single_impact import single_impact
+from vibrojax.contact import Flores, Hertz, HuntCrossley, HuntCrossleySeparate, KelvinVoigt, KelvinVoigtClipped, Newton, NoContact
+from vibrojax.contact.restitution import restitution
+
+SPEEDS = (0.01, 0.1, 1.0)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        HuntCrossley(1e6, 1.5, 0.6),
+        HuntCrossley(1e4, 1.7, 10.0),
+        HuntCrossley(1e6, 0.8, 3.0),
+        HuntCrossleySeparate(1e6, 1.5, 0.5, 0.9),
+        KelvinVoigt(1e5, 1e-4),
+        KelvinVoigtClipped(1e5, 1e-4),
+        Hertz(1e6, 1.5),
+        Flores(1e6, 1.5, 0.3),
+    ],
+    ids=lambda law: law.name,
+)
+def test_is_that_of_one_impact_after_the_other(law):
+    found = restitution(law, 0.5, jnp.asarray(SPEEDS))
+    np.testing.assert_allclose(found, [single_impact(law, 0.5, speed).restitution for speed in SPEEDS], atol=5e-5)
+
+
+def test_a_rigid_stop_has_its_own():
+    np.testing.assert_allclose(restitution(Newton(0.8), 0.5, jnp.asarray(SPEEDS)), 0.8)
+
+
+def test_a_hammer_that_nothing_sends_back_has_none():
+    assert np.isnan(restitution(NoContact(), 0.5, jnp.asarray(SPEEDS))).all()

@@ -1,0 +1,55 @@
+"""Restitution read off records whose own is known, whatever the fitted motion has."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.report.rebounds import by_law, rebounds
+from tests.identification.report.made_rebounds import FREE, LAW, ON_A_SPRING, collision
+from vibrojax.effects import DeepStop
+
+SPEEDS = (0.05, 0.2, 0.8)
+
+
+@pytest.mark.parametrize("model", [ON_A_SPRING, FREE], ids=["spring", "free"])
+@pytest.mark.parametrize("channel", ["relative_displacement", "hammer_displacement"])
+@pytest.mark.parametrize("fitted", [0.9, 0.4])
+def test_is_the_recorded_one_within_its_error_whatever_the_fitted_motion_does(model, channel, fitted):
+    found = rebounds([collision(v, 0.7, fitted, model=model, seed=i, channel=channel) for i, v in enumerate(SPEEDS)], model)
+    assert [one.file for one in found] == [f"at-{v:g}.csv" for v in SPEEDS]
+    for one, speed in zip(found, SPEEDS, strict=True):
+        assert one.approach_speed == pytest.approx(speed, rel=0.01)
+        assert abs(one.restitution - 0.7) < 4 * one.stderr + 1e-4  # the damping of the free vibration is linearised
+        assert one.stderr < 0.005
+
+
+def test_the_error_is_that_of_the_scatter():
+    read = rebounds([collision(0.1, 0.7, 0.8, seed=seed) for seed in range(60)], ON_A_SPRING)
+    found = np.array([(one.restitution, one.stderr) for one in read])
+    assert found[:, 0].std() == pytest.approx(np.median(found[:, 1]), rel=0.3)
+
+
+def test_flight_that_is_too_short_or_unknown_tells_nothing():
+    assert rebounds([collision(0.2, 0.7, 0.7, samples=18)], ON_A_SPRING) == []
+    whole = collision(0.2, 0.7, 0.7)
+    assert rebounds([dataclasses.replace(whole, measured={})], ON_A_SPRING) == []
+    assert rebounds([dataclasses.replace(whole, in_contact=np.zeros(120, bool))], ON_A_SPRING) == []
+    jumps = np.where(np.arange(120) < 57, 0, 1)  # another window begins three samples before the touch
+    assert rebounds([dataclasses.replace(whole, window=jumps)], ON_A_SPRING) == []
+    assert len(rebounds([whole], ON_A_SPRING)) == 1
+
+
+def test_samples_that_are_missing_are_left_out():
+    gappy = collision(0.2, 0.7, 0.7)
+    gappy.measured["relative_displacement"][[40, 41, 90]] = np.nan
+    (found,) = rebounds([gappy], ON_A_SPRING)
+    assert found.restitution == pytest.approx(0.7, abs=4 * found.stderr + 1e-4)
+
+
+def test_the_law_is_that_of_the_stop_with_its_effects():
+    speeds = np.array([0.5])
+    plain = by_law(ON_A_SPRING, speeds)
+    deep = dataclasses.replace(ON_A_SPRING, effects=(DeepStop(stiffness=1e7, depth=1e-5, damping=300.0),))
+    assert by_law(deep, speeds) < plain - 0.1
+    assert plain == pytest.approx(by_law(dataclasses.replace(FREE, law=LAW), speeds))
