@@ -5,9 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.discrepancy.diagnosis import Location, Side
-from identification.report.rebounds import Rebound, by_law, rebounds
-from identification.result import RecordFit
-from vibrojax.model import Model
+from identification.report.rebounds import Rebound, is_free, rebounds
 
 _FEWEST = 6
 """Contacts from which a course over the speed is told."""
@@ -16,22 +14,22 @@ _WIDE = 2.0
 _OF_ALL = 6
 """One in so many contacts, the slowest and the fastest, is an end."""
 _SURE, _FAR = 5.0, 0.02
-"""What is told departs from the law at one end by so many standard errors, and by so much."""
+"""What is told departs from the model at one end by so many standard errors, and by so much."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class End:
-    """Restitution at one end of the speeds: measured, with its standard error, and by the fitted law."""
+    """Restitution at one end of the speeds: measured, with its standard error, and as the model has it."""
 
     approach_speed: float
     measured: float
     stderr: float
-    by_law: float
+    fitted: float
 
     @property
     def departs(self) -> bool:
         """Whether surely, and not by a trifle."""
-        return abs(self.measured - self.by_law) > max(_SURE * self.stderr, _FAR)
+        return abs(self.measured - self.fitted) > max(_SURE * self.stderr, _FAR)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -40,7 +38,8 @@ class Restitution:
 
     Attributes:
         slow, fast: ends.
-        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where some e is not below 1.
+        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where some e is not below 1, and where a
+            spring or the cart's motion has its part in what happens during a contact.
     """
 
     slow: End
@@ -48,33 +47,33 @@ class Restitution:
     exponent: tuple[float, float] | None
 
 
-def restitution(records: tuple[RecordFit, ...], model: Model) -> Restitution | None:
-    """Where it departs from what the fitted contact law gives; None where that is not sure, or the speeds are all alike."""
-    found = sorted(rebounds(records, model), key=lambda one: one.approach_speed)
+def restitution(side: Side) -> Restitution | None:
+    """Where it departs from what the model has; None where that is not sure, or the speeds are all alike."""
+    found = sorted(rebounds(side.records, side.model), key=lambda one: one.approach_speed)
     if len(found) < _FEWEST:
         return None
-    count = len(found) // _OF_ALL
-    slow, fast = _end(found[:count], model), _end(found[-count:], model)
+    count, free = len(found) // _OF_ALL, is_free(side.records, side.model)
+    slow, fast = _end(found[:count]), _end(found[-count:])
     if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
         return None
-    return Restitution(slow=slow, fast=fast, exponent=_exponent(found))
+    return Restitution(slow=slow, fast=fast, exponent=_exponent(found) if free else None)
 
 
 def lost_in_contacts(location: Location | None, side: Side) -> Restitution | None:
     """The same where the misfit sits in the contacts, and only there: elsewhere it bends the flights that tell it."""
-    return restitution(side.records, side.model) if location is not None and location.phase == "contact" else None
+    return restitution(side) if location is not None and location.phase == "contact" else None
 
 
-def _end(some: list[Rebound], model: Model) -> End:
+def _end(some: list[Rebound]) -> End:
     """Means of a few contacts; their standard error is at least that of their scatter."""
-    ratios, speed = [one.restitution for one in some], float(np.mean([one.approach_speed for one in some]))
+    ratios = [one.restitution for one in some]
     own = np.sqrt(np.sum(np.square([one.stderr for one in some]))) / len(some)
     scatter = np.std(ratios, ddof=1) / np.sqrt(len(some)) if len(some) > 1 else 0.0
     return End(
-        approach_speed=speed,
+        approach_speed=float(np.mean([one.approach_speed for one in some])),
         measured=float(np.mean(ratios)),
         stderr=float(max(own, scatter)),
-        by_law=float(by_law(model, np.array([speed]))[0]),
+        fitted=float(np.mean([one.fitted for one in some])),
     )
 
 

@@ -29,7 +29,7 @@ def sentences(
     """What is missing, where, and what it does to the error; the first sentence stands alone.
 
     `share`: of the misfit, that the effects explain where more than noise is left; 1 where nothing is. `mimics`: a parameter of the nominal
-    model that changes in the course of records. `restitution`: where it departs from the fitted law's.
+    model that changes in the course of records. `restitution`: where it departs from the nominal model's.
     """
     unseen = "windows left out of the fit"
     if before.held_back:
@@ -78,7 +78,7 @@ def _losing(one: Restitution) -> str:
     power = "" if one.exponent is None else f"; 1 − e goes with the speed to the power {rounded(*one.exponent).text}"
     return (
         f"Restitution, read off the flight on either side of each contact, goes from {before} to {after},"
-        f" that of the fitted law from {one.slow.by_law:.2f} to {one.fast.by_law:.2f}{power}."
+        f" in the nominal model from {one.slow.fitted:.2f} to {one.fast.fitted:.2f}{power}."
     )
 
 

@@ -1,7 +1,7 @@
 """How fast the hammer comes to the stop and leaves it, read off the measured displacement on either side of each contact."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +13,6 @@ from vibrojax.contact.restitution import restitution
 from vibrojax.model import Model
 
 _SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
-
 _LONGEST = 0.05
 """Of the stretch on either side, s: beyond, a support that is free shows its own vibration."""
 _OF_PERIOD = 0.25
@@ -28,22 +27,26 @@ _VAGUE = 0.1
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rebound:
-    """One contact.
+    """One contact, between the last sample before it and the first one after it.
 
     Attributes:
         file: of the record.
         approach_speed: m/s.
         restitution: speed after over speed before.
         stderr: of the restitution, from the scatter about the two flights.
+        fitted_speed, fitted: both of the fitted motion, since what spring and cart do during a contact is in measured and fitted alike;
+            of a free hammer, whose windows may have followed the record, what the fitted law makes of the measured approach.
     """
 
     file: str
     approach_speed: float
     restitution: float
     stderr: float
+    fitted_speed: float
+    fitted: float
 
 
-def rebounds(records: Iterable[RecordFit], model: Model) -> list[Rebound]:
+def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     """Every contact that has flight enough before and after it to tell its restitution.
 
     What a record differs by from the fitted motion is, in flight, a free vibration of the suspension; two numbers describe it, and its
@@ -59,15 +62,22 @@ def rebounds(records: Iterable[RecordFit], model: Model) -> list[Rebound]:
     values = model.values()
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
     read = [one for record in records for one in _of_record(record, flight)]
-    return [one for one in read if one.stderr < _VAGUE]
+    told = [one for one in read if one.stderr < _VAGUE]
+    return _by_law(told, model) if told and is_free(records, model) else told
 
 
-def by_law(model: Model, approach_speed: Float[np.ndarray, " speeds"]) -> Float[np.ndarray, " speeds"]:
-    """Restitution of the model's contact law, with what its effects make of it, of a free hammer."""
+def is_free(records: Sequence[RecordFit], model: Model) -> bool:
+    """Whether neither a spring nor a cart acts on the hammer during a contact."""
+    return "f_n" not in model.values() and all(record.kind == "drop-test" for record in records)
+
+
+def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
+    """With what the contact law, and what effects make of it, gives a free hammer at the measured approach speeds."""
     law, gap = model.law, 0.0
     for effect in model.effects:
         law, gap = effect.stop(law, gap)
-    return np.asarray(restitution(law, model.mass, jnp.asarray(approach_speed)))
+    found = np.asarray(restitution(law, model.mass, jnp.asarray([one.approach_speed for one in read])))
+    return [dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e)) for one, e in zip(read, found, strict=True)]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -89,11 +99,13 @@ class _Flight:
             return None
         t, u = since[usable], u[usable]
         rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
-        decay = np.exp(-self.zeta * self.omega * t)
-        inverse = np.linalg.pinv(np.stack([decay * (np.cos(self.omega * t) + self.zeta * self.omega * rises), decay * rises], axis=1))
-        place, speed = inverse @ u
-        scatter = u - decay * (place * (np.cos(self.omega * t) + self.zeta * self.omega * rises) + speed * rises)
-        return float(speed), float(np.sqrt(scatter @ scatter / (len(t) - 2) * (inverse[1] @ inverse[1])))
+        damping = self.zeta * self.omega  # too little to change the frequency
+        columns = np.exp(-damping * t)[:, None] * np.stack([np.cos(self.omega * t) + damping * rises, rises], axis=1)
+        inverse = np.linalg.pinv(columns)
+        place_and_speed = inverse @ u
+        scatter = u - columns @ place_and_speed
+        variance = scatter @ scatter / (len(t) - len(place_and_speed))
+        return float(place_and_speed[1]), float(np.sqrt(variance) * np.linalg.norm(inverse[1]))
 
 
 def _of_record(record: RecordFit, flight: _Flight) -> list[Rebound]:
@@ -124,11 +136,13 @@ def _read(
             return None
         found.append((record.relative_velocity[at] + told[0], told[1]))
     (speed, error), (after, error_after) = found
-    if speed <= 0.0:
+    if speed <= 0.0 or record.relative_velocity[touch] <= 0.0:
         return None
     return Rebound(
         file=record.file,
         approach_speed=float(speed),
         restitution=float(-after / speed),
         stderr=float(np.hypot(error_after, after / speed * error) / speed),
+        fitted_speed=float(record.relative_velocity[touch]),
+        fitted=float(-record.relative_velocity[release] / record.relative_velocity[touch]),
     )

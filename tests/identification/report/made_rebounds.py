@@ -10,6 +10,7 @@ from vibrojax.suspension import Free, Linear
 DT, NOISE, CONTACT = 5e-4, 1e-6, 8
 """s; m; samples."""
 LAW = HuntCrossley(impact_stiffness=1e6, impact_exponent=1.5, impact_damping=0.5)
+"""Which the fitted motions here know nothing of."""
 ON_A_SPRING = Model(mass=0.5, suspension=Linear(damping_ratio=0.02, natural_frequency_hz=6.0), law=LAW)
 FREE = Model(mass=0.5, suspension=Free(), law=LAW)
 
