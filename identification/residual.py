@@ -76,12 +76,13 @@ def predict(
 
 
 def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
-    """Samples of each window that are integrated: its own, that where the next one begins, and as many as its last reading needs."""
+    """Samples of each window that are integrated: to where the next one begins, and as far as its last readings need, if padded so far."""
     further = jnp.zeros(windows.lengths.shape)
     for effect in systems.effects:
         further = jnp.maximum(further, lax.stop_gradient(effect.looks_ahead))
-    samples = jnp.where(further > 0, jnp.ceil(further / (windows.ts[:, 1] - windows.ts[:, 0])) + _INTERPOLATED, 0.0).astype(int)
-    return jnp.minimum(windows.lengths + 1 + samples, windows.ts.shape[1])
+    last = jnp.take_along_axis(windows.ts, windows.lengths[:, None] - 1, axis=1)
+    needed = jnp.sum(windows.ts <= last + further[:, None], axis=1) + _INTERPOLATED
+    return jnp.minimum(jnp.where(further > 0, needed, windows.lengths + 1), windows.ts.shape[1])
 
 
 def weighted_residual(

@@ -42,10 +42,16 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         contact_time=contact_time(law, at, mass),
         ceilings=_ceilings(prepared, channels),
         lines={name: _lines(prepared, at, channel) for channel, name in enumerate(at.channels) if used[channel]},
-        lags=lags(experiment.records),
+        lags=_unmended(lags(experiment.records), prepared),
         sampling=min(float(np.median(np.diff(r.time))) for r in experiment.records),
         law=law,
     )
+
+
+def _unmended(found: dict[str, float], prepared: Prepared) -> dict[str, float]:
+    """Delays as the records show them, unless the model has a fault of one of these channels already."""
+    faults = {effect.channel for effect in prepared.model.effects if effect.is_fault}
+    return {} if faults & found.keys() else found
 
 
 def _lowest(prepared: Prepared, at: Linearised) -> float:

@@ -1,7 +1,8 @@
 """How late each channel comes against the others, as the records show it without a model."""
 
+import dataclasses
 from collections.abc import Sequence
-from itertools import permutations
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
@@ -19,7 +20,19 @@ _LONGEST = 0.02
 _SHORTEST = 2.0
 """Delay below which the score test tells one as well, samples."""
 _CLEARLY = 25.0
-"""Drop of chi-square, when the delay is made good, from which it is shown: far more than the best of all delays has by chance."""
+"""Drop of chi-square from which something is shown: far more than the best of all delays has by chance, of white noise."""
+_ALIKE = 0.25
+"""Of the middle one, by which delays may differ that agree; or `_SHORTEST`."""
+_PAUSES = 4
+"""Time that a record spans over that of its samples, from which it is not looked at."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Look:
+    """One record: sampling interval, s, and by channel the hammer's jerk, but for a factor, through one test function after the other."""
+
+    dt: float
+    jerks: dict[str, list[np.ndarray]]
 
 
 def lags(records: Sequence[Record]) -> dict[str, float]:
@@ -27,50 +40,61 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
 
     Displacement, acceleration and impact force of the hammer all hold its jerk, x''': each is convolved with that derivative of a smooth
     test function which makes it so (the weak form, which differentiates the function and not the noise), and the delay between two is where
-    their correlation is largest. Of two channels alone it cannot be told which one is off, so that both are given.
+    their correlation is largest. Of two channels alone it cannot be told which one is off, so that both are given. Absent too where most
+    records, or the other channels, do not agree on one delay.
     """
-    channels = [name for name in _DERIVATIVES if any(name in record.channels for record in records)]
-    between = {pair: _delay(records, *pair) for pair in permutations(channels, 2)}
-    found = {}
-    for late in channels:
-        delays = [delay for (one, _), delay in between.items() if one == late and delay is not None]
-        if delays and min(map(abs, delays)) > 0.0:
-            found[late] = float(np.median(delays))
-    return found
+    looks = [_look(record) for record in records if record.kind != "prescribed"]
+    against: dict[str, list[float]] = {name: [] for name in _DERIVATIVES}
+    for late, early in combinations(_DERIVATIVES, 2):
+        told = [_delay(look, late, early) for look in looks if late in look.jerks and early in look.jerks]
+        if informed := [delay for delay in told if delay is not None]:
+            delay = _agreed(informed, looks)
+            against[late].append(delay)
+            against[early].append(-delay)
+    agreed = {name: _agreed(delays, looks) for name, delays in against.items() if delays and all(delays)}
+    return {name: delay for name, delay in agreed.items() if delay}
 
 
-def _delay(records: Sequence[Record], late: str, early: str) -> float | None:
-    """Of one channel against another, the middle one of all records; 0 where they agree as they stand, None where no record has both."""
-    delays = [_of_record(record, late, early) for record in records if late in record.channels and early in record.channels]
-    return float(np.median(delays)) if delays else None
+def _agreed(delays: list[float], looks: list[_Look]) -> float:
+    """The middle one, if most are near it; else 0."""
+    middle = float(np.median(delays))
+    near = np.abs(np.array(delays) - middle) <= max(_ALIKE * abs(middle), _SHORTEST * max(look.dt for look in looks))
+    return middle if near.sum() > 0.5 * len(delays) else 0.0
 
 
-def _of_record(record: Record, late: str, early: str) -> float:
-    """The same of one record, by the test function with which it is told best."""
-    dt = float(np.median(np.diff(record.time)))
-    widths = [half for half in _HALF_WIDTHS if 4 * half < len(record.time)]
-    found = [_best(_jerk(record, late, half), _jerk(record, early, half), half) for half in widths]
-    drop, samples = max(found, default=(0.0, 0))
-    return samples * dt if drop > _CLEARLY and abs(samples) > _SHORTEST and abs(samples) * dt <= _LONGEST else 0.0
+def _delay(look: _Look, late: str, early: str) -> float | None:
+    """Of one channel against another; 0 where they agree as they stand, None where they show nothing in common."""
+    pairs = zip(look.jerks[late], look.jerks[early], _HALF_WIDTHS, strict=False)
+    found = [_best(one, other, half) for one, other, half in pairs]
+    if max((common for common, _, _ in found), default=0.0) < _CLEARLY:
+        return None
+    _, drop, samples = max(found, key=lambda one: one[1])  # the width that tells it best
+    is_shown = drop > _CLEARLY and abs(samples) > _SHORTEST and abs(samples) * look.dt <= _LONGEST
+    return samples * look.dt if is_shown else 0.0
 
 
-def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], half: int) -> tuple[float, int]:
-    """Drop of chi-square of a regression of one on the other when the best delay is made good, and that delay in samples."""
+def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], half: int) -> tuple[float, float, int]:
+    """Drop of chi-square when one is regressed on the other at the best delay, how much of it the delay makes, and the delay in samples."""
     size = float(np.sqrt(np.sum(late**2) * np.sum(early**2)))
     if size == 0.0:
-        return 0.0, 0
-    common = np.maximum(correlate(late, early, method="fft"), 0.0) / size
-    left, best = 1.0 - np.minimum(common, 1.0 - 1e-12) ** 2, int(np.argmax(common))
-    shifts = correlation_lags(len(late), len(early))
-    independent = len(late) / half
-    return independent * float(np.log(left[shifts == 0][0] / left[best])), int(shifts[best])
+        return 0.0, 0.0, 0
+    common = np.clip(correlate(late, early, method="fft") / size, 0.0, 1.0 - 1e-12)
+    shifts, best = correlation_lags(len(late), len(early)), int(np.argmax(common))
+    drops = -len(late) / half * np.log(1.0 - common[[best, int(np.flatnonzero(shifts == 0)[0])]] ** 2)
+    return float(drops[0]), float(drops[0] - drops[1]), int(shifts[best])
 
 
-def _jerk(record: Record, channel: str, half: int) -> Float[np.ndarray, " samples"]:
-    """The hammer's jerk through a test function, but for a factor, as one channel shows it."""
-    order, sign = _DERIVATIVES[channel]
-    values = bridged(record.time, record.channels[channel])
-    even = np.linspace(record.time[0], record.time[-1], len(record.time))
-    bump = np.polynomial.Polynomial([1.0, 0.0, -1.0]) ** 4
-    function = bump.deriv(order)(np.linspace(-1.0, 1.0, 2 * half + 1))
-    return sign * fftconvolve(np.interp(even, record.time, values - values.mean()), function, mode="valid")
+def _look(record: Record) -> _Look:
+    """Channels of a record, evenly sampled and differentiated; none where it pauses for long."""
+    dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
+    if span > _PAUSES * dt * len(record.time):
+        return _Look(dt=dt, jerks={})
+    even = record.time[0] + dt * np.arange(int(span / dt) + 1)
+    bump, jerks = np.polynomial.Polynomial([1.0, 0.0, -1.0]) ** 4, {}
+    for name in record.channels.keys() & _DERIVATIVES.keys():
+        order, sign = _DERIVATIVES[name]
+        values = bridged(record.time, record.channels[name])
+        shown = np.interp(even, record.time, values - values.mean())
+        functions = [bump.deriv(order)(np.linspace(-1.0, 1.0, 2 * half + 1)) for half in _HALF_WIDTHS if 4 * half < len(even)]
+        jerks[name] = [sign * fftconvolve(shown, function, mode="valid") for function in functions]
+    return _Look(dt=dt, jerks=jerks)

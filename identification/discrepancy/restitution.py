@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.discrepancy.diagnosis import Location, Side
-from identification.report.rebounds import Rebound, is_free, rebounds
+from identification.report.rebounds import Rebound, rebounds
 
 _FEWEST = 6
 """Contacts from which a course over the speed is told."""
@@ -15,6 +15,8 @@ _OF_ALL = 6
 """One in so many contacts, the slowest and the fastest, is an end."""
 _SURE, _FAR = 5.0, 0.02
 """What is told departs from the model at one end by so many standard errors, and by so much."""
+_VAGUE_POWER = 0.1
+"""Standard error from which a power of the speed is not told."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -38,8 +40,8 @@ class Restitution:
 
     Attributes:
         slow, fast: ends.
-        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where some e is not below 1, and where a
-            spring or the cart's motion has its part in what happens during a contact.
+        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where it is not known well, and where a
+            spring or the cart has its part in what happens during a contact.
     """
 
     slow: End
@@ -52,11 +54,11 @@ def restitution(side: Side) -> Restitution | None:
     found = sorted(rebounds(side.records, side.model), key=lambda one: one.approach_speed)
     if len(found) < _FEWEST:
         return None
-    count, free = len(found) // _OF_ALL, is_free(side.records, side.model)
+    count = len(found) // _OF_ALL
     slow, fast = _end(found[:count]), _end(found[-count:])
     if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
         return None
-    return Restitution(slow=slow, fast=fast, exponent=_exponent(found) if free else None)
+    return Restitution(slow=slow, fast=fast, exponent=_exponent(found) if found[0].by_law else None)
 
 
 def lost_in_contacts(location: Location | None, side: Side) -> Restitution | None:
@@ -78,8 +80,11 @@ def _end(some: list[Rebound]) -> End:
 
 
 def _exponent(found: list[Rebound]) -> tuple[float, float] | None:
-    if max(one.restitution for one in found) >= 1.0:
+    """By least squares of logarithms, of what has lost surely; None where little is left or its own error is large."""
+    sure = [one for one in found if 1.0 - one.restitution > _SURE * one.stderr]
+    if len(sure) < _FEWEST:
         return None
-    speeds, lost = np.log([one.approach_speed for one in found]), np.log([1.0 - one.restitution for one in found])
+    speeds, lost = np.log([one.approach_speed for one in sure]), np.log([1.0 - one.restitution for one in sure])
     line, covariance = np.polyfit(speeds, lost, 1, cov=True)
-    return float(line[0]), float(np.sqrt(covariance[0, 0]))
+    power, stderr = float(line[0]), float(np.sqrt(covariance[0, 0]))
+    return (power, stderr) if stderr < _VAGUE_POWER else None

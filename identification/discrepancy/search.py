@@ -113,7 +113,7 @@ def search(
         scored = look(fitted, allowed, without=without)
         cost = whole_cost(fitted, allowed)
         ended = why_ended(scored, allowed, rounds, deadline, most_effects=most_effects)
-        mimics = None if ended or rounds else drifting(scored, cost - allowed.noise, allowed)
+        mimics = None if ended or rounds or scored.known.lags else drifting(scored, cost - allowed.noise, allowed)
         ended = ended or (DRIFTING if mimics else "")
         trifle = ended == EXPLAINED and _trifle(scored, allowed, rounds, deadline, most_effects)
         rivals = [] if ended and not trifle else short_listed(scored, allowed, progress)

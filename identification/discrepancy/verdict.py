@@ -75,10 +75,10 @@ def _bending(one: Bend) -> str:
 def _losing(one: Restitution) -> str:
     """How restitution goes with the speed, which is told without a cause."""
     before, after = (f"{end.measured:.2f} at {end.approach_speed:.2g} m/s" for end in (one.slow, one.fast))
-    power = "" if one.exponent is None else f"; 1 − e goes with the speed to the power {rounded(*one.exponent).text}"
+    power = "" if one.exponent is None else f" (1 − e with the speed to the power {rounded(*one.exponent).text})"
     return (
-        f"Restitution, read off the flight on either side of each contact, goes from {before} to {after},"
-        f" in the nominal model from {one.slow.fitted:.2f} to {one.fast.fitted:.2f}{power}."
+        f"Restitution, read off the flight on either side of each contact, goes from {before} to {after}{power},"
+        f" in the nominal model from {one.slow.fitted:.2f} to {one.fast.fitted:.2f}."
     )
 
 

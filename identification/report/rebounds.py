@@ -10,6 +10,7 @@ from jaxtyping import Float
 from identification.report.record_view import Impact, impacts
 from identification.result import RecordFit
 from vibrojax.contact.restitution import restitution
+from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
 _SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
@@ -23,6 +24,8 @@ _FEWEST = 6
 """Samples that it takes to tell a speed and its error."""
 _VAGUE = 0.1
 """Standard error from which a contact tells nothing of its restitution."""
+_GRAZES = 0.5
+"""Of the measured approach speed, above which the fitted motion meets the stop as the hammer did."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -36,6 +39,7 @@ class Rebound:
         stderr: of the restitution, from the scatter about the two flights.
         fitted_speed, fitted: both of the fitted motion, since what spring and cart do during a contact is in measured and fitted alike;
             of a free hammer, whose windows may have followed the record, what the fitted law makes of the measured approach.
+        by_law: whether the latter.
     """
 
     file: str
@@ -44,40 +48,45 @@ class Rebound:
     stderr: float
     fitted_speed: float
     fitted: float
+    by_law: bool = False
 
 
 def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     """Every contact that has flight enough before and after it to tell its restitution.
 
     What a record differs by from the fitted motion is, in flight, a free vibration of the suspension; two numbers describe it, and its
-    velocity at the touch is added to the fitted one's. Of the model only flight and the instants of contact are used, not its contact law.
+    velocity at the touch is added to the fitted one's. Of the model only flight and the instants of contact are used for what is measured.
 
     Args:
         records: beside their predictions.
         model: fitted.
 
     Returns:
-        Them record by record, in order of time; none of a record without displacement.
+        Them record by record, in order of time; none of a record without displacement or of one whose hammer is led.
     """
     values = model.values()
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
-    read = [one for record in records for one in _of_record(record, flight)]
-    told = [one for one in read if one.stderr < _VAGUE]
-    return _by_law(told, model) if told and is_free(records, model) else told
+    read = [(record.kind, one) for record in records if record.kind != "prescribed" for one in _of_record(record, flight)]
+    found = [one for _, one in read]
+    return _by_law(found, model) if found and {kind for kind, _ in read} == {"drop-test"} and _is_free(model) else found
 
 
-def is_free(records: Sequence[RecordFit], model: Model) -> bool:
-    """Whether neither a spring nor a cart acts on the hammer during a contact."""
-    return "f_n" not in model.values() and all(record.kind == "drop-test" for record in records)
+def _is_free(model: Model) -> bool:
+    """Whether nothing but the stop acts on the hammer during a contact, if the cart is at rest."""
+    stops = [effect.is_fault or type(effect).stop is not AbstractEffect.stop for effect in model.effects]
+    return "f_n" not in model.values() and all(stops)
 
 
 def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
-    """With what the contact law, and what effects make of it, gives a free hammer at the measured approach speeds."""
+    """With what the contact law, and effects that change it, give a free hammer at the measured approach speeds."""
     law, gap = model.law, 0.0
     for effect in model.effects:
         law, gap = effect.stop(law, gap)
     found = np.asarray(restitution(law, model.mass, jnp.asarray([one.approach_speed for one in read])))
-    return [dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e)) for one, e in zip(read, found, strict=True)]
+    told = [
+        dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e), by_law=True) for one, e in zip(read, found, strict=True)
+    ]
+    return [one for one in told if np.isfinite(one.fitted)]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -117,7 +126,7 @@ def _of_record(record: RecordFit, flight: _Flight) -> list[Rebound]:
     ends = [0, *(impact.end for impact in found)]
     begins = [*(impact.first for impact in found[1:]), len(differs)]
     read = [_read(record, differs, flight, *one) for one in zip(found, ends, begins, strict=False)]
-    return [one for one in read if one is not None]
+    return [one for one in read if one is not None and one.stderr < _VAGUE and one.fitted_speed > _GRAZES * one.approach_speed]
 
 
 def _read(
@@ -128,6 +137,8 @@ def _read(
     touch, release = max(impact.first - 1, 0), min(impact.end, len(differs) - 1)  # in flight still, and again
     comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
     leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
+    if record.window[touch] != record.window[release]:
+        return None
     found = []
     for at, part in ((touch, comes), (release, leaves)):
         part &= record.window == record.window[at]  # from one to the next the fitted motion jumps
@@ -136,7 +147,7 @@ def _read(
             return None
         found.append((record.relative_velocity[at] + told[0], told[1]))
     (speed, error), (after, error_after) = found
-    if speed <= 0.0 or record.relative_velocity[touch] <= 0.0:
+    if not min(speed, record.relative_velocity[touch]) > 0.0:
         return None
     return Rebound(
         file=record.file,

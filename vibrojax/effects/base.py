@@ -183,7 +183,7 @@ class AbstractEffect(eqx.Module):
 
     @property
     def looks_ahead(self) -> Value:
-        """Time for which the motion after an instant is read at that instant, s: integrations must go so much further."""
+        """Time after an instant up to which the motion is read at that instant, s: windows are integrated so much further, if padded."""
         return 0.0
 
     @property

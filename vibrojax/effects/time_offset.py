@@ -23,7 +23,8 @@ _POINTS = 4
 class TimeOffset(AbstractChannelFault):
     """One channel comes late, or early, against the others.
 
-    r(t) = value(t - d), by the cubic through the four samples around; beyond the ends of the record, the outermost cubic goes on.
+    r(t) = value(t - d), by the cubic through the four samples around; beyond the ends of what was integrated, the outermost
+    cubic goes on.
     Differentiable, in d but where t - d is a sample: there the slope of one side.
 
     Arguments:

@@ -33,12 +33,14 @@ def restitution_picture(
     axes.set_ylabel("restitution e")
     axes.legend(loc="best")
     few_ticks(axes, x=8, y=6)
+    by_law = any(one.by_law for contacts, _, _ in models for one in contacts)
+    rings = "its law at the measured speeds" if by_law else "its fitted motion"
     return Picture(
         name="restitution",
         section=section,
         record=None,
         caption="Restitution against approach speed, from the last sample before a contact to the first after it: grey, measured, by the"
-        f" flight on either side, with one standard error; {in_words}.",
+        f" flight on either side, with one standard error; {in_words}, {rings}.",
         alt=f"Restitution of {len(measured)} contacts against approach speeds up to {max(speeds):.3g} m/s, measured and modelled.",
         figure=figure,
     )

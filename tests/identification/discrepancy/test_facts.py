@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.facts import facts
+from vibrojax.effects import ForceLag, GainError
 
 
 def test_the_depth_of_impacts_is_that_of_the_records_and_not_of_a_model_that_goes_too_deep(motion):
@@ -18,3 +19,16 @@ def test_the_depth_of_impacts_is_that_of_the_records_and_not_of_a_model_that_goe
     assert facts(unseen, astray, motion.estimate).deepest == pytest.approx(true + 1e-3, rel=0.1)
     free = dataclasses.replace(motion.at, in_contact=np.zeros_like(motion.at.in_contact))
     assert facts(motion.prepared, free, motion.estimate).deepest == 0.0
+
+
+def test_delays_are_those_of_the_records_until_the_model_has_a_fault_of_such_a_channel(motion):
+    found = motion.prepared.experiment
+    early = [np.roll(record.channels["impact_force"], -12) for record in found.records]
+    records = [dataclasses.replace(r, channels=r.channels | {"impact_force": f}) for r, f in zip(found.records, early, strict=True)]
+    late = dataclasses.replace(motion.prepared, experiment=dataclasses.replace(found, records=tuple(records)))
+    dt = np.diff(records[0].time)[0]
+    assert facts(motion.prepared, motion.at, motion.estimate).lags == {}
+    assert facts(late, motion.at, motion.estimate).lags == {"impact_force": pytest.approx(-12 * dt, abs=dt)}
+    for effect, shown in ((ForceLag(1e-3), False), (GainError(1.1, "cart_displacement"), True)):
+        mended = dataclasses.replace(late, model=dataclasses.replace(late.model, effects=(effect,)))
+        assert bool(facts(mended, motion.at, motion.estimate).lags) == shown

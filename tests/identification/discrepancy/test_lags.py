@@ -1,5 +1,7 @@
 """The delay of a channel against the others, told from the records alone; their motion is in closed form."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -13,9 +15,10 @@ BLOWS = np.array([40.0, 31.0, 52.0, 22.0, 38.0])
 NOISE = {"hammer_displacement": 1e-5, "hammer_acceleration": 0.05, "impact_force": 0.15}
 
 
-def record(*, samples: int = 2400, omits: tuple[str, ...] = (), noise: float = 1.0, **late: float) -> Record:
+def record(*, at: np.ndarray | None = None, omits: tuple[str, ...] = (), noise: float = 1.0, **late: float) -> Record:
     """A hammer on a soft spring whose stop gives it blows of half a sine, with some channels late by so many seconds."""
-    t, draws = DT * np.arange(samples), np.random.default_rng(4)
+    t, draws = DT * np.arange(2400) if at is None else at, np.random.default_rng(4)
+    samples = len(t)
     ideal = {"hammer_displacement": _displacement, "hammer_acceleration": _acceleration, "impact_force": _force}
     shown = {name: channel(t - late.get(name, 0.0)) for name, channel in ideal.items() if name not in omits}
     channels = {name: values + noise * NOISE[name] * draws.standard_normal(samples) for name, values in shown.items()}
@@ -74,13 +77,49 @@ def test_one_odd_record_among_three_is_not_the_rule():
     assert lags([record(), record(), record(hammer_acceleration=3e-3)]) == {}
 
 
+def test_records_that_do_not_agree_tell_no_delay():
+    assert lags([record(), record(impact_force=3e-3)]) == {}
+    assert lags([record(impact_force=2e-3), record(impact_force=6e-3)]) == {}
+
+
+def test_records_in_which_nothing_happens_have_no_say():
+    """No impact within them: the load cell is silent."""
+    quiet = [record(at=DT * np.arange(200)), record(at=0.12 + DT * np.arange(340))]
+    assert lags([*quiet, record(impact_force=3e-3)]) == {"impact_force": pytest.approx(3e-3, abs=DT)}
+
+
+def test_channels_that_all_differ_tell_no_delay():
+    assert lags([record(hammer_acceleration=3e-3, impact_force=-3e-3)]) == {}
+
+
+def test_records_need_not_have_the_same_channels():
+    found = lags(
+        [record(omits=("impact_force",), hammer_displacement=3e-3), record(omits=("hammer_acceleration",), hammer_displacement=3e-3)]
+    )
+    assert found["hammer_displacement"] == pytest.approx(3e-3, abs=DT)
+
+
+def test_a_delay_beyond_the_longest_is_none():
+    assert lags([record(hammer_acceleration=0.03)]) == {}
+
+
+def test_a_hammer_that_is_led_shows_none():
+    assert lags([dataclasses.replace(record(hammer_acceleration=3e-3), kind="prescribed")]) == {}
+
+
+@pytest.mark.parametrize("lost", [slice(None, None, 4), slice(1200, 1500)], ids=["every fourth", "a pause"])
+def test_samples_that_are_not_there_do_not_change_the_delay(lost):
+    t = np.delete(DT * np.arange(2400), lost)
+    assert lags([record(at=t, hammer_acceleration=6e-3)]) == {"hammer_acceleration": pytest.approx(6e-3, abs=DT)}
+
+
 def test_noise_alone_and_a_record_of_a_few_samples_show_nothing():
     silent = record(noise=0.0)
     draws = np.random.default_rng(1)
     for name, values in silent.channels.items():
         values[:] = NOISE[name] * draws.standard_normal(len(values))
     assert lags([silent]) == {}
-    assert lags([record(samples=12, hammer_acceleration=3e-3)]) == {}
+    assert lags([record(at=DT * np.arange(12), hammer_acceleration=3e-3)]) == {}
 
 
 def test_samples_that_are_missing_are_bridged():

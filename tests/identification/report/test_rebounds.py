@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from identification.report.rebounds import rebounds
-from tests.identification.report.made_rebounds import FREE, LAW, ON_A_SPRING, collision
+from tests.identification.report.made_rebounds import CONTACT, FREE, LAW, ON_A_SPRING, collision
 from vibrojax.contact.restitution import restitution
-from vibrojax.effects import DeepStop
+from vibrojax.effects import CoulombFriction, DeepStop
 
 SPEEDS = (0.05, 0.2, 0.8)
 
@@ -42,6 +42,27 @@ def test_flight_that_is_too_short_or_unknown_tells_nothing():
     jumps = np.where(np.arange(120) < 57, 0, 1)  # another window begins three samples before the touch
     assert rebounds([dataclasses.replace(whole, window=jumps)], ON_A_SPRING) == []
     assert len(rebounds([whole], ON_A_SPRING)) == 1
+
+
+def test_a_hammer_that_is_led_or_whose_fitted_motion_only_grazes_tells_nothing():
+    whole = collision(0.2, 0.7, 0.7)
+    assert rebounds([dataclasses.replace(whole, kind="prescribed")], ON_A_SPRING) == []
+    slow = {name: 0.1 * shown for name, shown in whole.predicted.items()}
+    assert rebounds([dataclasses.replace(whole, predicted=slow, relative_velocity=0.1 * whole.relative_velocity)], ON_A_SPRING) == []
+    between = np.where(np.arange(120) < 64, 0, 1)  # the window changes during the contact
+    assert rebounds([dataclasses.replace(whole, window=between)], ON_A_SPRING) == []
+
+
+@pytest.mark.parametrize("first", [0, 120 - CONTACT])
+def test_a_contact_at_an_end_of_the_record_has_no_flight_beside_it(first):
+    in_contact = np.zeros(120, bool)
+    in_contact[first : first + CONTACT] = True
+    assert rebounds([dataclasses.replace(collision(0.2, 0.7, 0.7), in_contact=in_contact)], ON_A_SPRING) == []
+
+
+def test_of_an_effect_that_acts_beside_the_stop_no_law_alone_tells():
+    (found,) = rebounds([collision(0.5, 0.7, 0.6, model=FREE)], dataclasses.replace(FREE, effects=(CoulombFriction(0.1),)))
+    assert (found.by_law, found.fitted) == (False, pytest.approx(0.6))
 
 
 def test_samples_that_are_missing_are_left_out():

@@ -9,7 +9,7 @@ from identification.report.rebounds import rebounds
 
 
 def restitution(diagnosis: Diagnosis) -> Iterator[Picture]:
-    """One picture where something is missing and enough contacts have flight on either side, which the better model tells best."""
+    """One picture where something is missing and enough contacts have flight on either side; measured by that of the better model."""
     if diagnosis.location is None:
         return
     nominal, augmented = diagnosis.nominal, diagnosis.augmented
