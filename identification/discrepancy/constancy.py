@@ -1,5 +1,8 @@
 """Whether the effects of a model are each of one strength, which the records tell."""
 
+import numpy as np
+
+from identification.discrepancy.diagnosis import Disagreement
 from identification.discrepancy.disagreement import BY_CHANCE, disagreements
 from identification.discrepancy.errors import numbers
 from identification.discrepancy.refit import Fitted
@@ -8,6 +11,8 @@ from vibrojax.model import MASS
 
 _NO_CONSTANT = 0.25
 """Scatter between records, beyond their errors, or standard error, over the value from which a strength is none."""
+_ANOTHER, _SURELY = 0.5, 6.0
+"""What a record alone has it differ by from the others, over the value and over its own standard error, from which it is none either."""
 
 
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
@@ -17,9 +22,17 @@ def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     """
     differ = [one for one in disagreements(fitted, allowed) if one.chance < BY_CHANCE]
     values = fitted.model.values() | {MASS.name: fitted.model.mass}
-    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * abs(float(values[one.name]))]
+    sizes = {one.name: abs(float(values[one.name])) for one in differ}
+    loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * sizes[one.name] or _is_another(one, sizes[one.name])]
     vague = _vague(fitted, allowed)
     return tuple(name for name in fitted.names if name in vague or any(one.startswith(f"{name}.") for one in loose))
+
+
+def _is_another(one: Disagreement, size: float) -> bool:
+    """Whether some record alone surely tells quite another value, though too few do, or too vaguely, to make the scatter large."""
+    value, stderr = np.array(list(one.records.values())).T
+    off = np.abs(value - np.average(value, weights=stderr**-2.0))
+    return bool(np.any((off > _ANOTHER * size) & (off > _SURELY * stderr)))
 
 
 def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:

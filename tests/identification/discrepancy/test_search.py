@@ -86,21 +86,23 @@ def test_two_effects_are_enough_where_the_first_never_held_still(motion, allowed
 
 
 @pytest.mark.parametrize(
-    ("explains", "promised", "chance", "drifts"),
+    ("explains", "promised", "chance", "lags", "drifts"),
     [
-        (0.3, 0.05, 1e-9, True),
-        (0.3, 0.1, 1e-9, False),  # a candidate promises a third of that, which is worth its refit
-        (0.05, 0.0, 1e-9, False),  # not what the misfit is about
-        (0.3, 0.05, 1e-3, False),  # noise may do so
+        (0.3, 0.05, 1e-9, {}, True),
+        (0.3, 0.05, 1e-9, {"impact_force": 1e-3}, False),  # what the records show is tried before
+        (0.3, 0.1, 1e-9, {}, False),  # a candidate promises a third of that, which is worth its refit
+        (0.05, 0.0, 1e-9, {}, False),  # not what the misfit is about
+        (0.3, 0.05, 1e-3, {}, False),  # noise may do so
     ],
 )
 def test_where_a_drift_explains_far_more_than_any_candidate_none_is_fitted(
-    motion, allowed, noise, monkeypatch, explains, promised, chance, drifts
+    motion, allowed, noise, monkeypatch, explains, promised, chance, lags, drifts
 ):
     misfit = 2.0 * float(noise.sum())
     weak = Drift(name="zeta", chance=1e-12, gain=1.0, change=0.1, halves={})
     f_n = Drift(name="f_n", chance=chance, gain=2.0 * explains * misfit, change=0.008, halves={})
     scored = round_of(motion, 3.0 * noise, {"coulomb_friction": 100.0}).scored
+    scored = dataclasses.replace(scored, known=dataclasses.replace(scored.known, lags=lags))
     candidates = {name: dataclasses.replace(one, gain=2.0 * promised * misfit) for name, one in scored.significant.items()}
     monkeypatch.setattr(search, "drifts", lambda fitted, allowed: (weak, f_n))
     monkeypatch.setattr(search, "look", lambda fitted, allowed, *, without: dataclasses.replace(scored, significant=candidates))

@@ -44,6 +44,22 @@ def test_only_what_differs_surely_and_widely_is_no_constant(motion, allowed, mon
 
 
 @pytest.mark.parametrize(
+    ("odd", "stderr", "loose"),
+    [
+        (0.04, 0.005, True),  # one record tells another one, though so much less surely than the others that they hardly scatter
+        (0.07, 0.005, False),  # less than half away
+        (0.04, 0.012, False),  # within six of its errors
+    ],
+)
+def test_one_record_that_surely_tells_quite_another_strength_is_enough(motion, allowed, monkeypatch, odd, stderr, loose):
+    one = differing("coulomb_friction.friction_force", [0.1, 0.1001, 0.0999, 0.1], 1e-4)
+    one = dataclasses.replace(one, records=one.records | {"drop.csv": (odd, stderr)}, chance=0.0)
+    assert one.scatter < 0.25 * 0.1
+    monkeypatch.setattr(constancy, "disagreements", lambda fitted, allowed: (one,))
+    assert unsteady(model(motion, allowed, 2.0, FRICTION), allowed) == (("coulomb_friction",) if loose else ())
+
+
+@pytest.mark.parametrize(
     ("effect", "errors", "vague"),
     [
         (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (None, 0.1, None), True),
