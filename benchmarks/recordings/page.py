@@ -10,6 +10,8 @@ from identification.report.numbers import millimetres, rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
+_OF_CONTACTS = {"bend": "Force against indentation", "restitution": "Restitution against approach speed"}
+"""Pictures of a diagnosis, by file, and what they show."""
 _HEAD = """| recording | held-back error, nominal → augmented | the diagnosis | what is known | agrees |
 |---|---|---|---|---|"""
 
@@ -83,10 +85,11 @@ def errors(run: Run) -> list[str]:
 
 
 def shown(run: Run, pictures: Path) -> list[str]:
-    """Copy the picture of the record that gained, or else of what is missing, and that of a bend if there is one; their Markdown."""
+    """Copy the picture of the record that gained, or else of what is missing, and those of the contacts; their Markdown."""
     records = [*sorted(run.folder.glob("record-*.png")), *run.folder.glob("missing.png")][:1]
     found = [(one, run.recipe, "Measured, nominal and augmented model, and what either leaves") for one in records]
-    found += [(one, f"{run.recipe}-bend", "Force against indentation") for one in run.folder.glob("bend.png")]
+    for kind, words in _OF_CONTACTS.items():
+        found += [(one, f"{run.recipe}-{kind}", words) for one in run.folder.glob(f"{kind}.png")]
     for file, name, _ in found:
         pictures.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, pictures / f"{name}.png")

@@ -63,12 +63,14 @@ def test_a_bend_stands_before_the_learned_term_and_brings_its_picture(tmp_path):
     document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"bend": bend}}
     assert "| unlisted; harder beyond 28 mm in a.npz, b.npz; learned: force = 1 N |" in row(FRICTION, made(tmp_path, document))
     (tmp_path / "bend.png").write_bytes(b"loops")
+    (tmp_path / "restitution.png").write_bytes(b"speeds")
     (tmp_path / "missing.png").write_bytes(b"a profile")
     page = tmp_path / "recordings.md"
     page.write_text(f"{BEGIN}\n{END}\n")
     write_page(page, [(FRICTION, made(tmp_path, document))])
     copied = {file.name: file.read_bytes() for file in (tmp_path / "images" / "recordings").iterdir()}
-    assert copied == {"friction_backlash.png": b"a profile", "friction_backlash-bend.png": b"loops"}
+    of_contacts = {"friction_backlash-bend.png": b"loops", "friction_backlash-restitution.png": b"speeds"}
+    assert copied == {"friction_backlash.png": b"a profile"} | of_contacts
     assert all(f"(images/recordings/{name})" in page.read_text() for name in copied)
 
 
