@@ -68,7 +68,9 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
     read = [(record.kind, one) for record in records if record.kind != "prescribed" for one in _of_record(record, flight)]
     found = [one for _, one in read]
-    return _by_law(found, model) if found and {kind for kind, _ in read} == {"drop-test"} and _is_free(model) else found
+    if found and {kind for kind, _ in read} == {"drop-test"} and _is_free(model):
+        return _by_law(found, model)
+    return [one for one in found if one.fitted_speed > _GRAZES * one.approach_speed and np.isfinite(one.fitted)]
 
 
 def _is_free(model: Model) -> bool:
@@ -126,7 +128,7 @@ def _of_record(record: RecordFit, flight: _Flight) -> list[Rebound]:
     ends = [0, *(impact.end for impact in found)]
     begins = [*(impact.first for impact in found[1:]), len(differs)]
     read = [_read(record, differs, flight, *one) for one in zip(found, ends, begins, strict=False)]
-    return [one for one in read if one is not None and one.stderr < _VAGUE and one.fitted_speed > _GRAZES * one.approach_speed]
+    return [one for one in read if one is not None and one.stderr < _VAGUE]
 
 
 def _read(
@@ -137,8 +139,6 @@ def _read(
     touch, release = max(impact.first - 1, 0), min(impact.end, len(differs) - 1)  # in flight still, and again
     comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
     leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
-    if record.window[touch] != record.window[release]:
-        return None
     found = []
     for at, part in ((touch, comes), (release, leaves)):
         part &= record.window == record.window[at]  # from one to the next the fitted motion jumps
@@ -147,13 +147,15 @@ def _read(
             return None
         found.append((record.relative_velocity[at] + told[0], told[1]))
     (speed, error), (after, error_after) = found
-    if not min(speed, record.relative_velocity[touch]) > 0.0:
+    if not speed > 0.0:
         return None
+    fitted_speed, fitted_after = record.relative_velocity[touch], record.relative_velocity[release]
+    of_one_motion = record.window[touch] == record.window[release] and fitted_speed > 0.0
     return Rebound(
         file=record.file,
         approach_speed=float(speed),
         restitution=float(-after / speed),
         stderr=float(np.hypot(error_after, after / speed * error) / speed),
-        fitted_speed=float(record.relative_velocity[touch]),
-        fitted=float(-record.relative_velocity[release] / record.relative_velocity[touch]),
+        fitted_speed=float(fitted_speed),
+        fitted=float(-fitted_after / fitted_speed) if of_one_motion else np.nan,
     )
