@@ -36,7 +36,9 @@ class Parameter:
     per_record: bool = False
     """Whether every record has its own value."""
     searched: bool = False
-    """Found by trying values, because the records have no derivative in it; a fit leaves it alone."""
+    """Found by trying values, because the records have no derivative in it nearly anywhere; a fit leaves it alone."""
+    resolution: float = 0.0
+    """Standard deviation, SI, of what the equation itself leaves open in it, which comes on top of the records' error."""
     meaning: str = ""
     from_gap: str = ""
     """Of one that counts from the gap as set: symbol of the place u that both make, which readers are told in its stead."""

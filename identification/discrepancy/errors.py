@@ -33,6 +33,6 @@ def numbers(fitted: Fitted, allowed: Tolerance) -> tuple[Number, ...]:
         internal = outcome.estimate.shared[index]
         value = p.to_physical(internal)
         known = bool(active.shared[index] and spread.identifiable[index] and low[index] < internal < high[index])
-        stderr = float(spread.stderr[index] * p.slope(value)) if known else None
+        stderr = float(np.hypot(spread.stderr[index] * p.slope(value), p.resolution)) if known else None
         found.append(Number(name=p.name, symbol=p.symbol, unit=p.unit, value=float(value), stderr=stderr))
     return tuple(found)

@@ -31,7 +31,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
         drives=tuple(sorted({2 * np.pi * r.excitation_frequency for r in experiment.records if r.excitation_frequency})),
         gaps={r.file: r.gap for r in experiment.records},
         clock={r.file: (float(r.time[0]), float(r.time[-1])) for r in experiment.records},
-        impacts={r.file: _flights(at, index, r.time) for index, r in enumerate(experiment.records)},
+        contacts={r.file: _contacts(at, index, r.time) for index, r in enumerate(experiment.records)},
         channels=channels,
         noise=noise,
         amplitude=float(np.abs(at.u[inside]).max()),
@@ -74,12 +74,11 @@ def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.
     return max(depths)
 
 
-def _flights(at: Linearised, record: int, time: np.ndarray) -> tuple[float, ...]:
-    """Middle of each flight between two impacts, s."""
-    contact = at.of_record(at.in_contact, record, len(time)).astype(int)
+def _contacts(at: Linearised, record: int, time: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """First and last time stamp of each contact by the fit, s."""
+    contact = np.pad(at.of_record(at.in_contact, record, len(time)).astype(int), 1)
     touches, releases = np.flatnonzero(np.diff(contact) == 1), np.flatnonzero(np.diff(contact) == -1)
-    middles = [0.5 * (time[release] + time[touches[touches > release][0]]) for release in releases if (touches > release).any()]
-    return tuple(float(t) for t in middles)
+    return tuple((float(time[touch]), float(time[release - 1])) for touch, release in zip(touches, releases, strict=True))
 
 
 def _ceilings(prepared: Prepared, channels: tuple[str, ...]) -> dict[str, float]:

@@ -20,6 +20,7 @@ from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.short_list import HELPS, Progress, Rival, beyond_scores, rival_of, short_listed
 from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from, settled_like
+from identification.discrepancy.tried import Tried
 from identification.fit import integrator_for
 
 EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
@@ -101,11 +102,14 @@ def search(
     begun: tuple[Round, ...] = (),
     without: tuple[str, ...] = (),
     most_effects: int = _MOST_EFFECTS,
+    tried: Tried | None = None,
 ) -> Search:
     """Add effects to a model until nothing but noise is left, or none of them helps any more.
 
-    Goes on from the rounds that have `begun`, and does not try the effects that it is to do `without`.
+    Goes on from the rounds that have `begun`, does not try the effects that it is to do `without`, and does not fit again what has been
+    `tried`.
     """
+    tried = Tried() if tried is None else tried
     rounds = list(begun)
     fitted = rounds[-1].rivals[0].fitted if rounds else start
     while True:
@@ -116,7 +120,7 @@ def search(
         mimics = None if ended or rounds or scored.known.lags else drifting(scored, cost - allowed.noise, allowed)
         ended = ended or (DRIFTING if mimics else "")
         trifle = ended == EXPLAINED and _trifle(scored, allowed, rounds, deadline, most_effects)
-        rivals = [] if ended and not trifle else short_listed(scored, allowed, progress)
+        rivals = [] if ended and not trifle else short_listed(scored, allowed, progress, tried)
         anew = fitted_from(fitted, rivals[0].fitted, allowed) if rivals else fitted
         if anew is not fitted and cost - whole_cost(anew, allowed) >= max(HELPS * (cost - allowed.noise), _BETTER):
             fitted = anew

@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -10,14 +11,15 @@ from identification.discrepancy.continuity import states_margin, whole_cost
 from identification.discrepancy.driven import rings_by_itself
 from identification.discrepancy.from_loops import from_loops
 from identification.discrepancy.look import Scored
-from identification.discrepancy.memory import give_back
+from identification.discrepancy.placed import better_placed
 from identification.discrepancy.refit import Fitted, extended, windows_of
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.tolerant_fit import fit_tolerantly
+from identification.discrepancy.tried import Tried
 from identification.fit import evaluator, integrator_for
 from identification.prepare import Prepared
-from vibrojax.errors import NoConvergenceError
+from vibrojax.effects import AbstractEffect
 
 Progress = Callable[[str], None]
 HELPS = 0.1
@@ -70,16 +72,16 @@ class Rival:
         return 2.0 * (self.cost + self.margin) + float(np.log(allowed.samples.sum())) * self.fitted.unknowns
 
 
-def short_listed(scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
+def short_listed(scored: Scored, allowed: Tolerance, progress: Progress, tried: Tried) -> list[Rival]:
     """The short list, each fitted in full as long as it is in the running; best first.
 
     Every candidate is first fitted in short, where the misfit is large to a part of the windows, and only the best to the end and to all;
-    all is tried again without these where nothing becomes of them.
+    the rest of the list has its turn where nothing becomes of these.
     """
     thin, given_up = _thinned(scored, allowed), set[str]()
-    while heats := _heats(thin, scored, progress):
+    while heats := _heats(thin, scored, progress, tried):
         near = _near(heats, thin)
-        if finals := _in_full(near, thin, scored, allowed, progress):
+        if finals := _in_full(near, thin, scored, allowed, progress, tried):
             others = [rival for rival in heats if all(rival is not one for one in near)]
             return _ranked([*finals, *others] if thin.every == 1 else finals, allowed)
         if given_up.issuperset(rival.name for rival in near):  # what begins from the loops comes back whatever the list holds
@@ -102,18 +104,19 @@ def _near(heats: list[Rival], thin: "_Thinned") -> list[Rival]:
     return near[:_FINALISTS] if min(rival.cost for rival in near) > _NOISE * thin.allowed.noise else near
 
 
-def _in_full(near: list[Rival], thin: "_Thinned", scored: Scored, allowed: Tolerance, progress: Progress) -> list[Rival]:
+def _in_full(near: list[Rival], thin: "_Thinned", scored: Scored, allowed: Tolerance, progress: Progress, tried: Tried) -> list[Rival]:
     """These fitted to the end and to all windows, but for what cannot be integrated, is given up, or rings by itself."""
     finals, lowest = [], np.inf
-    for rival in near:
+
+    def fit(rival: Rival, limit: float) -> Fitted | None:
         progress(f"fitting {rival.name} to all records")
         start = rival.prepared if thin.every == 1 else _with_all_windows(scored, rival)
-        try:
-            fitted = fit_tolerantly(start, allowed, give_up_above=_HOPELESS * lowest)
-        except NoConvergenceError:
-            continue
-        finally:
-            give_back()
+        fitted = fit_tolerantly(start, allowed, give_up_above=limit)
+        return None if fitted is None else better_placed(fitted, scored.known, allowed)
+
+    for rival in near:
+        limit = _HOPELESS * lowest
+        fitted = tried.fitted(scored.fitted, ("in full", rival.candidate.members), limit, partial(fit, rival, limit))
         if fitted is not None and not rings_by_itself(fitted, scored.courses):
             finals.append(rival_of(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
@@ -143,7 +146,7 @@ def _thinned(scored: Scored, allowed: Tolerance) -> _Thinned:
     return _Thinned(every=every, chosen=chosen, allowed=thin, hopeless=hopeless)
 
 
-def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
+def _heats(thin: _Thinned, scored: Scored, progress: Progress, tried: Tried) -> list[Rival]:
     """The short list, fitted in short to the chosen windows; best first."""
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     short = [_startable(one, scored) for one in scored.significant.values() if one.gain >= _WORTH_A_TRY * best][:_SHORT_LIST]
@@ -152,47 +155,60 @@ def _heats(thin: _Thinned, scored: Scored, progress: Progress) -> list[Rival]:
     def explained() -> bool:
         return any(rival.cost < _NOISE * thin.allowed.noise for rival in rivals)
 
-    tried = [*with_other_starts(short, scored), *beyond_scores(scored, short)]
+    queue = [*with_other_starts(short, scored), *beyond_scores(scored, short)]
     with ThreadPoolExecutor(1) as ahead:
-        for candidate, following in zip(tried, [*tried[1:], None], strict=True):
+        for candidate, following in zip(queue, [*queue[1:], None], strict=True):
             prepared = extended(scored.fitted, candidate, scored.courses)
             if candidate.gain < _CLOSE * best and (explained() or takes_long(prepared, scored.fitted)):
                 continue
             if following and following.name != candidate.name and (following.gain >= _CLOSE * best or (rivals and not explained())):
-                ahead.submit(_compiled, thin, scored, following)
+                ahead.submit(_compiled, thin, scored, following, tried)
             newest = "" if candidate.members[0].is_stop else candidate.name
-            rivals += _heat(thin, scored, candidate, prepared, rivals, progress, newest=newest)
+            rivals += _heat(thin, scored, candidate, prepared, rivals, progress, tried, newest=newest)
     if not explained() and _resist(scored):
         for candidate, prepared in from_loops(scored):
-            rivals += _heat(thin, scored, candidate, prepared, rivals, progress)
+            rivals += _heat(thin, scored, candidate, prepared, rivals, progress, tried)
     leading: dict[str, Rival] = {}
     for rival in _ranked(rivals, thin.allowed):
         leading.setdefault(f"{rival.name} {rival.candidate.members[0].channel or ''}", rival)
     return list(leading.values())
 
 
-def _compiled(thin: _Thinned, scored: Scored, candidate: Candidate) -> None:
+def _compiled(thin: _Thinned, scored: Scored, candidate: Candidate, tried: Tried) -> None:
     """Evaluated once, so that its program is there when its turn comes: one core compiles while the others fit."""
+    if tried.has(scored.fitted, _key(thin, candidate)):
+        return
     prepared = windows_of(extended(scored.fitted, candidate, scored.courses), thin.chosen)
     if not takes_long(prepared, scored.fitted):
         evaluator(prepared, integrator_for(prepared))(prepared.start)
 
 
 def _heat(
-    thin: _Thinned, scored: Scored, candidate: Candidate, prepared: Prepared, before: list[Rival], progress: Progress, *, newest: str = ""
+    thin: _Thinned,
+    scored: Scored,
+    candidate: Candidate,
+    prepared: Prepared,
+    before: list[Rival],
+    progress: Progress,
+    tried: Tried,
+    *,
+    newest: str = "",
 ) -> list[Rival]:
     """One candidate, fitted in short; empty where it cannot be integrated, is given up beside those `before` it, or rings by itself."""
-    progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
     lowest = min((rival.cost for rival in before), default=np.inf)
     limit = min(thin.hopeless, max(_HOPELESS * lowest, lowest + 100.0))
-    try:
-        windows = windows_of(prepared, thin.chosen)
-        fitted = fit_tolerantly(windows, thin.allowed, newest=newest, give_up_above=limit, in_short=True)
-    except NoConvergenceError:
-        return []
-    finally:
-        give_back()
+
+    def fit() -> Fitted | None:
+        progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
+        return fit_tolerantly(windows_of(prepared, thin.chosen), thin.allowed, newest=newest, give_up_above=limit, in_short=True)
+
+    fitted = tried.fitted(scored.fitted, _key(thin, candidate), limit, fit)
     return [] if fitted is None or rings_by_itself(fitted, scored.courses) else [rival_of(candidate, fitted, thin.allowed)]
+
+
+def _key(thin: _Thinned, candidate: Candidate) -> tuple[int, tuple[AbstractEffect, ...]]:
+    """What tells one fit in short beside a model from another."""
+    return thin.every, candidate.members
 
 
 def takes_long(prepared: Prepared, beside: Fitted) -> bool:

@@ -13,6 +13,7 @@ from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import BUDGET, LEARNED, MOST_EFFECTS, Search, reopened, search
+from identification.discrepancy.tried import Tried
 
 _BEFORE_A_TERM = 2
 """Effects that are tried before a learned term is asked for."""
@@ -29,10 +30,10 @@ def steady_search(start: Fitted, allowed: Tolerance, deadline: float, progress: 
 
     Only then is a third effect tried: what two do not explain, and one term does, is on no list.
     """
-    term = _Term(allowed, deadline, progress)
-    found = _weighed(search(start, allowed, deadline, progress, most_effects=_BEFORE_A_TERM), allowed)
+    term, tried = _Term(allowed, deadline, progress), Tried()
+    found = _weighed(search(start, allowed, deadline, progress, most_effects=_BEFORE_A_TERM, tried=tried), allowed)
     if not found.explained and not _explains_all(term.beside(found.first), allowed):
-        found = _further(found, allowed, deadline, progress)
+        found = _further(found, allowed, deadline, progress, tried)
     elif found.ended == MOST_EFFECTS:
         found = dataclasses.replace(found, ended=LEARNED)
     if found.fitted.names:
@@ -61,14 +62,14 @@ def _explains_all(learned: Learned | None, allowed: Tolerance) -> bool:
     return learned is not None and adequate(learned.fitted, allowed)
 
 
-def _further(found: Search, allowed: Tolerance, deadline: float, progress: Callable[[str], None]) -> Search:
+def _further(found: Search, allowed: Tolerance, deadline: float, progress: Callable[[str], None], tried: Tried) -> Search:
     """Another effect; where steady ones do not explain most of the misfit, the search again and again without one that is none.
 
     What stands in for a cause that is not in the model fits each record by another strength. A real rig never repeats itself exactly
     either, so that small differences, however sure, say nothing.
     """
     if found.ended == MOST_EFFECTS:
-        found = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=found.rounds), allowed)
+        found = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=found.rounds, tried=tried), allowed)
     without: tuple[str, ...] = ()
     nearest = found.doubted
     while _doubtful(found, allowed) and (loose := _loose(found, allowed)):
@@ -76,7 +77,8 @@ def _further(found: Search, allowed: Tolerance, deadline: float, progress: Calla
         without = (*without, loose)
         step = found.fitted.names.index(loose)
         begun = (*found.rounds[:step], *reopened(found.rounds[step], allowed, without=without))
-        again = _weighed(search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without), allowed)
+        new = search(found.first.fitted, allowed, deadline, progress, begun=begun, without=without, tried=tried)
+        again = _weighed(new, allowed)
         if again.ended == BUDGET:
             return dataclasses.replace(found, cut_short=True, nearest=nearest)
         found, nearest = again, nearest or again.doubted

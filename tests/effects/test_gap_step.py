@@ -3,7 +3,9 @@ import dataclasses
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
+from tests.effects.facts import FACTS
 from tests.effects.rig import GAP, LAW, SUSPENSION, M, Reference, assert_same, simulate
 from vibrojax.effects import GapStep
 from vibrojax.model import Model
@@ -30,3 +32,13 @@ def test_acts_in_its_record_only():
     (here,), (there,) = (model.in_record(lambda file, name=name: float(file == name)).effects for name in ("cart2.csv", "drop.csv"))
     assert (here.gap_jump, there.gap_jump) == (JUMP, 0.0)
     assert dataclasses.replace(EFFECT, in_file="").record is None
+
+
+def test_a_jump_in_flight_may_have_been_one_in_the_contacts_on_either_side_of_it():
+    # Contacts of 0.02 to 0.03 s, 0.07 to 0.08 s and 0.12 to 0.13 s.
+    (first,), (second,) = EFFECT.probes(FACTS)
+    assert (first.in_file, first.instant, second.instant) == ("cart1.csv", 0.05, 0.1)
+    assert [one.instant for one in second.other_places(FACTS)] == pytest.approx([0.0725, 0.0775, 0.1225, 0.1275])
+    assert all(one.gap_jump == second.gap_jump for one in second.other_places(FACTS))
+    late = dataclasses.replace(second, instant=0.2)
+    assert [one.instant for one in late.other_places(FACTS)] == pytest.approx([0.1225, 0.1275])

@@ -72,7 +72,7 @@ class Facts:
         drives: all excitation frequencies, rad/s.
         gaps: as set, by record file, m.
         clock: first and last time stamp by record file, s.
-        impacts: middle of each flight between two impacts, s, by record file.
+        contacts: first and last time stamp of each contact with the stop, s, by record file.
         channels: recorded and fitted ones.
         noise: standard deviation by channel.
         amplitude: largest |u|, m.
@@ -95,7 +95,7 @@ class Facts:
     drives: tuple[float, ...]
     gaps: Mapping[str, float]
     clock: Mapping[str, tuple[float, float]]
-    impacts: Mapping[str, tuple[float, ...]]
+    contacts: Mapping[str, tuple[tuple[float, float], ...]]
     channels: tuple[str, ...]
     noise: Mapping[str, float]
     amplitude: float
@@ -175,6 +175,10 @@ class AbstractEffect(eqx.Module):
     def tries(self) -> int:
         """How many of its probes, the most promising first, are refitted: more than one where a promise says little of where to begin."""
         return 1
+
+    def other_places(self, facts: Facts) -> tuple["AbstractEffect", ...]:
+        """Where what is searched for may be instead, near its place, and a fit can move it from there; by default none."""
+        return ()
 
     @property
     def fastest_hz(self) -> Value:

@@ -1,6 +1,7 @@
 """A gap that changes at one instant."""
 
 import dataclasses
+import itertools
 from typing import ClassVar
 
 import equinox as eqx
@@ -16,13 +17,15 @@ _PROBE_JUMP = 2e-3
 """Of the largest deflection."""
 _WIDTH = 1e-3
 """s; the jump is spread over it."""
+_PARTS = (0.25, 0.75)
+"""Of a contact: where a jump in it may be looked for."""
 
 
 class GapStep(AbstractEffect):
     """The stop slips, at one instant of one record.
 
     gap(t) = gap + j H(t - t_s), with H a step spread over 1 ms. Differentiable everywhere; in t_s the derivative is zero unless the hammer
-    touches the stop within that millisecond.
+    touches the stop within that millisecond; how well it is told is limited by that width.
 
     Arguments:
         gap_jump: j, m; above zero the gap opens.
@@ -57,6 +60,7 @@ class GapStep(AbstractEffect):
             lower=-np.inf,
             logarithmic=False,
             searched=True,
+            resolution=_WIDTH / np.sqrt(12.0),
             meaning="time of the change",
         ),
     )
@@ -69,8 +73,23 @@ class GapStep(AbstractEffect):
     def probes(self, facts: Facts) -> tuple[tuple["GapStep", ...], ...]:
         """One for every flight between two impacts of every record."""
         jump = _PROBE_JUMP * facts.amplitude
-        flights = [(file, instant) for file, instants in facts.impacts.items() for instant in instants]
+        flights = [
+            (file, 0.5 * (left + touched))
+            for file, contacts in facts.contacts.items()
+            for (_, left), (touched, _) in itertools.pairwise(contacts)
+        ]
         return tuple((dataclasses.replace(self, gap_jump=jump, instant=instant, in_file=file),) for file, instant in flights)
+
+    def other_places(self, facts: Facts) -> tuple["GapStep", ...]:
+        """Early and late in the contacts on either side of the flight: a jump in one of them is first taken for one in that flight.
+
+        Where it falls tells at once, but a fit that begins early in a contact may end at its beginning.
+        """
+        contacts = facts.contacts[self.in_file]
+        before = [contact for contact in contacts if contact[1] < self.instant][-1:]
+        after = [contact for contact in contacts if contact[0] > self.instant][:1]
+        instants = [(1.0 - part) * touched + part * left for touched, left in [*before, *after] for part in _PARTS]
+        return tuple(dataclasses.replace(self, instant=instant) for instant in instants)
 
     def scaled(self, factor: Value) -> "GapStep":
         """Jump in proportion, at the same instant."""

@@ -32,3 +32,12 @@ def test_delays_are_those_of_the_records_until_the_model_has_a_fault_of_such_a_c
     for effect, shown in ((ForceLag(1e-3), False), (GainError(1.1, "cart_displacement"), True)):
         mended = dataclasses.replace(late, model=dataclasses.replace(late.model, effects=(effect,)))
         assert bool(facts(mended, motion.at, motion.estimate).lags) == shown
+
+
+def test_contacts_are_those_of_the_fit_record_by_record(motion):
+    known = facts(motion.prepared, motion.at, motion.estimate)
+    for index, (record, contacts) in enumerate(zip(motion.prepared.experiment.records, known.contacts.values(), strict=True)):
+        ends = np.array(contacts)
+        inside = np.any((record.time[:, None] >= ends[:, 0]) & (record.time[:, None] <= ends[:, 1]), axis=1)
+        assert len(ends) > 3 and np.all(np.diff(ends.ravel()) > 0)
+        np.testing.assert_array_equal(inside, motion.at.of_record(motion.at.in_contact, index, len(record.time)))

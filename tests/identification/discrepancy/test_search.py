@@ -107,7 +107,7 @@ def test_where_a_drift_explains_far_more_than_any_candidate_none_is_fitted(
     monkeypatch.setattr(search, "drifts", lambda fitted, allowed: (weak, f_n))
     monkeypatch.setattr(search, "look", lambda fitted, allowed, *, without: dataclasses.replace(scored, significant=candidates))
     monkeypatch.setattr(search, "whole_cost", lambda fitted, allowed: allowed.noise + misfit)
-    monkeypatch.setattr(search, "short_listed", lambda scored, allowed, progress: [])
+    monkeypatch.setattr(search, "short_listed", lambda scored, allowed, progress, tried: [])
     found = search.search(scored.fitted, allowed, np.inf)
     assert (found.ended, found.mimics) == ((DRIFTING, f_n) if drifts else (HELPLESS, None))
     assert not found.explained
@@ -143,7 +143,7 @@ def test_a_second_effect_may_be_there_for_a_trifle_if_it_explains_all_of_that(
 
     monkeypatch.setattr(search, "look", seen)
     monkeypatch.setattr(search, "unsteady", lambda fitted, allowed: loose)
-    monkeypatch.setattr(search, "short_listed", lambda scored, allowed, progress: [second])
+    monkeypatch.setattr(search, "short_listed", lambda scored, allowed, progress, tried: [second])
     monkeypatch.setattr(search, "_overstated", lambda fitted, scored, allowed: 1.0)
     for start_again in ("fitted_from", "settled_like"):
         monkeypatch.setattr(search, start_again, lambda fitted, fuller, allowed=None: fitted)
@@ -159,14 +159,14 @@ def test_nothing_is_tried_for_a_trifle_past_budget_or_most_effects_nor_found_whe
     begun = stage(motion, allowed, 1000.0, 2.0, CoulombFriction(friction_force=0.1))
     useless = dataclasses.replace(begun.rivals[0], cost=whole_cost(begun.rivals[0].fitted, allowed))
     candidates = {name: dataclasses.replace(one, gain=0.01 * begun.cost) for name, one in begun.scored.significant.items()}
-    tried = []
+    asked = []
 
     def seen(fitted, allowed, *, without):
         return dataclasses.replace(begun.scored, fitted=fitted, significant=candidates, found=list(candidates.values()))
 
-    def short_listed(scored, allowed, progress):
-        tried.append(scored.fitted.names)
-        return [useless] if len(tried) == 1 else []
+    def short_listed(scored, allowed, progress, tried):
+        asked.append(scored.fitted.names)
+        return [useless] if len(asked) == 1 else []
 
     for name, replacement in {"look": seen, "short_listed": short_listed, "_completes": lambda *given: True}.items():
         monkeypatch.setattr(search, name, replacement)
@@ -174,7 +174,7 @@ def test_nothing_is_tried_for_a_trifle_past_budget_or_most_effects_nor_found_whe
         monkeypatch.setattr(search, start_again, lambda fitted, fuller, allowed=None: fitted)
     found = search.search(begun.scored.fitted, allowed, **({"deadline": np.inf} | options), begun=(begun,))
     assert (found.ended, found.fitted.names) == (EXPLAINED, ("coulomb_friction",))
-    assert tried == tries * [("coulomb_friction",)]
+    assert asked == tries * [("coulomb_friction",)]
 
 
 def test_a_round_without_its_best_ends_with_the_next_that_helps_fitted_in_full(motion, allowed, noise, monkeypatch):

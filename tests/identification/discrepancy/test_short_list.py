@@ -9,6 +9,7 @@ from identification.discrepancy import short_list
 from identification.discrepancy.refit import extended, windows_of
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.short_list import beyond_scores, short_listed, takes_long, with_other_starts
+from identification.discrepancy.tried import Tried
 from tests.identification.discrepancy.made_search import model, round_of, settled
 from vibrojax.effects import CoulombFriction, StopCompliance, TimeOffset
 
@@ -17,7 +18,7 @@ from vibrojax.effects import CoulombFriction, StopCompliance, TimeOffset
 def compiled(monkeypatch):
     """Names of the effects whose programs were asked for ahead of their turn."""
     names = []
-    monkeypatch.setattr(short_list, "_compiled", lambda thin, scored, candidate: names.append(candidate.name))
+    monkeypatch.setattr(short_list, "_compiled", lambda thin, scored, candidate, tried: names.append(candidate.name))
     return names
 
 
@@ -38,7 +39,7 @@ def fits(motion, allowed, monkeypatch, compiled):
         one = round_of(motion, 3.0 * noise, dict.fromkeys(effects, 1.0))
         found = [dataclasses.replace(each, gain=effects[each.name][0]) for each in one.scored.found]
         scored = dataclasses.replace(one.scored, found=found, significant={each.name: each for each in found})
-        return [rival.name for rival in short_listed(scored, allowed, lambda stage: None)], rough, full
+        return [rival.name for rival in short_listed(scored, allowed, lambda stage: None, Tried())], rough, full
 
     return short_list_of
 
@@ -92,7 +93,7 @@ def test_what_is_compiled_ahead_is_what_is_fitted(motion, allowed, monkeypatch):
     one = round_of(motion, 1.5 * allowed.samples, {"coulomb_friction": 1.0})
     (candidate,) = one.scored.found
     thin = short_list._thinned(one.scored, allowed)
-    short_list._compiled(thin, one.scored, candidate)
+    short_list._compiled(thin, one.scored, candidate, Tried())
     fitted = windows_of(extended(one.scored.fitted, candidate, one.scored.courses), thin.chosen)
     assert [prepared.model.effects[-1].name for prepared in evaluated] == ["coulomb_friction"]
     assert [group.ts.shape for group in evaluated[0].groups] == [group.ts.shape for group in fitted.groups]

@@ -1,0 +1,67 @@
+"""A jump of the gap that falls into a contact is looked for there; with fits whose costs are made to order."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.discrepancy import placed
+from identification.discrepancy.placed import better_placed
+from identification.discrepancy.refit import extended
+from identification.discrepancy.score import Candidate
+from identification.fit import free_unknowns
+from tests.identification.discrepancy.made_search import round_of, settled
+from vibrojax.effects import CoulombFriction, GapStep
+from vibrojax.errors import NoConvergenceError
+
+CONTACTS = {"drop.csv": ((0.10, 0.12), (0.30, 0.34), (0.50, 0.52))}
+
+
+@pytest.fixture
+def places(motion, allowed, monkeypatch):
+    """The fit with this effect at so many times the noise, after each place's fit has ended with its cost; and what was fitted."""
+    first = round_of(motion, 3.0 * 0.5 * allowed.samples, {}).scored
+    known = dataclasses.replace(first.known, contacts=CONTACTS)
+
+    def placed_again(effect, level: float, costs: dict[float, float | None]):
+        asked, candidate = [], Candidate(members=(effect,), factors=np.ones(1), gain=1.0, degrees=1)
+        prepared = extended(first.fitted, candidate, first.courses)
+        fitted = settled(prepared, prepared.start, level * 0.5 * allowed.samples)
+
+        def fit_tolerantly(start, tolerance):
+            asked.append(start)
+            cost = costs[round(start.layout.physical(start.start.shared)["gap_step.instant"], 6)]
+            if cost is None:
+                raise NoConvergenceError("for the test")
+            return settled(start, start.start, cost * 0.5 * tolerance.samples)
+
+        monkeypatch.setattr(placed, "fit_tolerantly", fit_tolerantly)
+        return better_placed(fitted, known, allowed), fitted, asked
+
+    return placed_again
+
+
+STEP = GapStep(gap_jump=1e-4, instant=0.21, in_file="drop.csv")
+PLACES = (0.105, 0.115, 0.31, 0.33)
+
+
+def test_a_jump_is_looked_for_in_the_contacts_beside_its_flight_and_the_best_place_is_kept(places):
+    found, before, asked = places(STEP, 3.0, dict(zip(PLACES, (3.5, 2.0, None, 1.5), strict=True)))
+    assert float(found.model.effects[-1].instant) == pytest.approx(0.33)
+    column = before.prepared.layout.index("gap_step.instant")
+    assert not free_unknowns(before.prepared).shared[column]
+    assert [bool(free_unknowns(one).shared[column]) for one in asked] == [True] * 4
+
+
+def test_no_place_is_tried_after_one_that_leaves_nothing_but_noise(places):
+    found, _, asked = places(STEP, 3.0, {PLACES[0]: 1.0})
+    assert (float(found.model.effects[-1].instant), len(asked)) == (pytest.approx(PLACES[0]), 1)
+    same, before, none = places(STEP, 1.0, {})
+    assert same is before and not none
+
+
+def test_a_jump_in_flight_stays_where_no_contact_is_better_and_friction_has_no_place(places):
+    found, before, asked = places(STEP, 2.0, dict.fromkeys(PLACES, 2.0))
+    assert found is before and len(asked) == 4
+    found, before, asked = places(CoulombFriction(friction_force=0.1), 2.0, {})
+    assert found is before and not asked
