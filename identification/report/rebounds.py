@@ -55,7 +55,8 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     """Every contact that has flight enough before and after it to tell its restitution.
 
     What a record differs by from the fitted motion is, in flight, a free vibration of the suspension; two numbers describe it, and its
-    velocity at the touch is added to the fitted one's. Of the model only flight and the instants of contact are used for what is measured.
+    velocity at the touch is added to the fitted one's. A hammer without suspension, beside a cart at rest, needs no fitted motion. Of the
+    model only flight and the instants of contact are used for what is measured.
 
     Args:
         records: beside their predictions.
@@ -66,10 +67,10 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     """
     values = model.values()
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
-    read = [(record.kind, one) for record in records if record.kind != "prescribed" for one in _of_record(record, flight)]
-    found = [one for _, one in read]
-    if found and {kind for kind, _ in read} == {"drop-test"} and _is_free(model):
-        return _by_law(found, model)
+    let_go = [record for record in records if record.kind != "prescribed"]
+    if _is_free(model) and all(record.kind == "drop-test" for record in let_go):
+        return _by_law([one for record in let_go for one in _of_record(record, _by_itself(record), flight)], model)
+    found = [one for record in let_go for one in _of_record(record, _beside_the_fit(record), flight)]
     return [one for one in found if one.fitted_speed > _GRAZES * one.approach_speed and np.isfinite(one.fitted)]
 
 
@@ -119,33 +120,64 @@ class _Flight:
         return float(place_and_speed[1]), float(np.sqrt(variance) * np.linalg.norm(inverse[1]))
 
 
-def _of_record(record: RecordFit, flight: _Flight) -> list[Rebound]:
-    """All contacts of a record that have flight on either side; none where no displacement was recorded."""
-    channel = next((name for name in _SHOW_THE_HAMMER if name in record.measured), None)
-    if channel is None:
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Course:
+    """Measured displacement over that of a motion which is known; without a channel, None.
+
+    Attributes:
+        over: (samples,) m.
+        velocity: (samples,) of the known motion, m/s.
+        piece: (samples,) number of the window in which that goes on without a jump.
+    """
+
+    over: Float[np.ndarray, " samples"] | None
+    velocity: Float[np.ndarray, " samples"]
+    piece: np.ndarray
+
+
+def _by_itself(record: RecordFit) -> _Course:
+    """Over rest, which nothing but the stop ends."""
+    channel = _shows_the_hammer(record)
+    none = np.zeros(len(record.time))
+    return _Course(over=record.measured[channel] if channel else None, velocity=none, piece=none)
+
+
+def _beside_the_fit(record: RecordFit) -> _Course:
+    """Over the fitted motion."""
+    channel = _shows_the_hammer(record)
+    over = record.measured[channel] - record.predicted[channel] if channel else None
+    return _Course(over=over, velocity=record.relative_velocity, piece=record.window)
+
+
+def _shows_the_hammer(record: RecordFit) -> str:
+    """Channel of its displacement; empty where none was recorded."""
+    return next((name for name in _SHOW_THE_HAMMER if name in record.measured), "")
+
+
+def _of_record(record: RecordFit, course: _Course, flight: _Flight) -> list[Rebound]:
+    """All contacts of a record that have flight on either side."""
+    if course.over is None:
         return []
-    differs, found = record.measured[channel] - record.predicted[channel], impacts(record)
+    found = impacts(record)
     ends = [0, *(impact.end for impact in found)]
-    begins = [*(impact.first for impact in found[1:]), len(differs)]
-    read = [_read(record, differs, flight, *one) for one in zip(found, ends, begins, strict=False)]
+    begins = [*(impact.first for impact in found[1:]), len(course.over)]
+    read = [_read(record, course, flight, *one) for one in zip(found, ends, begins, strict=False)]
     return [one for one in read if one is not None and one.stderr < _VAGUE]
 
 
-def _read(
-    record: RecordFit, differs: Float[np.ndarray, " samples"], flight: _Flight, impact: Impact, end: int, begin: int
-) -> Rebound | None:
+def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, end: int, begin: int) -> Rebound | None:
     """One contact between the `end` of the one before and the `begin` of the next; None where flight is too short."""
-    samples, margin = np.arange(len(differs)), 1 + int(_MARGIN * (impact.end - impact.first))
-    touch, release = max(impact.first - 1, 0), min(impact.end, len(differs) - 1)  # in flight still, and again
+    samples, margin = np.arange(len(record.time)), 1 + int(_MARGIN * (impact.end - impact.first))
+    touch, release = max(impact.first - 1, 0), min(impact.end, len(samples) - 1)  # in flight still, and again
     comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
     leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
     found = []
     for at, part in ((touch, comes), (release, leaves)):
-        part &= record.window == record.window[at]  # from one to the next the fitted motion jumps
-        told = flight.velocity(record.time[part] - record.time[at], differs[part])
+        part &= course.piece == course.piece[at]
+        told = flight.velocity(record.time[part] - record.time[at], course.over[part])
         if told is None:
             return None
-        found.append((record.relative_velocity[at] + told[0], told[1]))
+        found.append((course.velocity[at] + told[0], told[1]))
     (speed, error), (after, error_after) = found
     if not speed > 0.0:
         return None
