@@ -122,7 +122,7 @@ class _Flight:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Course:
-    """Measured displacement over that of a motion which is known; without a channel, None.
+    """Measured displacement over that of a motion which is known.
 
     Attributes:
         over: (samples,) m.
@@ -130,33 +130,34 @@ class _Course:
         piece: (samples,) number of the window in which that goes on without a jump.
     """
 
-    over: Float[np.ndarray, " samples"] | None
+    over: Float[np.ndarray, " samples"]
     velocity: Float[np.ndarray, " samples"]
     piece: np.ndarray
 
 
-def _by_itself(record: RecordFit) -> _Course:
-    """Over rest, which nothing but the stop ends."""
+def _by_itself(record: RecordFit) -> _Course | None:
+    """Over rest, which nothing but the stop ends; None where no displacement was recorded."""
     channel = _shows_the_hammer(record)
     none = np.zeros(len(record.time))
-    return _Course(over=record.measured[channel] if channel else None, velocity=none, piece=none)
+    return _Course(over=record.measured[channel], velocity=none, piece=none) if channel else None
 
 
-def _beside_the_fit(record: RecordFit) -> _Course:
-    """Over the fitted motion."""
+def _beside_the_fit(record: RecordFit) -> _Course | None:
+    """Over the fitted motion; None likewise."""
     channel = _shows_the_hammer(record)
-    over = record.measured[channel] - record.predicted[channel] if channel else None
-    return _Course(over=over, velocity=record.relative_velocity, piece=record.window)
+    if not channel:
+        return None
+    return _Course(over=record.measured[channel] - record.predicted[channel], velocity=record.relative_velocity, piece=record.window)
 
 
 def _shows_the_hammer(record: RecordFit) -> str:
-    """Channel of its displacement; empty where none was recorded."""
+    """Channel of its displacement; empty without one."""
     return next((name for name in _SHOW_THE_HAMMER if name in record.measured), "")
 
 
-def _of_record(record: RecordFit, course: _Course, flight: _Flight) -> list[Rebound]:
+def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> list[Rebound]:
     """All contacts of a record that have flight on either side."""
-    if course.over is None:
+    if course is None:
         return []
     found = impacts(record)
     ends = [0, *(impact.end for impact in found)]
