@@ -6,6 +6,7 @@ import numpy as np
 
 from identification.discrepancy.diagnosis import Location, Side
 from identification.report.rebounds import Rebound, rebounds
+from vibrojax.contact import AbstractInstantaneousLaw
 
 _FEWEST = 6
 """Contacts from which a course over the speed is told."""
@@ -40,12 +41,14 @@ class Restitution:
 
     Attributes:
         slow, fast: ends.
+        by_law: whether the hammer is free, so that the law alone is compared with it.
         exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where it is not known well, and where a
             spring or the cart has its part in what happens during a contact.
     """
 
     slow: End
     fast: End
+    by_law: bool
     exponent: tuple[float, float] | None
 
 
@@ -58,12 +61,22 @@ def restitution(side: Side) -> Restitution | None:
     slow, fast = _end(found[:count]), _end(found[-count:])
     if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
         return None
-    return Restitution(slow=slow, fast=fast, exponent=_exponent(found) if found[0].by_law else None)
+    by_law = found[0].by_law
+    return Restitution(slow=slow, fast=fast, by_law=by_law, exponent=_exponent(found) if by_law else None)
 
 
 def lost_in_contacts(location: Location | None, side: Side) -> Restitution | None:
-    """The same where the misfit sits in the contacts, and only there: elsewhere it bends the flights that tell it."""
-    return restitution(side) if location is not None and location.phase == "contact" else None
+    """The same where the misfit sits in the contacts, and only there: elsewhere it bends the flights that tell it.
+
+    Contacts with a rigid stop have no samples for it to sit in; a free hammer's flights are straight unless it sits there.
+    """
+    if location is None or location.phase == "free flight":
+        return None
+    in_contacts = location.phase == "contact"
+    if not in_contacts and not isinstance(side.model.law, AbstractInstantaneousLaw):
+        return None
+    found = restitution(side)
+    return found if found is not None and (in_contacts or found.by_law) else None
 
 
 def _end(some: list[Rebound]) -> End:

@@ -26,6 +26,8 @@ _VAGUE = 0.1
 """Standard error from which a contact tells nothing of its restitution."""
 _GRAZES = 0.5
 """Of the measured approach speed, above which the fitted motion meets the stop as the hammer did."""
+_SUDDEN = 10.0
+"""Change of velocity from one sample to the next over those before and after it, from which it is a rebound."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -159,11 +161,20 @@ def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> li
     """All contacts of a record that have flight on either side."""
     if course is None:
         return []
-    found = impacts(record)
+    found = impacts(record) or _bounces(record)
     ends = [0, *(impact.end for impact in found)]
     begins = [*(impact.first for impact in found[1:]), len(course.over)]
     read = [_read(record, course, flight, *one) for one in zip(found, ends, begins, strict=False)]
     return [one for one in read if one is not None and one.stderr < _VAGUE]
+
+
+def _bounces(record: RecordFit) -> list[Impact]:
+    """Contacts without a sample in them, as with a rigid stop: the fitted velocity turns from one sample to the next, and suddenly."""
+    v = record.relative_velocity
+    turn = -np.diff(v) * (np.diff(record.window) == 0)
+    beside = np.maximum(np.pad(turn, (1, 0))[:-1], np.pad(turn, (0, 1))[1:])
+    sudden = (v[:-1] > 0.0) & (v[1:] < 0.0) & (turn > _SUDDEN * beside)
+    return [Impact(first=int(at), end=int(at)) for at in np.flatnonzero(sudden) + 1]
 
 
 def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, end: int, begin: int) -> Rebound | None:

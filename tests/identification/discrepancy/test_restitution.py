@@ -11,7 +11,8 @@ from identification.discrepancy.restitution import lost_in_contacts, restitution
 from identification.discrepancy.verdict import sentences
 from tests.identification.discrepancy.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
-from tests.identification.report.made_rebounds import FREE, LAW, ON_A_SPRING, collision
+from tests.identification.report.made_rebounds import CONTACT, FREE, LAW, ON_A_SPRING, collision
+from vibrojax.contact import Newton
 from vibrojax.contact.restitution import restitution as of_law
 
 SPEEDS = np.geomspace(0.1, 1.2, 12)
@@ -41,8 +42,8 @@ def by_law(v):
 def side(unlisted):
     """A model beside one collision a record, whose restitution is a function of the speed."""
 
-    def made(of_speed, speeds=SPEEDS, *, model=FREE, **changed):
-        pairs = [collision(v, of_speed(v), straight(v), model=model, seed=i) for i, v in enumerate(speeds)]
+    def made(of_speed, speeds=SPEEDS, *, model=FREE, contact=CONTACT, **changed):
+        pairs = [collision(v, of_speed(v), straight(v), model=model, seed=i, contact=contact) for i, v in enumerate(speeds)]
         records = tuple(dataclasses.replace(record, **changed) for record in pairs)
         return dataclasses.replace(unlisted.nominal, model=model, records=records)
 
@@ -92,6 +93,15 @@ def test_is_told_of_a_misfit_in_the_contacts_alone(unlisted, side, phase, told):
     location = dataclasses.replace(unlisted.location, phase=phase)
     assert (lost_in_contacts(location, side(powered)) is not None) == told
     assert lost_in_contacts(None, side(powered)) is None
+
+
+@pytest.mark.parametrize(("phase", "told"), [("contact", True), ("all", True), ("after impact", True), ("free flight", False)])
+def test_of_a_rigid_stop_it_is_told_unless_the_flights_of_a_free_hammer_are_bent(unlisted, side, phase, told):
+    location, law = dataclasses.replace(unlisted.location, phase=phase), Newton(restitution=0.8)
+    of_free, of_bound = (side(powered, model=model, contact=0) for model in (FREE, ON_A_SPRING))
+    free, bound = (dataclasses.replace(one, model=dataclasses.replace(one.model, law=law)) for one in (of_free, of_bound))
+    assert (lost_in_contacts(location, free) is not None) == told
+    assert (lost_in_contacts(location, bound) is not None) == (phase == "contact")
 
 
 def test_the_sentence_gives_both_ends_beside_the_model(unlisted, side):

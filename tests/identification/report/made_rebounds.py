@@ -16,16 +16,24 @@ FREE = Model(mass=0.5, suspension=Free(), law=LAW)
 
 
 def collision(
-    speed: float, measured: float, fitted: float, *, model: Model = ON_A_SPRING, samples: int = 120, seed: int = 0, channel: str = ""
+    speed: float,
+    measured: float,
+    fitted: float,
+    *,
+    model: Model = ON_A_SPRING,
+    samples: int = 120,
+    seed: int = 0,
+    channel: str = "",
+    contact: int = CONTACT,
 ) -> RecordFit:
     """Flight at `speed` to the stop at u = 0 and back: recorded with one restitution, fitted with another and 2 % too fast."""
     middle = samples // 2
     t = DT * (np.arange(samples) - middle)
     channel = channel or "relative_displacement"
-    (u, _), (shown, rate) = (_flown(t, v, ratio, model) for v, ratio in ((speed, measured), (1.02 * speed, fitted)))
+    (u, _), (shown, rate) = (_flown(t, v, ratio, model, DT * contact) for v, ratio in ((speed, measured), (1.02 * speed, fitted)))
     noisy = u + NOISE * np.random.default_rng(seed).standard_normal(samples)
     in_contact = np.zeros(samples, bool)
-    in_contact[middle + 1 : middle + CONTACT] = True
+    in_contact[middle + 1 : middle + contact] = True
     return RecordFit(
         file=f"at-{speed:g}.csv",
         kind="drop-test",
@@ -44,11 +52,10 @@ def collision(
     )
 
 
-def _flown(t: np.ndarray, speed: float, restitution: float, model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity, at zero with `speed` when contact begins and minus `restitution` times that when it ends."""
+def _flown(t: np.ndarray, speed: float, restitution: float, model: Model, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity, at zero with `speed` when contact begins and minus `restitution` times that at its `end`, s."""
     values = model.values()
     omega, zeta = 2 * np.pi * values.get("f_n", 0.0), values.get("zeta", 0.0)
-    end = CONTACT * DT
     since = np.where(t <= 0, t, np.maximum(t - end, 0.0))
     begin = np.where(t <= 0, speed, -restitution * speed)
     damped = omega * np.sqrt(1 - zeta**2)

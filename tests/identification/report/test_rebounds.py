@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from identification.report.rebounds import rebounds
-from tests.identification.report.made_rebounds import CONTACT, FREE, LAW, ON_A_SPRING, collision
+from tests.identification.report.made_rebounds import CONTACT, DT, FREE, LAW, ON_A_SPRING, collision
+from vibrojax.contact import Newton
 from vibrojax.contact.restitution import restitution
 from vibrojax.effects import CoulombFriction, DeepStop
 
@@ -38,7 +39,6 @@ def test_flight_that_is_too_short_or_unknown_tells_nothing():
     assert rebounds([collision(0.2, 0.7, 0.7, samples=18)], ON_A_SPRING) == []
     whole = collision(0.2, 0.7, 0.7)
     assert rebounds([dataclasses.replace(whole, measured={})], ON_A_SPRING) == []
-    assert rebounds([dataclasses.replace(whole, in_contact=np.zeros(120, bool))], ON_A_SPRING) == []
     jumps = np.where(np.arange(120) < 57, 0, 1)  # another window begins three samples before the touch
     assert rebounds([dataclasses.replace(whole, window=jumps)], ON_A_SPRING) == []
     assert len(rebounds([whole], ON_A_SPRING)) == 1
@@ -83,3 +83,25 @@ def test_a_free_hammer_meets_the_law_with_what_effects_make_of_it():
     deep = dataclasses.replace(FREE, effects=(DeepStop(stiffness=1e7, depth=1e-5, damping=300.0),))
     plain, backed = (rebounds([collision(0.5, 0.7, 0.7, model=FREE)], model)[0].fitted for model in (FREE, deep))
     assert backed < plain - 0.1
+
+
+@pytest.mark.parametrize("model", [ON_A_SPRING, FREE], ids=["spring", "free"])
+def test_a_rigid_stop_is_met_between_two_samples(model):
+    rigid = dataclasses.replace(model, law=Newton(restitution=0.6))
+    (found,) = rebounds([collision(0.2, 0.7, 0.6, model=model, contact=0)], rigid)
+    assert abs(found.restitution - 0.7) < 4 * found.stderr + 1e-3
+    assert found.fitted == pytest.approx(0.6, abs=1e-3)
+
+
+def test_no_turn_of_the_flight_is_a_contact():
+    t = DT * np.arange(400)
+    omega = 2 * np.pi * float(ON_A_SPRING.values()["f_n"])
+    turning = {"relative_displacement": 1e-3 * np.sin(omega * t)}
+    nothing = dataclasses.replace(
+        collision(0.2, 0.7, 0.7, samples=400),
+        in_contact=np.zeros(400, bool),
+        measured=turning,
+        predicted=turning,
+        relative_velocity=1e-3 * omega * np.cos(omega * t),
+    )
+    assert rebounds([nothing], ON_A_SPRING) == []
