@@ -6,7 +6,7 @@ from typing import Any
 import jinja2
 
 from identification.report.numbers import significant, unit_text
-from identification.report.symbols import symbol_html
+from identification.report.symbols import prose_html, symbol_html
 
 
 def page_template(package: str, filters: Mapping[str, Callable[..., Any]] | None = None) -> jinja2.Template:
@@ -16,7 +16,7 @@ def page_template(package: str, filters: Mapping[str, Callable[..., Any]] | None
 
     Args:
         package: in which the template lies.
-        filters: beside `symbol`, `number` and `unit`.
+        filters: beside `symbol`, `prose`, `number` and `unit`.
     """
     environment = jinja2.Environment(
         loader=jinja2.ChoiceLoader([jinja2.PackageLoader(name, "") for name in (package, "identification.report")]),
@@ -25,5 +25,5 @@ def page_template(package: str, filters: Mapping[str, Callable[..., Any]] | None
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update({"symbol": symbol_html, "number": significant, "unit": unit_text}, **(filters or {}))
+    environment.filters.update({"symbol": symbol_html, "prose": prose_html, "number": significant, "unit": unit_text}, **(filters or {}))
     return environment.get_template("template.html")

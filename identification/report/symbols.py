@@ -4,6 +4,8 @@ import re
 
 from markupsafe import Markup, escape
 
+_IN_PROSE = re.compile(r"(?<![\w.])(gap|[A-Za-zα-ω])_([0-9a-z]{1,3})(?!\w|\.\w)")
+"""A symbol among words; the name of a file, or of an effect, is none."""
 _LOWERED = str.maketrans("0123456789in", "₀₁₂₃₄₅₆₇₈₉ᵢₙ")
 
 
@@ -27,3 +29,13 @@ def symbol_html(symbol: str) -> Markup:
     """
     head, mark, index = symbol.partition("_")
     return Markup("<i>{}</i><sub>{}</sub>").format(head, index) if mark else Markup("<i>{}</i>").format(escape(symbol))
+
+
+def prose_html(text: str) -> Markup:
+    """A sentence with the indices of its symbols below the line.
+
+    Example:
+        >>> print(prose_html("F_c = 0.2 N in a_1.csv"))
+        <i>F</i><sub>c</sub> = 0.2 N in a_1.csv
+    """
+    return Markup(_IN_PROSE.sub(lambda found: str(symbol_html(found[0])), str(escape(text))))

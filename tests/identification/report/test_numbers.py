@@ -3,7 +3,7 @@ import math
 import pytest
 
 from identification.report.numbers import percent, rounded, significant, unit_text
-from identification.report.symbols import symbol_html, symbol_text
+from identification.report.symbols import prose_html, symbol_html, symbol_text
 
 VALUES = [
     (1234567.0, 1234.0, "(1.2346 ± 0.0012) × 10⁶"),
@@ -47,3 +47,16 @@ def test_shares_units_and_symbols():
     assert [symbol_text(s) for s in ("λ_i", "f_n", "ζ", "e_long")] == ["λᵢ", "fₙ", "ζ", "e_long"]
     assert str(symbol_html("<_i")) == "<i>&lt;</i><sub>i</sub>"
     assert str(symbol_html("<")) == "<i>&lt;</i>"
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [
+        ("f_n will not (k_3 = 2)", "<i>f</i><sub>n</sub> will not (<i>k</i><sub>3</sub> = 2)"),
+        ("gap_b and d_ad.", "<i>gap</i><sub>b</sub> and <i>d</i><sub>ad</sub>."),
+        ("second_mode in a_1.csv <b>", "second_mode in a_1.csv &lt;b&gt;"),
+        ("run.x_2 of time_offset", "run.x_2 of time_offset"),
+    ],
+)
+def test_symbols_in_a_sentence_have_lowered_indices_and_names_of_files_and_effects_have_not(said, shown):
+    assert str(prose_html(said)) == shown
