@@ -33,6 +33,9 @@ _FAR_MORE = 4.0
 """What a drift explains over what any candidate promises from which none of them is tried."""
 _REST, _TOO_LITTLE = 0.01, 0.001
 """Shares of the first misfit: what may be left, because an effect is never modelled to the last digit, and what is put down to that."""
+_PLAIN, _OF_IT, _NEARLY = 0.5, 0.5, 0.05
+"""What is left over noise, and the share of that which an effect must promise, to be tried however little it is beside the first misfit;
+and the share that it may leave."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -132,7 +135,7 @@ def search(
         helps = bool(rivals) and _helps(rivals[0], cost, scored, allowed)
         if not ended and not helps:
             ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
-        if ended and not (trifle and helps and _completes(rivals[0].fitted, allowed, without)):
+        if ended and not (trifle and helps and _completes(rivals[0].fitted, scored, allowed, without)):
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without, mimics=mimics)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
         fitted = rivals[0].fitted
@@ -165,18 +168,34 @@ def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline:
 
 
 def _trifle(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float, most_effects: int) -> bool:
-    """Whether beside what explains all but a trifle of the misfit another effect promises more than `_TOO_LITTLE`, and may be tried."""
+    """Whether beside what explains all but a trifle of the misfit another effect promises more than `_TOO_LITTLE`, and may be tried.
+
+    Or less than that, but most of what is left plainly above the noise: the first misfit may be a thousand times as large.
+    """
     if not rounds or len(scored.fitted.names) >= most_effects or time.monotonic() > deadline:
         return False
-    return _most_promised(scored) > _TOO_LITTLE * 2.0 * _first_misfit(rounds, allowed)
+    promised = _most_promised(scored)
+    most_of_it = promised > _OF_IT * 2.0 * _plainly_left(scored, allowed) > 0.0
+    return most_of_it or promised > _TOO_LITTLE * 2.0 * _first_misfit(rounds, allowed)
 
 
-def _completes(fitted: Fitted, allowed: Tolerance, without: tuple[str, ...]) -> bool:
-    """Whether nothing is left that any effect would explain, and all hold still: asked of an effect that is there for a trifle.
+def _plainly_left(scored: Scored, allowed: Tolerance) -> float:
+    """What is left beyond noise, half chi-square, if that is much beside the noise; else 0."""
+    left = whole_cost(scored.fitted, allowed) - allowed.noise
+    return left if left > _PLAIN * allowed.noise else 0.0
 
-    A trifle may also be what the equation of the first one lacks of its cause, and a part of that is all that a wrong one explains.
+
+def _completes(fitted: Fitted, before: Scored, allowed: Tolerance, without: tuple[str, ...]) -> bool:
+    """Whether all hold still, and nothing is left that any effect would explain: asked of an effect that is there for a trifle.
+
+    A trifle may also be what the equation of the first one lacks of its cause, and a part of that is all that a wrong one explains. Of
+    what was left plainly, nearly all is enough.
     """
-    return adequate(fitted, allowed) and not unsteady(fitted, allowed) and not look(fitted, allowed, without=without).significant
+    if unsteady(fitted, allowed):
+        return False
+    if whole_cost(fitted, allowed) - allowed.noise < _NEARLY * _plainly_left(before, allowed):
+        return True
+    return adequate(fitted, allowed) and not look(fitted, allowed, without=without).significant
 
 
 def _never_still(rounds: list[Round], allowed: Tolerance) -> bool:
