@@ -174,8 +174,8 @@ def _trifle(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: f
     """
     if not rounds or len(scored.fitted.names) >= most_effects or time.monotonic() > deadline:
         return False
-    promised = _most_promised(scored)
-    most_of_it = promised > _OF_IT * 2.0 * _plainly_left(scored, allowed) > 0.0
+    promised, plainly = _most_promised(scored), _plainly_left(scored, allowed)
+    most_of_it = plainly > 0.0 and promised > _OF_IT * 2.0 * plainly
     return most_of_it or promised > _TOO_LITTLE * 2.0 * _first_misfit(rounds, allowed)
 
 
@@ -193,7 +193,8 @@ def _completes(fitted: Fitted, before: Scored, allowed: Tolerance, without: tupl
     """
     if unsteady(fitted, allowed):
         return False
-    if whole_cost(fitted, allowed) - allowed.noise < _NEARLY * _plainly_left(before, allowed):
+    plainly = _plainly_left(before, allowed)
+    if plainly > 0.0 and whole_cost(fitted, allowed) - allowed.noise < _NEARLY * plainly:
         return True
     return adequate(fitted, allowed) and not look(fitted, allowed, without=without).significant
 

@@ -85,7 +85,7 @@ class GapStep(AbstractEffect):
 
         Where it falls tells at once, but a fit that begins early in a contact may end at its beginning.
         """
-        contacts = facts.contacts[self.in_file]
+        contacts = facts.contacts.get(self.in_file, ())
         before = [contact for contact in contacts if contact[1] < self.instant][-1:]
         after = [contact for contact in contacts if contact[0] > self.instant][:1]
         instants = [(1.0 - part) * touched + part * left for touched, left in [*before, *after] for part in _PARTS]

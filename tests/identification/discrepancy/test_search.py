@@ -134,7 +134,7 @@ def test_a_second_effect_may_be_there_for_a_trifle_if_it_explains_all_of_that(
     first = 2.0 if plain else 1.4
     begun = stage(motion, allowed, 1000.0, first, CoulombFriction(friction_force=0.1))
     second = stage(
-        motion, allowed, first, 1.0 if explains else 1.3, *begun.rivals[0].fitted.model.effects, QuadraticDrag(drag_coefficient=0.01)
+        motion, allowed, first, 0.9 if explains else 1.3, *begun.rivals[0].fitted.model.effects, QuadraticDrag(drag_coefficient=0.01)
     )
     second = dataclasses.replace(second.rivals[0], cost=whole_cost(second.rivals[0].fitted, allowed))
     gain = promised * 2.0 * (begun.cost - allowed.noise)
