@@ -77,9 +77,14 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
 
 
 def _is_free(model: Model) -> bool:
-    """Whether nothing but the stop acts on the hammer during a contact, if the cart is at rest."""
-    stops = [effect.is_fault or type(effect).stop is not AbstractEffect.stop for effect in model.effects]
+    """Whether nothing but the stop acts on the hammer during a contact, if the cart is at rest, and its displacement is read as it is."""
+    stops = [_only_elsewhere(effect) or type(effect).stop is not AbstractEffect.stop for effect in model.effects]
     return "f_n" not in model.values() and all(stops)
+
+
+def _only_elsewhere(effect: AbstractEffect) -> bool:
+    """Whether it is a fault of a sensor that does not show the hammer's displacement."""
+    return effect.is_fault and effect.channel not in _SHOW_THE_HAMMER
 
 
 def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:

@@ -10,6 +10,8 @@ from vibrojax.shapes import Value
 
 _STEPS, _MOST = 200, 40_000
 """Of the integration, in a law's rough contact time and at most."""
+_RESOLVED = 2e-3
+"""Error that the steps may leave."""
 
 
 @eqx.filter_jit
@@ -24,7 +26,8 @@ def restitution(law: AbstractContactLaw, mass: Value, approach_speed: Float[Arra
         approach_speed: m/s, above zero.
 
     Returns:
-        e by speed; NaN where the mass has not come back after 200 contact times, as without contact.
+        e by speed, 0 to 1; NaN where the mass has not come back after 200 contact times, as without contact, and where a damping that is
+        far above critical makes the steps unstable. Such a damping's e, next to nothing, is told too large.
 
     Example:
         >>> from vibrojax.contact import Newton
@@ -57,4 +60,5 @@ def restitution(law: AbstractContactLaw, mass: Value, approach_speed: Float[Arra
 
     start = (0, jnp.zeros_like(approach_speed), approach_speed, jnp.full_like(approach_speed, jnp.nan))
     *_, leaving = lax.while_loop(unfinished, onward, start)
-    return -leaving / approach_speed
+    found = -leaving / approach_speed
+    return jnp.where((found >= 0.0) & (found <= 1.0 + _RESOLVED), jnp.minimum(found, 1.0), jnp.nan)

@@ -33,8 +33,8 @@ def restitution_picture(
     axes.set_ylabel("restitution e")
     axes.legend(loc="best")
     few_ticks(axes, x=8, y=6)
-    by_law = any(one.by_law for contacts, _, _ in models for one in contacts)
-    rings = "its law at the measured speeds" if by_law else "its fitted motion"
+    by_law = {one.by_law for contacts, _, _ in models for one in contacts}
+    rings = " or ".join(words for words, law in (("its law at the measured speeds", True), ("its fitted motion", False)) if law in by_law)
     return Picture(
         name="restitution",
         section=section,

@@ -10,7 +10,7 @@ from identification.report.rebounds import rebounds
 from tests.identification.report.made_rebounds import CONTACT, DT, FREE, LAW, ON_A_SPRING, collision
 from vibrojax.contact import Newton
 from vibrojax.contact.restitution import restitution
-from vibrojax.effects import CoulombFriction, DeepStop
+from vibrojax.effects import CoulombFriction, DeepStop, TimeOffset
 
 SPEEDS = (0.05, 0.2, 0.8)
 
@@ -105,3 +105,10 @@ def test_no_turn_of_the_flight_is_a_contact():
         relative_velocity=1e-3 * omega * np.cos(omega * t),
     )
     assert rebounds([nothing], ON_A_SPRING) == []
+
+
+@pytest.mark.parametrize(("channel", "by_law"), [("relative_displacement", False), ("hammer_acceleration", True)])
+def test_where_the_displacement_itself_is_read_wrongly_the_fitted_motion_is_the_measure(channel, by_law):
+    faulty = dataclasses.replace(FREE, effects=(TimeOffset(delay=1e-3, of_channel=channel),))
+    (found,) = rebounds([collision(0.5, 0.7, 0.6, model=FREE)], faulty)
+    assert found.by_law == by_law

@@ -9,14 +9,17 @@ from identification.report.rebounds import rebounds
 
 
 def restitution(diagnosis: Diagnosis) -> Iterator[Picture]:
-    """One picture where something is missing and enough contacts have flight on either side; measured by that of the better model."""
+    """One picture where something is missing and enough contacts have flight on either side.
+
+    What is measured is by the better model, or by the nominal one where few flights beside that one are without a jump.
+    """
     if diagnosis.location is None:
         return
     nominal, augmented = diagnosis.nominal, diagnosis.augmented
     before, after = (rebounds(side.records, side.model) for side in (nominal, augmented))
-    if min(len(before), len(after)) < FEWEST:
+    if len(before) < FEWEST:
         return
-    models, in_words = [(before, BEFORE, "nominal model")], "blue: the nominal model"
-    if augmented is not nominal:
-        models, in_words = [*models, (after, AFTER, "augmented model")], f"{in_words}, orange: the augmented one"
-    yield restitution_picture(after, models, in_words, section="location")
+    models, in_words, measured = [(before, BEFORE, "nominal model")], "blue: the nominal model", before
+    if augmented is not nominal and len(after) >= FEWEST:
+        models, in_words, measured = [*models, (after, AFTER, "augmented model")], f"{in_words}, orange: the augmented one", after
+    yield restitution_picture(measured, models, in_words, section="location")
