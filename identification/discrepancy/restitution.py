@@ -42,8 +42,8 @@ class Restitution:
     Attributes:
         slow, fast: ends.
         by_law: whether the hammer is free, so that the law alone is compared with it.
-        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where it is not known well, and where a
-            spring or the cart has its part in what happens during a contact.
+        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where it is not known well, where a
+            spring or the cart has its part in what happens during a contact, and of a rigid stop, whose rebounds are placed by the fit.
     """
 
     slow: End
@@ -62,7 +62,8 @@ def restitution(side: Side) -> Restitution | None:
     if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
         return None
     by_law = found[0].by_law
-    return Restitution(slow=slow, fast=fast, by_law=by_law, exponent=_exponent(found) if by_law else None)
+    exponent = _exponent(found) if by_law and not _is_rigid(side) else None
+    return Restitution(slow=slow, fast=fast, by_law=by_law, exponent=exponent)
 
 
 def lost_in_contacts(location: Location | None, side: Side) -> Restitution | None:
@@ -73,10 +74,14 @@ def lost_in_contacts(location: Location | None, side: Side) -> Restitution | Non
     if location is None or location.phase == "free flight":
         return None
     in_contacts = location.phase == "contact"
-    if not in_contacts and not isinstance(side.model.law, AbstractInstantaneousLaw):
+    if not in_contacts and not _is_rigid(side):
         return None
     found = restitution(side)
     return found if found is not None and (in_contacts or found.by_law) else None
+
+
+def _is_rigid(side: Side) -> bool:
+    return isinstance(side.model.law, AbstractInstantaneousLaw)
 
 
 def _end(some: list[Rebound]) -> End:

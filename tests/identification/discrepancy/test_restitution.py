@@ -100,7 +100,9 @@ def test_of_a_rigid_stop_it_is_told_unless_the_flights_of_a_free_hammer_are_bent
     location, law = dataclasses.replace(unlisted.location, phase=phase), Newton(restitution=0.8)
     of_free, of_bound = (side(powered, model=model, contact=0) for model in (FREE, ON_A_SPRING))
     free, bound = (dataclasses.replace(one, model=dataclasses.replace(one.model, law=law)) for one in (of_free, of_bound))
-    assert (lost_in_contacts(location, free) is not None) == told
+    found = lost_in_contacts(location, free)
+    assert (found is not None) == told
+    assert found is None or found.exponent is None, "its rebounds are placed by the fit, which moves them by more than their errors"
     assert (lost_in_contacts(location, bound) is not None) == (phase == "contact")
 
 
