@@ -38,9 +38,10 @@ def _is_another(one: Disagreement, size: float) -> bool:
 def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     """Effects of which less than half of the estimated parameters are known; of a stop, where it stands says enough.
 
-    What each record has of its own, and what is held at a searched value, is not asked for.
+    What each record has of its own, what was searched for, and what is held, is not asked for.
     """
-    estimated, found = [one for one in numbers(fitted, allowed) if one.name not in fitted.prepared.fixed], []
+    aside = {p.name for p in fitted.model.parameters if p.searched} | fitted.prepared.fixed.keys()
+    estimated, found = [one for one in numbers(fitted, allowed) if one.name not in aside], []
     for effect in fitted.model.effects:
         own = [one for one in estimated if one.name.startswith(f"{effect.name}.")]
         known = [one for one in own if one.stderr is not None and one.stderr < _NO_CONSTANT * abs(one.value)]

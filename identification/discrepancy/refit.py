@@ -69,7 +69,10 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
 
 
 def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray) -> Prepared:
-    """The same windows under another model, starting from its own numbers."""
+    """The same windows under another model, starting from its own numbers.
+
+    What is searched for is held where it is new; where it had been set free, it stays so.
+    """
     extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
     of_effects = {f"{effect.name}.{p.name}" for effect in model.effects for p in effect.parameters}
@@ -80,7 +83,8 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
         parameters=tuple(known.get(p.name) or _in_size(p, values[p.name]) for p in layout.parameters),
         own_states=_with_room(layout, states),
     )
-    searched = {p.name: values[p.name] for p in model.parameters if p.searched}
+    free = {p.name for p in prepared.layout.parameters} - prepared.fixed.keys()
+    searched = {p.name: values[p.name] for p in model.parameters if p.searched and p.name not in free}
     shared = layout.internal({p.name: values[p.name] for p in layout.parameters})
     return dataclasses.replace(
         prepared,

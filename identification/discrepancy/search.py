@@ -16,6 +16,7 @@ from identification.discrepancy.evidence import FALSE_ALARM, chance, trials
 from identification.discrepancy.free_form import Learned
 from identification.discrepancy.linearised import linearised
 from identification.discrepancy.look import Scored, look
+from identification.discrepancy.placed import better_placed
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.short_list import HELPS, Progress, Rival, beyond_scores, rival_of, short_listed
@@ -150,7 +151,7 @@ def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tup
     if (fitted := fit_tolerantly(best.prepared, allowed)) is not None:
         if rings_by_itself(fitted, one.scored.courses):
             return ()
-        best = rival_of(best.candidate, fitted, allowed)
+        best = rival_of(best.candidate, better_placed(fitted, one.scored.known, allowed), allowed)
     return (dataclasses.replace(one, rivals=(best, *others)),)
 
 

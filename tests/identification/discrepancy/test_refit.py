@@ -5,10 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.discrepancy.errors import numbers
+from identification.discrepancy.prune import without_effect
 from identification.discrepancy.refit import extended, with_model
 from identification.discrepancy.score import Candidate
 from tests.identification.discrepancy.made_search import settled
-from vibrojax.effects import CoulombFriction, QuadraticDrag, SecondMode
+from vibrojax.effects import CoulombFriction, GapStep, QuadraticDrag, SecondMode
 
 
 @pytest.mark.parametrize("force", [0.03, 9.4e3])
@@ -44,3 +46,27 @@ def test_an_effect_found_earlier_keeps_its_fitted_strength_when_another_one_is_a
     assert start["coulomb_friction.friction_force"] == pytest.approx(0.2)
     assert start["quadratic_drag.drag_coefficient"] == pytest.approx(3e-3)
     assert taken.model.values()["coulomb_friction.friction_force"] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_an_instant_that_was_set_free_stays_so_whatever_is_added_or_taken_out(motion, free):
+    jump = Candidate(members=(GapStep(gap_jump=1e-4, instant=0.3),), factors=np.ones(1), gain=1.0, degrees=1)
+    drag = Candidate(members=(QuadraticDrag(drag_coefficient=1e-3),), factors=np.ones(1), gain=1.0, degrees=1)
+    taken = extended(settled(motion.prepared, motion.estimate, np.zeros(len(motion.prepared.record))), jump, motion.courses)
+    assert taken.fixed["gap_step.instant"] == 0.3
+    taken = dataclasses.replace(taken, fixed={} if free else taken.fixed)
+    both = extended(settled(taken, taken.start, np.zeros(len(taken.record))), drag, motion.courses)
+    alone = without_effect(settled(both, both.start, np.zeros(len(both.record))), "quadratic_drag").prepared
+    assert [("gap_step.instant" in one.fixed) for one in (both, alone)] == [not free] * 2
+
+
+def test_an_instant_is_told_no_better_than_its_equation_says_when(motion, allowed):
+    jump = Candidate(members=(GapStep(gap_jump=1e-4, instant=0.3),), factors=np.ones(1), gain=1.0, degrees=1)
+    taken = extended(settled(motion.prepared, motion.estimate, np.zeros(len(motion.prepared.record))), jump, motion.courses)
+    found = settled(dataclasses.replace(taken, fixed={}), taken.start, 0.5 * allowed.samples)
+    size = taken.layout.size
+    told = dataclasses.replace(found.outcome.equations, hessian=np.tile(1e8 * np.eye(size), (len(taken.record), 1, 1)))
+    found = dataclasses.replace(found, outcome=dataclasses.replace(found.outcome, equations=told))
+    by_name = {one.name: one.stderr for one in numbers(found, allowed)}
+    assert by_name["gap_step.gap_jump"] < 1e-8
+    assert by_name["gap_step.instant"] == pytest.approx(1e-3 / 12**0.5, rel=0.01)

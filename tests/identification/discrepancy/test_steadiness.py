@@ -14,7 +14,7 @@ from identification.discrepancy.look import blank
 from identification.discrepancy.search import BUDGET, EXPLAINED, HELPLESS, LEARNED, MOST_EFFECTS, Search
 from identification.discrepancy.steadiness import steadily, steady_search
 from tests.identification.discrepancy.made_search import fitted, model, round_of, stage
-from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, DeepStop, QuadraticDrag, SecondMode
+from vibrojax.effects import EFFECTS, BackStop, CoulombFriction, DeepStop, GapStep, QuadraticDrag, SecondMode
 from vibrojax.effects.free_form import FreeForm
 
 FRICTION, DRAG = CoulombFriction(friction_force=0.1), QuadraticDrag(drag_coefficient=0.01)
@@ -65,6 +65,8 @@ def test_one_record_that_surely_tells_quite_another_strength_is_enough(motion, a
         (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (None, 0.1, None), True),
         (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (0.05, 0.1, 0.004), True),
         (SecondMode(mode_mass=0.1, mode_frequency_hz=30.0, mode_damping_ratio=0.01), (0.02, 0.1, None), False),
+        (GapStep(gap_jump=1e-4, instant=12.0), (5e-5, 3e-4), True),  # however well its instant is told
+        (GapStep(gap_jump=1e-4, instant=12.0), (1e-5, None), False),
         (FRICTION, (None,), True),
         (FRICTION, (0.02,), False),
         (BackStop(distance=0.01), (None,), False),  # it stands somewhere
