@@ -13,12 +13,12 @@ from identification.kinematics import bridged
 
 _DERIVATIVES = {"hammer_displacement": (3, 1.0), "hammer_acceleration": (1, 1.0), "impact_force": (1, -1.0)}
 """How often a channel is to be differentiated to give the hammer's jerk, but for a factor of this sign and what the suspension adds."""
-_HALF_WIDTHS = (4, 8, 16, 32)
-"""Of the test function, in samples: the wider, the less noise and the less of an impact."""
+_NARROWEST, _WIDEST = 4, 32
+"""Half widths of the test function, in samples, that are tried at least: the wider, the less noise and the less of an impact."""
 _LONGEST = 0.02
-"""Delay up to which one is sought, s."""
-_SHORTEST = 2.0
-"""Delay below which the score test tells one as well, samples."""
+"""Delay up to which one is sought, and half width up to which more are tried, s."""
+_SHORTEST, _OF_WIDTH = 2.0, 0.1
+"""Delay below which the score test tells one as well: samples, and share of the half width that shows most."""
 _CLEARLY = 25.0
 """Drop of chi-square from which something is shown: far more than the best of all delays has by chance, of white noise."""
 _ALIKE = 0.25
@@ -29,9 +29,12 @@ _PAUSES = 4
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Look:
-    """One record: sampling interval, s, and by channel the hammer's jerk, but for a factor, through one test function after the other."""
+    """One record: by channel the hammer's jerk, but for a factor, through one test function after the other."""
 
     dt: float
+    """Sampling interval, s."""
+    half_widths: tuple[int, ...]
+    """Of the test functions, in samples."""
     jerks: dict[str, list[np.ndarray]]
 
 
@@ -64,13 +67,13 @@ def _agreed(delays: list[float], looks: list[_Look]) -> float:
 
 def _delay(look: _Look, late: str, early: str) -> float | None:
     """Of one channel against another; 0 where they agree as they stand, None where they show nothing in common."""
-    pairs = zip(look.jerks[late], look.jerks[early], _HALF_WIDTHS, strict=False)
-    found = [_best(one, other, half) for one, other, half in pairs]
-    if max((common for common, _, _ in found), default=0.0) < _CLEARLY:
+    tried = zip(look.jerks[late], look.jerks[early], look.half_widths, strict=True)
+    found = [(half, *_best(one, other, half)) for one, other, half in tried]
+    half, common, drop, samples = max(found, key=lambda one: one[1], default=(0, 0.0, 0.0, 0))
+    if common < _CLEARLY:
         return None
-    _, drop, samples = max(found, key=lambda one: one[1])  # the width that tells it best
-    is_shown = drop > _CLEARLY and abs(samples) > _SHORTEST and abs(samples) * look.dt <= _LONGEST
-    return samples * look.dt if is_shown else 0.0
+    is_long = max(_SHORTEST, _OF_WIDTH * half) < abs(samples) <= _LONGEST / look.dt
+    return samples * look.dt if is_long and drop > _CLEARLY else 0.0
 
 
 def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], half: int) -> tuple[float, float, int]:
@@ -88,13 +91,19 @@ def _look(record: Record) -> _Look:
     """Channels of a record, evenly sampled and differentiated; none where it pauses for long."""
     dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
     if span > _PAUSES * dt * len(record.time):
-        return _Look(dt=dt, jerks={})
+        return _Look(dt=dt, half_widths=(), jerks={})
     even = record.time[0] + dt * np.arange(int(span / dt) + 1)
-    bump, jerks = np.polynomial.Polynomial([1.0, 0.0, -1.0]) ** 4, {}
+    widest = min(max(_WIDEST, int(_LONGEST / dt)), (len(even) - 1) // 4)
+    half_widths, jerks = tuple(_NARROWEST * 2**octave for octave in range((max(widest, 1) // _NARROWEST).bit_length())), {}
     for name in record.channels.keys() & _DERIVATIVES.keys():
         order, sign = _DERIVATIVES[name]
         values = bridged(record.time, record.channels[name])
         shown = np.interp(even, record.time, values - values.mean())
-        functions = [bump.deriv(order)(np.linspace(-1.0, 1.0, 2 * half + 1)) for half in _HALF_WIDTHS if 4 * half < len(even)]
-        jerks[name] = [sign * fftconvolve(shown, function, mode="valid") for function in functions]
-    return _Look(dt=dt, jerks=jerks)
+        jerks[name] = [sign * fftconvolve(shown, _test_function(half, order), mode="valid") for half in half_widths]
+    return _Look(dt=dt, half_widths=half_widths, jerks=jerks)
+
+
+def _test_function(half: int, order: int) -> Float[np.ndarray, " samples"]:
+    """First or third differences of a smooth bump, both of one length: blind to all polynomials of a lower degree."""
+    bump = (1.0 - np.linspace(-1.0, 1.0, 2 * half + 1) ** 2) ** 4
+    return np.diff(np.pad(bump, (order + 3) // 2), order)

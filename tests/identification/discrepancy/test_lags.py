@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.discrepancy.lags import lags
+from identification.discrepancy.lags import _test_function, lags
 from identification.experiment import Record
 
 DT, MASS = 5e-4, 0.5
@@ -15,9 +15,9 @@ BLOWS = np.array([40.0, 31.0, 52.0, 22.0, 38.0])
 NOISE = {"hammer_displacement": 1e-5, "hammer_acceleration": 0.05, "impact_force": 0.15}
 
 
-def record(*, at: np.ndarray | None = None, omits: tuple[str, ...] = (), noise: float = 1.0, **late: float) -> Record:
+def record(*, at: np.ndarray | None = None, omits: tuple[str, ...] = (), noise: float = 1.0, seed: int = 4, **late: float) -> Record:
     """A hammer on a soft spring whose stop gives it blows of half a sine, with some channels late by so many seconds."""
-    t, draws = DT * np.arange(2400) if at is None else at, np.random.default_rng(4)
+    t, draws = DT * np.arange(2400) if at is None else at, np.random.default_rng(seed)
     samples = len(t)
     ideal = {"hammer_displacement": _displacement, "hammer_acceleration": _acceleration, "impact_force": _force}
     shown = {name: channel(t - late.get(name, 0.0)) for name, channel in ideal.items() if name not in omits}
@@ -67,6 +67,28 @@ def test_of_two_channels_either_may_be_the_one():
 @pytest.mark.parametrize("omits", [(), ("hammer_acceleration",), ("impact_force",), ("hammer_displacement", "impact_force")])
 def test_channels_that_agree_are_not_late(noise, omits):
     assert lags([record(noise=noise, omits=omits)]) == {}
+
+
+@pytest.mark.parametrize("omits", [(), *((name,) for name in NOISE)], ids=["all three", *(f"no {name}" for name in NOISE)])
+@pytest.mark.parametrize("rate", [1e4, 2e4, 5e4])
+def test_a_delay_is_told_as_it_is_however_fast_the_sampling(rate, omits):
+    """Third differences over few samples are all noise then, in which a largest correlation is anywhere."""
+    t = np.arange(0.0, 1.2, 1.0 / rate)
+    for seed in range(3):
+        assert lags([record(at=t, omits=omits, seed=seed)]) == {}
+        late = lags([record(at=t, omits=omits, seed=seed, hammer_displacement=-2e-3, hammer_acceleration=-2e-3)])
+        assert [late[name] for name in late if name == "impact_force"] == [pytest.approx(2e-3, abs=5e-5)] * ("impact_force" not in omits)
+
+
+def test_a_line_with_a_bend_is_no_jerk():
+    """The test functions are blind to whatever a jerk does not hold, however few their samples are."""
+    for half in (4, 8, 64):
+        for order in (1, 3):
+            function = _test_function(half, order)
+            places = np.arange(len(function)) - (len(function) - 1) / 2
+            assert len(function) == 2 * half + 4
+            np.testing.assert_allclose([function @ (places / half) ** power for power in range(order)], 0.0, atol=1e-12)
+            assert abs(function @ places**order) > 1.0
 
 
 def test_a_delay_within_two_samples_is_left_to_the_score_test():
