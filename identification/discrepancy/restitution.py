@@ -12,8 +12,8 @@ _FEWEST = 6
 """Contacts from which a course over the speed is told."""
 _WIDE = 2.0
 """Fastest approach over the slowest, likewise."""
-_OF_ALL = 6
-"""One in so many contacts, the slowest and the fastest, is an end."""
+_OF_ALL, _SOME = 6, 2
+"""One in so many contacts, the slowest and the fastest, is an end; so many at least."""
 _SURE, _FAR = 5.0, 0.02
 """What is told departs from the model at one end by so many standard errors, and by so much."""
 _VAGUE_POWER = 0.1
@@ -43,7 +43,7 @@ class Restitution:
         slow, fast: ends.
         by_law: whether the hammer is free, so that the law alone is compared with it.
         exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where it is not known well, where a
-            spring or the cart has its part in what happens during a contact, and of a rigid stop, whose rebounds are placed by the fit.
+            spring or the cart has its part in what happens during a contact, and of a rigid stop, which no such law is known of.
     """
 
     slow: End
@@ -57,7 +57,7 @@ def restitution(side: Side) -> Restitution | None:
     found = sorted(rebounds(side.records, side.model), key=lambda one: one.approach_speed)
     if len(found) < _FEWEST:
         return None
-    count = len(found) // _OF_ALL
+    count = max(len(found) // _OF_ALL, _SOME)
     slow, fast = _end(found[:count]), _end(found[-count:])
     if fast.approach_speed < _WIDE * slow.approach_speed or not (slow.departs or fast.departs):
         return None
@@ -88,7 +88,7 @@ def _end(some: list[Rebound]) -> End:
     """Means of a few contacts; their standard error is at least that of their scatter."""
     ratios = [one.restitution for one in some]
     own = np.sqrt(np.sum(np.square([one.stderr for one in some]))) / len(some)
-    scatter = np.std(ratios, ddof=1) / np.sqrt(len(some)) if len(some) > 1 else 0.0
+    scatter = np.std(ratios, ddof=1) / np.sqrt(len(some))
     return End(
         approach_speed=float(np.mean([one.approach_speed for one in some])),
         measured=float(np.mean(ratios)),

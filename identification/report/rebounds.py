@@ -28,6 +28,10 @@ _GRAZES = 0.5
 """Of the measured approach speed, above which the fitted motion meets the stop as the hammer did."""
 _SUDDEN = 10.0
 """Change of velocity from one sample to the next over those before and after it, from which it is a rebound."""
+_MOST_ALIKE = 0.9
+"""Of the correlation between neighbouring samples, that is reckoned with."""
+_ASTRAY = 50
+"""Samples by which the measured rebound from a rigid stop is looked for before and after the fitted one."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -69,7 +73,7 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     """
     values = model.values()
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
-    let_go = [record for record in records if record.kind != "prescribed"]
+    let_go = [record for record in records if record.kind != "prescribed" and _contacts(record)]
     if _is_free(model) and all(record.kind == "drop-test" for record in let_go):
         return _by_law([one for record in let_go for one in _of_record(record, _by_itself(record), flight)], model)
     found = [one for record in let_go for one in _of_record(record, _beside_the_fit(record), flight)]
@@ -112,19 +116,33 @@ class _Flight:
         return min(_LONGEST, _OF_PERIOD * 2.0 * np.pi / self.omega) if self.omega > 0 else _LONGEST
 
     def velocity(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> tuple[float, float] | None:
-        """At time zero, m/s, of the free vibration through some samples, and its standard error; None of too few."""
+        """At time zero, m/s, of the free vibration through some samples, and its standard error; None of too few.
+
+        The error is larger where a sample differs as the one before it does, as on a support that is not quite as it is thought to be.
+        """
         usable = np.isfinite(u)
         if usable.sum() < _FEWEST:
             return None
         t, u = since[usable], u[usable]
-        rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
-        damping = self.zeta * self.omega  # too little to change the frequency
-        columns = np.exp(-damping * t)[:, None] * np.stack([np.cos(self.omega * t) + damping * rises, rises], axis=1)
+        columns = self._columns(t)
         inverse = np.linalg.pinv(columns)
         place_and_speed = inverse @ u
         scatter = u - columns @ place_and_speed
-        variance = scatter @ scatter / (len(t) - len(place_and_speed))
+        alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, 1e-300)), 0.0), _MOST_ALIKE)
+        variance = scatter @ scatter / (len(t) - len(place_and_speed)) * (1.0 + alike) / (1.0 - alike)
         return float(place_and_speed[1]), float(np.sqrt(variance) * np.linalg.norm(inverse[1]))
+
+    def scatter(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> float:
+        """Sum of squares, m^2, of what the free vibration through some samples leaves of them."""
+        usable = np.isfinite(u)
+        _, left, rank, _ = np.linalg.lstsq(columns := self._columns(since[usable]), u[usable])
+        return float(left[0]) if rank == columns.shape[1] < len(columns) else 0.0
+
+    def _columns(self, t: Float[np.ndarray, " samples"]) -> Float[np.ndarray, "samples 2"]:
+        """Motions of place one and of speed one at time zero."""
+        rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
+        damping = self.zeta * self.omega  # too little to change the frequency
+        return np.exp(-damping * t)[:, None] * np.stack([np.cos(self.omega * t) + damping * rises, rises], axis=1)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -166,11 +184,18 @@ def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> li
     """All contacts of a record that have flight on either side."""
     if course is None:
         return []
-    found = impacts(record) or _bounces(record)
+    found = _contacts(record)
     ends = [0, *(impact.end for impact in found)]
     begins = [*(impact.first for impact in found[1:]), len(course.over)]
     read = [_read(record, course, flight, *one) for one in zip(found, ends, begins, strict=False)]
     return [one for one in read if one is not None and one.stderr < _VAGUE]
+
+
+def _contacts(record: RecordFit) -> list[Impact]:
+    """Those with samples in them and those without, in order of time."""
+    sampled = impacts(record)
+    others = [one for one in _bounces(record) if not any(impact.first <= one.first <= impact.end for impact in sampled)]
+    return sorted([*sampled, *others], key=lambda one: one.first)
 
 
 def _bounces(record: RecordFit) -> list[Impact]:
@@ -188,9 +213,14 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
     touch, release = max(impact.first - 1, 0), min(impact.end, len(samples) - 1)  # in flight still, and again
     comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
     leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
+    comes &= course.piece == course.piece[touch]
+    leaves &= course.piece == course.piece[release]
+    if impact.first == impact.end:
+        turn = _turn(record, course, flight, impact.first, comes, leaves)
+        comes &= samples < turn - margin
+        leaves &= samples >= turn + margin
     found = []
     for at, part in ((touch, comes), (release, leaves)):
-        part &= course.piece == course.piece[at]
         told = flight.velocity(record.time[part] - record.time[at], course.over[part])
         if told is None:
             return None
@@ -208,3 +238,19 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
         fitted_speed=float(fitted_speed),
         fitted=float(-fitted_after / fitted_speed) if of_one_motion else np.nan,
     )
+
+
+def _turn(record: RecordFit, course: _Course, flight: _Flight, fitted: int, comes: np.ndarray, leaves: np.ndarray) -> int:
+    """First sample after a rebound from a rigid stop, near the first one after the fitted rebound: where flights on either side fit best.
+
+    Over a fitted motion that rebounds at another instant, the record goes on in a flight of its own between the two.
+    """
+    place = np.flatnonzero(comes | leaves)
+    since, over = record.time[place] - record.time[fitted], course.over[place]
+    near = place[_FEWEST : len(place) - _FEWEST + 1]
+
+    def left(turn: int) -> float:
+        parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted((turn, fitted))))
+        return sum(flight.scatter(since[part], over[part]) for part in parts)
+
+    return min((int(one) for one in near if abs(one - fitted) <= _ASTRAY), key=left, default=fitted)

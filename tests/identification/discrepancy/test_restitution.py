@@ -106,6 +106,13 @@ def test_of_a_rigid_stop_it_is_told_unless_the_flights_of_a_free_hammer_are_bent
     assert (lost_in_contacts(location, bound) is not None) == (phase == "contact")
 
 
+def test_an_end_is_never_a_single_contact(side):
+    found = restitution(side(powered, SPEEDS[::2]))
+    assert found is not None
+    for end, speeds in ((found.slow, SPEEDS[:4:2]), (found.fast, SPEEDS[-4::2])):
+        assert end.approach_speed == pytest.approx(speeds.mean(), rel=0.01)
+
+
 def test_the_sentence_gives_both_ends_beside_the_model(unlisted, side):
     given = (UNLISTED, (), (), unlisted.location, unlisted.nominal, unlisted.nominal, "")
     said = " ".join(sentences(*given, restitution=restitution(side(powered))))

@@ -53,7 +53,10 @@ def collision(
 
 
 def _flown(t: np.ndarray, speed: float, restitution: float, model: Model, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity, at zero with `speed` when contact begins and minus `restitution` times that at its `end`, s."""
+    """Displacement and velocity, at zero with `speed` when contact begins and minus `restitution` times that at its `end`, s.
+
+    In contact the hammer stands still here, and its velocity changes evenly.
+    """
     values = model.values()
     omega, zeta = 2 * np.pi * values.get("f_n", 0.0), values.get("zeta", 0.0)
     since = np.where(t <= 0, t, np.maximum(t - end, 0.0))
@@ -62,4 +65,4 @@ def _flown(t: np.ndarray, speed: float, restitution: float, model: Model, end: f
     decay = np.exp(-zeta * omega * since)
     u = begin * decay * (np.sin(damped * since) / damped if omega else since)
     v = begin * decay * (np.cos(damped * since) - zeta * omega * np.sin(damped * since) / damped if omega else np.ones_like(since))
-    return u, v
+    return u, np.where((t > 0) & (t < end), speed - (1.0 + restitution) * speed * t / max(end, DT), v)

@@ -5,9 +5,10 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from identification.report.rebounds import rebounds
-from tests.identification.report.made_rebounds import CONTACT, DT, FREE, LAW, ON_A_SPRING, collision
+from tests.identification.report.made_rebounds import CONTACT, DT, FREE, LAW, NOISE, ON_A_SPRING, collision
 from vibrojax.contact import Newton
 from vibrojax.contact.restitution import restitution
 from vibrojax.effects import CoulombFriction, DeepStop, TimeOffset
@@ -91,6 +92,58 @@ def test_a_rigid_stop_is_met_between_two_samples(model):
     (found,) = rebounds([collision(0.2, 0.7, 0.6, model=model, contact=0)], rigid)
     assert abs(found.restitution - 0.7) < 4 * found.stderr + 1e-3
     assert found.fitted == pytest.approx(0.6, abs=1e-3)
+
+
+@pytest.mark.parametrize("model", [ON_A_SPRING, FREE], ids=["spring", "free"])
+@pytest.mark.parametrize("late", [-8, -3, -1, 1, 3, 8])
+def test_a_rigid_stop_is_met_when_the_record_says_so_and_not_when_the_fit_does(model, late):
+    rigid, record = dataclasses.replace(model, law=Newton(restitution=0.6)), collision(0.2, 0.7, 0.6, model=model, contact=0)
+    shifted = {"predicted": {name: _late(values, late) for name, values in record.predicted.items()}}
+    (found,) = rebounds([dataclasses.replace(record, **shifted, relative_velocity=_late(record.relative_velocity, late))], rigid)
+    assert abs(found.restitution - 0.7) < 4 * found.stderr + (1.5e-3 if model is ON_A_SPRING else 0.0)  # a spring slows the hammer meanwhile
+    assert found.stderr < 1e-3
+
+
+def _late(values, samples):
+    """The same later, or earlier, with flights that go on in straight lines."""
+    places = np.arange(len(values)) - samples
+    inside = np.interp(places, np.arange(len(values)), values)
+    before, after = values[0] + places * (values[1] - values[0]), values[-1] + (places - len(values) + 1) * (values[-1] - values[-2])
+    return np.where(places < 0, before, np.where(places >= len(values), after, inside))
+
+
+def test_contacts_with_and_without_samples_in_them_are_found_in_one_record():
+    soft, hard = collision(0.2, 0.7, 0.6, model=FREE), collision(0.3, 0.6, 0.6, model=FREE, contact=0)
+    span = DT * len(soft.time)
+    both = dataclasses.replace(
+        soft,
+        time=np.concatenate([soft.time, hard.time + span]),
+        measured={name: np.concatenate([values, hard.measured[name]]) for name, values in soft.measured.items()},
+        predicted={name: np.concatenate([values, hard.predicted[name]]) for name, values in soft.predicted.items()},
+        **{name: np.concatenate([getattr(soft, name), getattr(hard, name)]) for name in ("relative_velocity", "in_contact")},
+        window=np.repeat([0, 1], 120),
+    )
+    found = rebounds([both], dataclasses.replace(FREE, effects=(CoulombFriction(0.1),)))
+    assert [one.restitution for one in found] == [pytest.approx(0.7, abs=1e-3), pytest.approx(0.6, abs=1e-3)]
+
+
+def test_a_record_of_another_kind_that_holds_no_contact_changes_nothing():
+    silent = dataclasses.replace(collision(0.2, 0.7, 0.7, model=FREE), kind="free-decay", in_contact=np.zeros(120, bool))
+    silent = dataclasses.replace(silent, relative_velocity=np.full(120, 0.2))
+    found = rebounds([collision(0.2, 0.7, 0.6, model=FREE), silent], FREE)
+    assert [one.by_law for one in found] == [True]
+
+
+def test_the_error_knows_that_what_a_flight_differs_by_may_remember():
+    """By a random walk that fades, as a track that is not quite straight leaves it."""
+    read = []
+    for seed in range(60):
+        record, draws = collision(0.1, 0.7, 0.8), np.random.default_rng(seed)
+        wander = lfilter([1.0], [1.0, -0.8], 5.0 * NOISE * draws.standard_normal(len(record.time)))
+        (one,) = rebounds([dataclasses.replace(record, measured={n: v + wander for n, v in record.measured.items()})], ON_A_SPRING)
+        read.append((one.restitution, one.stderr))
+    found = np.array(read)
+    assert found[:, 0].std() == pytest.approx(np.median(found[:, 1]), rel=0.4)
 
 
 def test_no_turn_of_the_flight_is_a_contact():
