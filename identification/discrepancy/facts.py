@@ -49,9 +49,9 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
 
 
 def _unmended(found: dict[str, float], prepared: Prepared) -> dict[str, float]:
-    """Delays as the records show them, unless the model has a fault of one of these channels already."""
-    faults = {effect.channel for effect in prepared.model.effects if effect.is_fault}
-    return {} if faults & found.keys() else found
+    """Delays as the records show them, unless the model has one of these channels late or early already."""
+    delayed = {effect.channel for effect in prepared.model.effects if effect.is_delay}
+    return {} if delayed & found.keys() else found
 
 
 def _lowest(prepared: Prepared, at: Linearised) -> float:

@@ -116,7 +116,7 @@ def _in_full(near: list[Rival], thin: "_Thinned", scored: Scored, allowed: Toler
 
     for rival in near:
         limit = _HOPELESS * lowest
-        fitted = tried.fitted(scored.fitted, ("in full", rival.candidate.members), limit, partial(fit, rival, limit))
+        fitted = tried.fitted(scored.fitted, ("in full", *_key(thin, rival.candidate)), limit, partial(fit, rival, limit))
         if fitted is not None and not rings_by_itself(fitted, scored.courses):
             finals.append(rival_of(rival.candidate, fitted, allowed))
             lowest = min(lowest, finals[-1].cost)
@@ -207,7 +207,7 @@ def _heat(
 
 
 def _key(thin: _Thinned, candidate: Candidate) -> tuple[int, tuple[AbstractEffect, ...]]:
-    """What tells one fit in short beside a model from another."""
+    """What tells one fit beside a model from another."""
     return thin.every, candidate.members
 
 

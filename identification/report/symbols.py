@@ -4,8 +4,13 @@ import re
 
 from markupsafe import Markup, escape
 
-_IN_PROSE = re.compile(r"(?<![\w.])(gap|[A-Za-zα-ω])_([0-9a-z]{1,3})(?!\w|\.\w)")
-"""A symbol among words; the name of a file, or of an effect, is none."""
+from vibrojax.contact import LAWS
+from vibrojax.effects import EFFECTS
+from vibrojax.suspension import SUSPENSIONS
+
+_LISTED = {p.symbol for owner in (*LAWS.values(), *EFFECTS.values(), *SUSPENSIONS.values()) for p in owner.parameters if "_" in p.symbol}
+_IN_PROSE = re.compile(rf"(?<![\w./\\-])({'|'.join(sorted(_LISTED))})(?![\w/\\-]|\.\w)")
+"""A parameter's symbol among words; a part of a file's or an effect's name is none."""
 _LOWERED = str.maketrans("0123456789in", "₀₁₂₃₄₅₆₇₈₉ᵢₙ")
 
 

@@ -42,3 +42,5 @@ def test_a_jump_in_flight_may_have_been_one_in_the_contacts_on_either_side_of_it
     assert all(one.gap_jump == second.gap_jump for one in second.other_places(FACTS))
     late = dataclasses.replace(second, instant=0.2)
     assert [one.instant for one in late.other_places(FACTS)] == pytest.approx([0.1225, 0.1275])
+    short = dataclasses.replace(FACTS, contacts={"cart1.csv": ((0.02, 0.02), (0.12, 0.12))})  # of one sample each
+    assert [one.instant for one in second.other_places(short)] == pytest.approx([0.02, 0.12])

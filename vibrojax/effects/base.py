@@ -222,6 +222,11 @@ class AbstractEffect(eqx.Module):
         return False
 
     @property
+    def is_delay(self) -> bool:
+        """Whether it makes its channel late or early, so that a delay that the records show is its own."""
+        return False
+
+    @property
     def is_stop(self) -> bool:
         """Whether it is a stop through which the nominal motion passes, so that no derivative tells what it would do."""
         return False

@@ -60,6 +60,11 @@ class ForceLag(AbstractEffect):
         """Yes."""
         return True
 
+    @property
+    def is_delay(self) -> bool:
+        """Yes."""
+        return True
+
     def scaled(self, factor: Value) -> "ForceLag":
         """Time constant in proportion."""
         return dataclasses.replace(self, lag=factor * self.lag)

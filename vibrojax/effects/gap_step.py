@@ -89,7 +89,7 @@ class GapStep(AbstractEffect):
         before = [contact for contact in contacts if contact[1] < self.instant][-1:]
         after = [contact for contact in contacts if contact[0] > self.instant][:1]
         instants = [(1.0 - part) * touched + part * left for touched, left in [*before, *after] for part in _PARTS]
-        return tuple(dataclasses.replace(self, instant=instant) for instant in instants)
+        return tuple(dataclasses.replace(self, instant=instant) for instant in dict.fromkeys(instants))
 
     def scaled(self, factor: Value) -> "GapStep":
         """Jump in proportion, at the same instant."""

@@ -72,6 +72,11 @@ class TimeOffset(AbstractChannelFault):
         return dataclasses.replace(self, delay=factor * self.delay)
 
     @property
+    def is_delay(self) -> bool:
+        """Yes."""
+        return True
+
+    @property
     def looks_ahead(self) -> Value:
         """By as much as the channel comes early."""
         return jnp.maximum(-jnp.asarray(self.delay), 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.facts import facts
-from vibrojax.effects import ForceLag, GainError
+from vibrojax.effects import ForceLag, GainError, TimeOffset
 
 
 def test_the_depth_of_impacts_is_that_of_the_records_and_not_of_a_model_that_goes_too_deep(motion):
@@ -21,7 +21,7 @@ def test_the_depth_of_impacts_is_that_of_the_records_and_not_of_a_model_that_goe
     assert facts(motion.prepared, free, motion.estimate).deepest == 0.0
 
 
-def test_delays_are_those_of_the_records_until_the_model_has_a_fault_of_such_a_channel(motion):
+def test_delays_are_those_of_the_records_until_the_model_has_such_a_channel_late(motion):
     found = motion.prepared.experiment
     early = [np.roll(record.channels["impact_force"], -12) for record in found.records]
     records = [dataclasses.replace(r, channels=r.channels | {"impact_force": f}) for r, f in zip(found.records, early, strict=True)]
@@ -29,7 +29,8 @@ def test_delays_are_those_of_the_records_until_the_model_has_a_fault_of_such_a_c
     dt = np.diff(records[0].time)[0]
     assert facts(motion.prepared, motion.at, motion.estimate).lags == {}
     assert facts(late, motion.at, motion.estimate).lags == {"impact_force": pytest.approx(-12 * dt, abs=dt)}
-    for effect, shown in ((ForceLag(1e-3), False), (GainError(1.1, "cart_displacement"), True)):
+    faults = [(ForceLag(1e-3), False), (TimeOffset(-6e-3, "impact_force"), False), (TimeOffset(1e-3, "cart_displacement"), True)]
+    for effect, shown in [*faults, (GainError(1.1, "impact_force"), True)]:
         mended = dataclasses.replace(late, model=dataclasses.replace(late.model, effects=(effect,)))
         assert bool(facts(mended, motion.at, motion.estimate).lags) == shown
 

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from identification.discrepancy import placed
 from identification.discrepancy.placed import better_placed
@@ -65,3 +66,13 @@ def test_a_jump_in_flight_stays_where_no_contact_is_better_and_friction_has_no_p
     assert found is before and len(asked) == 4
     found, before, asked = places(CoulombFriction(friction_force=0.1), 2.0, {})
     assert found is before and not asked
+
+
+@pytest.mark.parametrize(("drop", "moves"), [(7.5, False), (8.5, True)])
+def test_a_place_in_a_contact_must_do_better_than_chance(places, allowed, drop, moves):
+    def total(level: float) -> float:
+        return allowed.total(level * 0.5 * allowed.samples)
+
+    level = brentq(lambda level: total(2.0) - total(level) - drop, 1.0, 2.0, xtol=1e-12)
+    found, before, _ = places(STEP, 2.0, dict.fromkeys(PLACES, level))
+    assert (found is not before) == moves

@@ -55,7 +55,8 @@ def test_shares_units_and_symbols():
         ("f_n will not (k_3 = 2)", "<i>f</i><sub>n</sub> will not (<i>k</i><sub>3</sub> = 2)"),
         ("gap_b and d_ad.", "<i>gap</i><sub>b</sub> and <i>d</i><sub>ad</sub>."),
         ("second_mode in a_1.csv <b>", "second_mode in a_1.csv &lt;b&gt;"),
-        ("run.x_2 of time_offset", "run.x_2 of time_offset"),
+        ("run.k_3 of time_offset", "run.k_3 of time_offset"),
+        ("m_2-low.csv, f_n/a.csv, low-k_i.csv and x_2 b.csv", "m_2-low.csv, f_n/a.csv, low-k_i.csv and x_2 b.csv"),
     ],
 )
 def test_symbols_in_a_sentence_have_lowered_indices_and_names_of_files_and_effects_have_not(said, shown):
