@@ -12,7 +12,7 @@ from vibrojax.model import MASS
 _NO_CONSTANT = 0.25
 """Scatter between records, beyond their errors, or standard error, over the value from which a strength is none."""
 _ANOTHER, _SURELY = 0.5, 6.0
-"""What a record alone has it differ by from the others, over the value and over its own standard error, from which it is none either."""
+"""What a record alone has it differ by from all together, over the value and over its own standard error, from which it is none either."""
 
 
 def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:

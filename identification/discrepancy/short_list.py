@@ -200,7 +200,10 @@ def _heat(
 
     def fit() -> Fitted | None:
         progress(f"trying {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
-        return fit_tolerantly(windows_of(prepared, thin.chosen), thin.allowed, newest=newest, give_up_above=limit, in_short=True)
+        found = fit_tolerantly(windows_of(prepared, thin.chosen), thin.allowed, newest=newest, give_up_above=limit, in_short=True)
+        if found is None or not rings_by_itself(found, scored.courses):
+            return found
+        return fit_tolerantly(dataclasses.replace(found.prepared, start=found.outcome.estimate), thin.allowed)  # it may be on its way
 
     fitted = tried.fitted(scored.fitted, _key(thin, candidate), limit, fit)
     return [] if fitted is None or rings_by_itself(fitted, scored.courses) else [rival_of(candidate, fitted, thin.allowed)]
