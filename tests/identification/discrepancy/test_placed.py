@@ -1,4 +1,4 @@
-"""A jump of the gap that falls into a contact is looked for there; with fits whose costs are made to order."""
+"""A jump of the gap that falls into a contact is looked for there; with fits whose costs are made to order, and once for real."""
 
 import dataclasses
 
@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from benchmarks.simulator import Hidden, Order, draw_case, write_case
+from benchmarks.simulator.experiment import true_signals
 from identification.discrepancy import placed
+from identification.discrepancy.look import look
 from identification.discrepancy.placed import better_placed
 from identification.discrepancy.refit import extended
+from identification.discrepancy.robust import robust_fit
 from identification.discrepancy.score import Candidate
+from identification.discrepancy.tolerant_fit import fit_tolerantly
+from identification.experiment import load_experiment
 from identification.fit import free_unknowns
+from identification.prepare import prepare
 from tests.identification.discrepancy.made_search import round_of, settled
 from vibrojax.effects import CoulombFriction, GapStep
 from vibrojax.errors import NoConvergenceError
@@ -76,3 +83,28 @@ def test_a_place_in_a_contact_must_do_better_than_chance(places, allowed, drop, 
     level = brentq(lambda level: total(2.0) - total(level) - drop, 1.0, 2.0, xtol=1e-12)
     found, before, _ = places(STEP, 2.0, dict.fromkeys(PLACES, level))
     assert (found is not before) == moves
+
+
+def test_a_jump_that_was_concealed_in_a_contact_is_found_there(tmp_path):
+    """Made by a simulator that shares no line with the program; its jump takes no time, the model's a millisecond."""
+    rng = np.random.default_rng(5)
+    case = draw_case(rng, Order(kind="soft", effects=(("gap_step", 1.0),), driven=1, samples=(1601, 4001)))
+    driven = case.plans[1]
+    truth = {"gap_jump": 2e-4, "jump_time": _within_a_contact(true_signals(case.rig, driven))}
+    write_case(tmp_path / "rig", dataclasses.replace(case, parts=(Hidden(records={driven.file: truth}),)), rng)
+    nominal, tolerance = robust_fit(prepare(load_experiment(tmp_path / "rig")))
+    scored = look(nominal, tolerance)
+    candidate = max((one for one in scored.significant.values() if one.name == "gap_step"), key=lambda one: one.gain)
+    in_flight = fit_tolerantly(extended(nominal, candidate, scored.courses), tolerance)
+    assert in_flight is not None
+    step = better_placed(in_flight, scored.known, tolerance).model.effects[-1]
+    assert abs(float(in_flight.model.effects[-1].instant) - truth["jump_time"]) > 5e-3
+    assert float(step.instant) == pytest.approx(truth["jump_time"], abs=1e-3)
+    assert float(step.gap_jump) == pytest.approx(truth["gap_jump"], rel=0.1)
+
+
+def _within_a_contact(signals: dict[str, np.ndarray]) -> float:
+    """Middle of a contact halfway through a record, s."""
+    touching = np.pad(signals["impact_force"] > 0, 1).astype(int)
+    touches, releases = np.flatnonzero(np.diff(touching) == 1), np.flatnonzero(np.diff(touching) == -1)
+    return float(signals["time"][(touches + releases) // 2][len(touches) // 2])
