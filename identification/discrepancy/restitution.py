@@ -85,10 +85,10 @@ def _is_rigid(side: Side) -> bool:
 
 
 def _end(some: list[Rebound]) -> End:
-    """Means of a few contacts; their standard error is at least that of their scatter."""
+    """Means of a few contacts; their standard error is at least that of their scatter about the model."""
     ratios = [one.restitution for one in some]
     own = np.sqrt(np.sum(np.square([one.stderr for one in some]))) / len(some)
-    scatter = np.std(ratios, ddof=1) / np.sqrt(len(some))
+    scatter = np.std([one.restitution - one.fitted for one in some], ddof=1) / np.sqrt(len(some))
     return End(
         approach_speed=float(np.mean([one.approach_speed for one in some])),
         measured=float(np.mean(ratios)),

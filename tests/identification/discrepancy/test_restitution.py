@@ -113,6 +113,17 @@ def test_an_end_is_never_a_single_contact(side):
         assert end.approach_speed == pytest.approx(speeds.mean(), rel=0.01)
 
 
+def test_what_the_model_has_change_along_an_end_is_no_scatter(side):
+    def always_less(v):
+        return by_law(v) - 0.05
+
+    found = restitution(side(always_less, SPEEDS[::2]))
+    assert found is not None
+    for end, speeds in ((found.slow, SPEEDS[:4:2]), (found.fast, SPEEDS[-4::2])):
+        assert np.ptp(always_less(speeds)) > 0.01
+        assert end.stderr < 0.003
+
+
 def test_the_sentence_gives_both_ends_beside_the_model(unlisted, side):
     given = (UNLISTED, (), (), unlisted.location, unlisted.nominal, unlisted.nominal, "")
     said = " ".join(sentences(*given, restitution=restitution(side(powered))))
