@@ -12,11 +12,13 @@ for what the motion drives."""
 
 
 def rings_by_itself(fitted: Fitted, courses: tuple[Course, ...]) -> bool:
-    """Whether the newest effect vibrates far more than the motion of the hammer makes it.
+    """Whether what the newest effect vibrates by is not what the hammer's motion makes it do.
 
-    Every window has initial states of its own, so that a light mass on a spring may stand in for any tone: a force that nothing in the
-    records drives, and that no listed effect is. States that windows begin with are compared with the largest in the same window that
-    follow from rest at the start of its record. What rang before a record began, and has not died down, is not told from a tone.
+    Every window has initial states of its own, so that a light mass on a spring may stand in for any tone, and for what random forces do
+    to a rig: nothing in the records drives it, and no listed effect is that. States that windows begin with are compared with those that
+    follow from rest at the start of their record: they ring by themselves where they are far larger than the largest of these in the same
+    window, or no nearer to these than to rest. Of a vibration that is driven, noise leaves them nearer, however weak it is. What rang
+    before a record began, and has not died down, is not told from a tone.
 
     Args:
         fitted: the model with the effect.
@@ -28,7 +30,12 @@ def rings_by_itself(fitted: Fitted, courses: tuple[Course, ...]) -> bool:
         return False
     along = own_states(effect, courses)
     first, length = (np.concatenate([getattr(group, name) for group in prepared.groups]) for name in ("first", "lengths"))
-    windows = zip(prepared.record, first, length, strict=True)
-    driven = np.array([np.abs(along[record][begin : begin + count, free]).max(axis=0) for record, begin, count in windows])
-    wanted, sound = fitted.outcome.estimate.states[:, -len(free) :], sound_windows(fitted)
-    return bool(np.all(np.sum(wanted[sound] ** 2, axis=0) > _BY_ITSELF**2 * np.sum(driven[sound] ** 2, axis=0)))
+    windows = list(zip(prepared.record, first, length, strict=True))
+    begin = np.array([along[record][at, free] for record, at, _ in windows])
+    largest = np.array([np.abs(along[record][at : at + count, free]).max(axis=0) for record, at, count in windows])
+    sound = sound_windows(fitted)
+    wanted, begin, largest = fitted.outcome.estimate.states[sound, -len(free) :], begin[sound], largest[sound]
+    size = np.sum(wanted**2, axis=0)
+    far_larger = np.all(size > _BY_ITSELF**2 * np.sum(largest**2, axis=0))
+    as_near_to_rest = np.sum((wanted - begin) ** 2, axis=0) @ (1.0 / np.maximum(size, np.finfo(float).tiny)) > len(free)
+    return bool(far_larger or as_near_to_rest)

@@ -39,3 +39,37 @@ def test_windows_that_are_lost_say_nothing(motion, allowed):
     assert not rings_by_itself(settled(prepared, dataclasses.replace(prepared.start, states=states), cost), motion.courses)
     cost[5] = cost[4]
     assert rings_by_itself(settled(prepared, dataclasses.replace(prepared.start, states=states), cost), motion.courses)
+
+
+def _with_own_states(motion, allowed, changed) -> bool:
+    """Whether the mode is told to ring by itself with its states as `changed`, (windows, own) before and after, has them."""
+    before = fitted(motion, 0.5 * allowed.samples.astype(float))
+    prepared = extended(before, Candidate(members=(MODE,), factors=np.ones(1), gain=100.0, degrees=1), motion.courses)
+    states = prepared.start.states.copy()
+    states[:, -2:] = changed(states[:, -2:])
+    after = settled(prepared, dataclasses.replace(prepared.start, states=states), before.outcome.equations.cost)
+    return rings_by_itself(after, motion.courses)
+
+
+def test_states_as_large_as_the_driven_ones_but_of_another_time_ring_by_themselves(motion, allowed):
+    """As those by which windows follow what random forces do, and as those that go against the motion."""
+    assert _with_own_states(motion, allowed, lambda own: np.random.default_rng(3).permutation(own))
+    assert _with_own_states(motion, allowed, np.negative)
+
+
+def test_a_driven_mode_is_told_from_one_that_is_not_under_noise(motion, allowed):
+    """Larger than what the motion drives, which leaves them nearer to that than to rest nevertheless."""
+    noise = np.random.default_rng(4).standard_normal((len(allowed.samples), 2))
+
+    def noisy(own: np.ndarray) -> np.ndarray:
+        return own + 1.2 * noise * np.sqrt(np.mean(own**2, axis=0))
+
+    assert not _with_own_states(motion, allowed, noisy)
+    assert _with_own_states(motion, allowed, lambda own: noisy(own) - own)
+
+
+def test_where_every_window_is_lost_nothing_is_told(motion, allowed):
+    """Their states say nothing."""
+    before = fitted(motion, np.full(len(allowed.samples), np.inf))
+    prepared = extended(before, Candidate(members=(MODE,), factors=np.ones(1), gain=100.0, degrees=1), motion.courses)
+    assert not rings_by_itself(settled(prepared, prepared.start, before.outcome.equations.cost), motion.courses)
