@@ -38,9 +38,18 @@ def _determined(fitted: Fitted) -> np.ndarray:
     An eigenvalue is 1 for what the window determines, where noise gains half a chi-square of one degree, and 0 for what the prior does.
     """
     own, layout = _carried(fitted), fitted.prepared.layout
-    variance, _ = reduce(fitted.outcome.equations, fitted.outcome.estimate, free_unknowns(fitted.prepared), 0.0).eliminated
     scale = np.array([layout.own_states[layout.free_own[column - len(STATES)]].scale for column in own])
-    return np.eye(len(own)) - variance[:, own[:, None], own] / np.outer(scale, scale)
+    return np.eye(len(own)) - _variance(fitted)[:, own[:, None], own] / np.outer(scale, scale)
+
+
+def states_variance(fitted: Fitted) -> np.ndarray:
+    """(windows, states): of the states that each window begins with, at fixed parameters."""
+    return np.diagonal(_variance(fitted), axis1=1, axis2=2)
+
+
+def _variance(fitted: Fitted) -> np.ndarray:
+    """(windows, states, states): of a window's states beside its others, at fixed parameters."""
+    return reduce(fitted.outcome.equations, fitted.outcome.estimate, free_unknowns(fitted.prepared), 0.0).eliminated[0]
 
 
 def continuity_cost(fitted: Fitted) -> float:

@@ -135,7 +135,7 @@ def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:
 
 def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
     """Some of the windows, in their order, with their own start; the same where all are chosen."""
-    if len(chosen) == len(prepared.record):
+    if np.array_equal(chosen, np.arange(len(prepared.record))):
         return prepared
     groups, begin = [], 0
     for group in prepared.groups:
