@@ -7,7 +7,7 @@ import pytest
 
 from identification.discrepancy.errors import numbers
 from identification.discrepancy.prune import without_effect
-from identification.discrepancy.refit import extended, with_model
+from identification.discrepancy.refit import extended, windows_of, with_model
 from identification.discrepancy.score import Candidate
 from tests.identification.discrepancy.made_search import settled
 from vibrojax.effects import CoulombFriction, GapStep, QuadraticDrag, SecondMode
@@ -70,3 +70,12 @@ def test_an_instant_is_told_no_better_than_its_equation_says_when(motion, allowe
     by_name = {one.name: one.stderr for one in numbers(found, allowed)}
     assert by_name["gap_step.gap_jump"] < 1e-8
     assert by_name["gap_step.instant"] == pytest.approx(1e-3 / 12**0.5, rel=0.01)
+
+
+def test_windows_may_be_taken_more_than_once(motion):
+    """As many as there are, but not the same."""
+    prepared = motion.prepared
+    count = len(prepared.record)
+    repeated = windows_of(prepared, np.repeat([1], count))
+    assert np.array_equal(repeated.start.states, np.tile(prepared.start.states[1], (count, 1)))
+    assert windows_of(prepared, np.arange(count)) is prepared
