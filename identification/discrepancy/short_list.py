@@ -203,7 +203,8 @@ def _heat(
         found = fit_tolerantly(windows_of(prepared, thin.chosen), thin.allowed, newest=newest, give_up_above=limit, in_short=True)
         if found is None or not rings_by_itself(found, scored.courses):
             return found
-        return fit_tolerantly(dataclasses.replace(found.prepared, start=found.outcome.estimate), thin.allowed)  # it may be on its way
+        further = dataclasses.replace(found.prepared, start=found.outcome.estimate)
+        return fit_tolerantly(further, thin.allowed, give_up_above=limit)  # it may be on its way
 
     fitted = tried.fitted(scored.fitted, _key(thin, candidate), limit, fit)
     return [] if fitted is None or rings_by_itself(fitted, scored.courses) else [rival_of(candidate, fitted, thin.allowed)]
