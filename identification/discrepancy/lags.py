@@ -18,7 +18,8 @@ _NARROWEST, _WIDEST = 4, 32
 _LONGEST = 0.02
 """Delay up to which one is sought, and half width up to which more are tried, s."""
 _SHORTEST, _OF_WIDTH = 2.0, 0.1
-"""Delay below which the score test tells one as well: samples, and share of the half width that shows most."""
+"""Delay up to which the score test tells one as well: samples, and share of the least half width that shows it clearly, as wider test functions
+also hold what the suspension does."""
 _CLEARLY = 25.0
 """Drop of chi-square from which something is shown: far more than the best of all delays has by chance, of white noise."""
 _ALIKE = 0.25
@@ -69,10 +70,12 @@ def _delay(look: _Look, late: str, early: str) -> float | None:
     """Of one channel against another; 0 where they agree as they stand, None where they show nothing in common."""
     tried = zip(look.jerks[late], look.jerks[early], look.half_widths, strict=True)
     found = [(half, *_best(one, other, half)) for one, other, half in tried]
-    half, common, drop, samples = max(found, key=lambda one: one[1], default=(0, 0.0, 0.0, 0))
+    _, common, drop, samples = max(found, key=lambda one: one[1], default=(0, 0.0, 0.0, 0))
     if common < _CLEARLY:
         return None
-    is_long = max(_SHORTEST, _OF_WIDTH * half) < abs(samples) <= _LONGEST / look.dt
+    alike = max(_ALIKE * abs(samples), _SHORTEST)
+    narrowest = min((half for half, _, by_delay, other in found if by_delay > _CLEARLY and abs(other - samples) <= alike), default=0)
+    is_long = max(_SHORTEST, _OF_WIDTH * narrowest) < abs(samples) <= _LONGEST / look.dt
     return samples * look.dt if is_long and drop > _CLEARLY else 0.0
 
 
