@@ -21,7 +21,8 @@ def rings_by_itself(fitted: Fitted, courses: tuple[Course, ...]) -> bool:
     Every window has initial states of its own, so that a light mass on a spring may stand in for any tone, and for what random forces do
     to a rig: nothing in the records drives it, and no listed effect is that. States that windows begin with are compared with those that
     follow from rest at the start of their record: they ring by themselves where they are far larger than the largest of these in the same
-    window, or hardly nearer to these than to rest. What rang before a record began, and has not died down, is not told from a tone.
+    window, or, where no record begins, hardly nearer to these than to rest. What rang before a record began, and has not died down, is not
+    told from a tone.
 
     Args:
         fitted: the model with the effect.
@@ -36,11 +37,11 @@ def rings_by_itself(fitted: Fitted, courses: tuple[Course, ...]) -> bool:
     windows = list(zip(prepared.record, first, length, strict=True))
     begin = np.array([along[record][at, free] for record, at, _ in windows])
     largest = np.array([np.abs(along[record][at : at + count, free]).max(axis=0) for record, at, count in windows])
-    sound = sound_windows(fitted)
-    wanted, begin, largest = fitted.outcome.estimate.states[sound, -len(free) :], begin[sound], largest[sound]
-    size = np.sum(wanted**2, axis=0)
-    far_larger = np.all(size > _BY_ITSELF**2 * np.sum(largest**2, axis=0))
-    off, errors = np.sum((wanted - begin) ** 2, axis=0), states_variance(fitted)[sound, -len(free) :].sum(axis=0)
+    sound, wanted, variance = sound_windows(fitted), fitted.outcome.estimate.states[:, -len(free) :], states_variance(fitted)[:, -len(free) :]
+    far_larger = np.all(np.sum(wanted[sound] ** 2, axis=0) > _BY_ITSELF**2 * np.sum(largest[sound] ** 2, axis=0))
+    told = sound & (first > 0)  # what a record begins with was driven before it
+    size, errors = np.sum(wanted[told] ** 2, axis=0), np.sum(variance[told], axis=0)
+    off = np.sum((wanted[told] - begin[told]) ** 2, axis=0)
     least = (1.0 - _FOLLOWS) * size + _FOLLOWS * errors  # off - errors is so much of size - errors
     follows = np.sum(off / np.maximum(size, _TINY)) <= np.sum(least / np.maximum(size, _TINY))
     return bool(far_larger or not follows)

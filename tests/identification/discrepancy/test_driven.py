@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.driven import rings_by_itself
-from identification.discrepancy.refit import extended
+from identification.discrepancy.refit import extended, windows_of
 from identification.discrepancy.score import Candidate
 from tests.identification.discrepancy.made_search import fitted, settled
 from vibrojax.effects import CoulombFriction, Hysteresis, SecondMode
@@ -66,6 +66,20 @@ def test_a_driven_mode_is_told_from_one_that_is_not_under_noise(motion, allowed)
 
     assert not _with_own_states(motion, allowed, noisy)
     assert _with_own_states(motion, allowed, lambda own: noisy(own) - own)
+
+
+def test_what_a_record_begins_with_was_driven_before_it(motion, allowed):
+    """Of records that are one window each, as those of a shock, the rest tells nothing."""
+    before = fitted(motion, 0.5 * allowed.samples.astype(float))
+    prepared = extended(before, Candidate(members=(MODE,), factors=np.ones(1), gain=100.0, degrees=1), motion.courses)
+    first = np.concatenate([group.first for group in prepared.groups])
+    size = np.sqrt(np.mean(prepared.start.states[:, -2:] ** 2, axis=0))
+    for chosen, by_itself in ((first == 0, False), (first > 0, True)):
+        part = windows_of(prepared, np.flatnonzero(chosen))
+        states = part.start.states.copy()
+        states[:, -2:] = np.random.default_rng(5).choice([-0.5, 0.5], (len(states), 2)) * size
+        after = settled(part, dataclasses.replace(part.start, states=states), before.outcome.equations.cost[chosen])
+        assert rings_by_itself(after, motion.courses) is by_itself
 
 
 def test_where_every_window_is_lost_nothing_is_told(motion, allowed):
