@@ -37,11 +37,11 @@ def rings_by_itself(fitted: Fitted, courses: tuple[Course, ...]) -> bool:
     windows = list(zip(prepared.record, first, length, strict=True))
     begin = np.array([along[record][at, free] for record, at, _ in windows])
     largest = np.array([np.abs(along[record][at : at + count, free]).max(axis=0) for record, at, count in windows])
-    sound, wanted, variance = sound_windows(fitted), fitted.outcome.estimate.states[:, -len(free) :], states_variance(fitted)[:, -len(free) :]
+    wanted, sound = fitted.outcome.estimate.states[:, -len(free) :], sound_windows(fitted)
     far_larger = np.all(np.sum(wanted[sound] ** 2, axis=0) > _BY_ITSELF**2 * np.sum(largest[sound] ** 2, axis=0))
     told = sound & (first > 0)  # what a record begins with was driven before it
-    size, errors = np.sum(wanted[told] ** 2, axis=0), np.sum(variance[told], axis=0)
-    off = np.sum((wanted[told] - begin[told]) ** 2, axis=0)
+    size, off = np.sum(wanted[told] ** 2, axis=0), np.sum((wanted[told] - begin[told]) ** 2, axis=0)
+    errors = states_variance(fitted)[told, -len(free) :].sum(axis=0)
     least = (1.0 - _FOLLOWS) * size + _FOLLOWS * errors  # off - errors is so much of size - errors
     follows = np.sum(off / np.maximum(size, _TINY)) <= np.sum(least / np.maximum(size, _TINY))
     return bool(far_larger or not follows)

@@ -18,8 +18,8 @@ _NARROWEST, _WIDEST = 4, 32
 _LONGEST = 0.02
 """Delay up to which one is sought, and half width up to which more are tried, s."""
 _SHORTEST, _OF_WIDTH = 2.0, 0.1
-"""Delay up to which the score test tells one as well: samples, and share of the least half width that shows it clearly, as wider test functions
-also hold what the suspension does."""
+"""Delay up to which the score test tells one as well: samples, and share of the least half width that shows it clearly, as wider test
+functions also hold what the suspension does."""
 _CLEARLY = 25.0
 """Drop of chi-square from which something is shown: far more than the best of all delays has by chance, of white noise."""
 _ALIKE = 0.25

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from identification.report.record_view import Impact, impacts
+from identification.report.record_view import Impact, impacts, merged
 from identification.result import RecordFit
 from vibrojax.contact.restitution import restitution
 from vibrojax.effects import AbstractEffect
@@ -30,8 +30,11 @@ _SUDDEN = 10.0
 """Change of velocity from one sample to the next over those before and after it, from which it is a rebound."""
 _MOST_ALIKE = 0.9
 """Of the correlation between neighbouring samples, that is reckoned with."""
-_ASTRAY = 50
-"""Samples by which the measured rebound from a rigid stop is looked for before and after the fitted one."""
+_TURNS = 100
+"""Instants at which, about, the measured rebound from a rigid stop is looked for."""
+_CLEARLY = 25.0
+"""Drop of chi-square from which one of them is better than the fitted instant: far more than the best of so many has by chance."""
+_TINY = np.finfo(float).tiny
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -193,9 +196,7 @@ def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> li
 
 def _contacts(record: RecordFit) -> list[Impact]:
     """Those with samples in them and those without, in order of time."""
-    sampled = impacts(record)
-    others = [one for one in _bounces(record) if not any(impact.first <= one.first <= impact.end for impact in sampled)]
-    return sorted([*sampled, *others], key=lambda one: one.first)
+    return merged([*impacts(record), *_bounces(record)])
 
 
 def _bounces(record: RecordFit) -> list[Impact]:
@@ -216,9 +217,7 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
     comes &= course.piece == course.piece[touch]
     leaves &= course.piece == course.piece[release]
     if impact.first == impact.end:
-        turn = _turn(record, course, flight, impact.first, comes, leaves)
-        comes &= samples < turn - margin
-        leaves &= samples >= turn + margin
+        comes, leaves = _beside_the_turn(record, course, flight, impact.first, comes, leaves)
     found = []
     for at, part in ((touch, comes), (release, leaves)):
         told = flight.velocity(record.time[part] - record.time[at], course.over[part])
@@ -240,17 +239,24 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
     )
 
 
-def _turn(record: RecordFit, course: _Course, flight: _Flight, fitted: int, comes: np.ndarray, leaves: np.ndarray) -> int:
-    """First sample after a rebound from a rigid stop, near the first one after the fitted rebound: where flights on either side fit best.
+def _beside_the_turn(
+    record: RecordFit, course: _Course, flight: _Flight, fitted: int, comes: np.ndarray, leaves: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Flights before and after a rebound from a rigid stop, parted where they fit best, if clearly so; else at the fitted rebound.
 
-    Over a fitted motion that rebounds at another instant, the record goes on in a flight of its own between the two.
+    Where the known motion rebounds too, the record goes on between the two in a flight over it of its own.
     """
-    place = np.flatnonzero(comes | leaves)
-    since, over = record.time[place] - record.time[fitted], course.over[place]
-    near = place[_FEWEST : len(place) - _FEWEST + 1]
+    samples, place = np.arange(len(record.time)), np.flatnonzero((comes | leaves) & np.isfinite(course.over))
+    since, over, step = record.time[place] - record.time[fitted], course.over[place], 1 + len(place) // _TURNS
+    too = {fitted} if course.velocity[fitted - 1] != course.velocity[fitted] else set()
 
     def left(turn: int) -> float:
-        parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted((turn, fitted))))
-        return sum(flight.scatter(since[part], over[part]) for part in parts)
+        parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted({turn, *too})))
+        return max(sum(flight.scatter(since[part], over[part]) for part in parts), _TINY)
 
-    return min((int(one) for one in near if abs(one - fitted) <= _ASTRAY), key=left, default=fitted)
+    near = [int(one) for one in place[_FEWEST + step : len(place) - _FEWEST - step + 1 : step]]
+    turn = min(near, key=left, default=fitted)
+    if turn in (near[:1] + near[-1:]) or len(place) * np.log(left(fitted) / left(turn)) < _CLEARLY:
+        turn = fitted
+    before, after = (comes, leaves) if too else (comes | leaves, comes | leaves)
+    return before & (samples < turn - step), after & (samples >= turn + step)

@@ -1,6 +1,7 @@
 """What tables and figures want to know of a fitted record: residuals, impacts, the motion as it was measured."""
 
 import dataclasses
+from collections.abc import Iterable
 
 import numpy as np
 from jaxtyping import Float
@@ -37,12 +38,17 @@ def largest(values: Float[np.ndarray, " samples"]) -> float:
 def impacts(record: RecordFit) -> list[Impact]:
     """Contacts of the fitted motion in order; gaps of a few samples do not part them."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], record.in_contact, [False]]).astype(int)))
+    return merged(Impact(first=int(first), end=int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True))
+
+
+def merged(parts: Iterable[Impact]) -> list[Impact]:
+    """In order, those as one between which there are a few samples at most."""
     found: list[Impact] = []
-    for first, end in zip(edges[::2], edges[1::2], strict=True):
-        if found and first - found[-1].end <= _MERGED:
-            found[-1] = dataclasses.replace(found[-1], end=int(end))
+    for one in sorted(parts, key=lambda part: part.first):
+        if found and one.first - found[-1].end <= _MERGED:
+            found[-1] = dataclasses.replace(found[-1], end=max(one.end, found[-1].end))
         else:
-            found.append(Impact(first=int(first), end=int(end)))
+            found.append(one)
     return found
 
 

@@ -8,7 +8,8 @@ from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS
 from vibrojax.suspension import SUSPENSIONS
 
-_LISTED = {p.symbol for owner in (*LAWS.values(), *EFFECTS.values(), *SUSPENSIONS.values()) for p in owner.parameters if "_" in p.symbol}
+_PARAMETERS = [p for owner in (*LAWS.values(), *EFFECTS.values(), *SUSPENSIONS.values()) for p in owner.parameters]
+_LISTED = {re.escape(symbol) for p in _PARAMETERS for symbol in (p.symbol, p.from_gap) if "_" in symbol}
 _IN_PROSE = re.compile(rf"(?<![\w./\\-])({'|'.join(sorted(_LISTED))})(?![\w/\\-]|\.\w)")
 """A parameter's symbol among words; a part of a file's or an effect's name is none."""
 _LOWERED = str.maketrans("0123456789in", "₀₁₂₃₄₅₆₇₈₉ᵢₙ")

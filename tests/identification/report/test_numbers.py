@@ -57,6 +57,7 @@ def test_shares_units_and_symbols():
         ("second_mode in a_1.csv <b>", "second_mode in a_1.csv &lt;b&gt;"),
         ("run.k_3 of time_offset", "run.k_3 of time_offset"),
         ("m_2-low.csv, f_n/a.csv, low-k_i.csv and x_2 b.csv", "m_2-low.csv, f_n/a.csv, low-k_i.csv and x_2 b.csv"),
+        ("a stop at u_stop = 28 mm", "a stop at <i>u</i><sub>stop</sub> = 28 mm"),
     ],
 )
 def test_symbols_in_a_sentence_have_lowered_indices_and_names_of_files_and_effects_have_not(said, shown):
