@@ -43,16 +43,23 @@ def said(run: Run) -> str:
         bend, learned = (document.get("location") or {}).get("bend"), document.get("free_form")
         harder = f"; harder beyond {millimetres(bend['depth'])} in {', '.join(bend['records'])}" if bend else ""
         return document["verdict"] + harder + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
-    return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one)})" for one in document["effects"])
+    return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one, gaps(document))})" for one in document["effects"])
 
 
-def numbers(effect: dict) -> str:
-    """An effect's parameters with their errors."""
+def gaps(document: dict) -> set[float]:
+    """Of the nominal model's records, m."""
+    return {record["gap"] for record in document["nominal"].get("records", {}).values()}
+
+
+def numbers(effect: dict, gaps: set[float]) -> str:
+    """An effect's parameters with their errors; a place that counts from the gap stands on the axis of u where all records have one."""
     specs = {p.name: p for p in EFFECTS[effect["name"]].parameters}
     found = []
     for name, number in effect["parameters"].items():
-        symbol = specs[name].symbol if name in specs else name
-        found.append(f"{symbol} = {with_unit(rounded(number['value'], number['stderr']).text, number['unit'])}")
+        symbol, value = specs[name].symbol if name in specs else name, number["value"]
+        if name in specs and specs[name].from_gap and len(gaps) == 1:
+            symbol, value = specs[name].from_gap, value + min(gaps)
+        found.append(f"{symbol} = {with_unit(rounded(value, number['stderr']).text, number['unit'])}")
     return ", ".join([*([effect["channel"]] if effect.get("channel") else []), *found])
 
 

@@ -53,6 +53,15 @@ def test_a_row_holds_errors_effects_and_what_is_known(tmp_path):
     assert cells[3:] == [FRICTION.truth, "yes"]
 
 
+@pytest.mark.parametrize(
+    ("gaps", "place"), [((1.0, 1.0), "u_stop = 0.006000 ± 0.000010 m"), ((1.0, 0.5), "gap_0 = −0.994000 ± 0.000010 m")]
+)
+def test_a_stop_stands_where_it_is_if_all_records_have_one_gap(tmp_path, gaps, place):
+    stop = {"name": "missing_stop", "parameters": {"gap_offset": {"value": -0.994, "stderr": 1e-5, "unit": "m"}}}
+    nominal = DOCUMENT["nominal"] | {"records": {f"{number}.csv": {"gap": gap} for number, gap in enumerate(gaps)}}
+    assert f"missing_stop ({place})" in row(FRICTION, made(tmp_path, DOCUMENT | {"effects": [stop], "nominal": nominal}))
+
+
 def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_path):
     document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = -0.1 N |u'| u'"}
     assert "| unlisted; learned: force = -0.1 N \\|u'\\| u' |" in row(FRICTION, made(tmp_path, document))
