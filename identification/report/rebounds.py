@@ -31,9 +31,9 @@ _SUDDEN = 10.0
 _MOST_ALIKE = 0.9
 """Of the correlation between neighbouring samples, that is reckoned with."""
 _TURNS = 100
-"""Instants at which, about, the measured rebound from a rigid stop is looked for."""
-_CLEARLY = 25.0
-"""Drop of chi-square from which one of them is better than the fitted instant: far more than the best of so many has by chance."""
+"""Instants at which, about, the flights beside a rebound from a rigid stop may end or begin."""
+_CLEARLY = 16.0
+"""Drop of chi-square from which one of them is better than the fitted instant: more than the best of so many has by chance."""
 _TINY = np.finfo(float).tiny
 
 
@@ -131,21 +131,25 @@ class _Flight:
         inverse = np.linalg.pinv(columns)
         place_and_speed = inverse @ u
         scatter = u - columns @ place_and_speed
-        alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, 1e-300)), 0.0), _MOST_ALIKE)
-        variance = scatter @ scatter / (len(t) - len(place_and_speed)) * (1.0 + alike) / (1.0 - alike)
+        variance = scatter @ scatter / (len(t) - len(place_and_speed)) / _independent(scatter)
         return float(place_and_speed[1]), float(np.sqrt(variance) * np.linalg.norm(inverse[1]))
 
-    def scatter(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> float:
-        """Sum of squares, m^2, of what the free vibration through some samples leaves of them."""
-        usable = np.isfinite(u)
-        _, left, rank, _ = np.linalg.lstsq(columns := self._columns(since[usable]), u[usable])
-        return float(left[0]) if rank == columns.shape[1] < len(columns) else 0.0
+    def scatter(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
+        """What the free vibration through some samples leaves of them, m."""
+        columns = self._columns(since)
+        return u - columns @ (np.linalg.pinv(columns) @ u)
 
     def _columns(self, t: Float[np.ndarray, " samples"]) -> Float[np.ndarray, "samples 2"]:
         """Motions of place one and of speed one at time zero."""
         rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
         damping = self.zeta * self.omega  # too little to change the frequency
         return np.exp(-damping * t)[:, None] * np.stack([np.cos(self.omega * t) + damping * rises, rises], axis=1)
+
+
+def _independent(scatter: Float[np.ndarray, " samples"]) -> float:
+    """Share of the samples that count, as one differs as the one before it does."""
+    alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), _MOST_ALIKE)
+    return (1.0 - alike) / (1.0 + alike)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -242,21 +246,22 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
 def _beside_the_turn(
     record: RecordFit, course: _Course, flight: _Flight, fitted: int, comes: np.ndarray, leaves: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Flights before and after a rebound from a rigid stop, parted where they fit best, if clearly so; else at the fitted rebound.
+    """Flights before and after a rebound from a rigid stop, but for what is between it and another instant, if they clearly fit better so.
 
-    Where the known motion rebounds too, the record goes on between the two in a flight over it of its own.
+    Over a fitted motion that rebounds too early or late, the record goes on between the two in a flight of its own; and a hammer that is no
+    point may shake for a while after it has rebounded.
     """
     samples, place = np.arange(len(record.time)), np.flatnonzero((comes | leaves) & np.isfinite(course.over))
     since, over, step = record.time[place] - record.time[fitted], course.over[place], 1 + len(place) // _TURNS
-    too = {fitted} if course.velocity[fitted - 1] != course.velocity[fitted] else set()
 
-    def left(turn: int) -> float:
-        parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted({turn, *too})))
-        return max(sum(flight.scatter(since[part], over[part]) for part in parts), _TINY)
+    def scatter(turn: int) -> np.ndarray:
+        parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted({turn, fitted})))
+        return np.concatenate([flight.scatter(since[part], over[part]) for part in parts])
 
     near = [int(one) for one in place[_FEWEST + step : len(place) - _FEWEST - step + 1 : step]]
-    turn = min(near, key=left, default=fitted)
-    if turn in (near[:1] + near[-1:]) or len(place) * np.log(left(fitted) / left(turn)) < _CLEARLY:
+    left = {turn: scatter(turn) for turn in [fitted, *near]}
+    turn = min(left, key=lambda one: left[one] @ left[one])
+    drop = len(place) * _independent(left[turn]) * np.log((left[fitted] @ left[fitted] + _TINY) / (left[turn] @ left[turn] + _TINY))
+    if turn in (near[:1] + near[-1:]) or drop < _CLEARLY:
         turn = fitted
-    before, after = (comes, leaves) if too else (comes | leaves, comes | leaves)
-    return before & (samples < turn - step), after & (samples >= turn + step)
+    return comes & (samples < turn - step), leaves & (samples >= turn + step)
