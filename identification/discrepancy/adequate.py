@@ -13,10 +13,10 @@ _JUMP = 10.0
 """Mean squared jump of an effect's own states, in standard errors, above which it has not been followed but chosen anew by each window."""
 
 
-def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
+def adequate(fitted: Fitted, allowed: Tolerance, *, allowance: float = OVERALL) -> bool:
     """Whether chi-square is that of noise, a few windows apart that have settled on a wrong number of impacts or were lost.
 
-    An effect with memory must also carry it from window to window.
+    An effect with memory must also carry it from window to window. `allowance`: for a noise figure that is not exact.
     """
     cost, samples = fitted.outcome.equations.cost, allowed.samples
     told = samples > 0
@@ -26,5 +26,5 @@ def adequate(fitted: Fitted, allowed: Tolerance) -> bool:
     degrees = int(samples[told][most].sum()) - fitted.unknowns - fitted.prepared.layout.states * int(free[told][most].sum())
     if np.mean(~most) > _ASTRAY or degrees <= 0:
         return False
-    is_noise = float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, OVERALL)
+    is_noise = float(2.0 * cost[told][most].sum()) / degrees <= chi2_limit(degrees, allowance)
     return is_noise and jump_variance(fitted) <= _JUMP

@@ -24,8 +24,8 @@ def unsteady(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     values = fitted.model.values() | {MASS.name: fitted.model.mass}
     sizes = {one.name: abs(float(values[one.name])) for one in differ}
     loose = [one.name for one in differ if one.scatter > _NO_CONSTANT * sizes[one.name] or _is_another(one, sizes[one.name])]
-    vague = _vague(fitted, allowed)
-    return tuple(name for name in fitted.names if name in vague or any(one.startswith(f"{name}.") for one in loose))
+    hardly = vague(fitted, allowed)
+    return tuple(name for name in fitted.names if name in hardly or any(one.startswith(f"{name}.") for one in loose))
 
 
 def _is_another(one: Disagreement, size: float) -> bool:
@@ -35,7 +35,7 @@ def _is_another(one: Disagreement, size: float) -> bool:
     return bool(np.any((off > _ANOTHER * size) & (off > _SURELY * stderr)))
 
 
-def _vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
+def vague(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
     """Effects of which less than half of the estimated parameters are known; of a stop, where it stands says enough.
 
     What each record has of its own, what was searched for, and what is held, is not asked for.

@@ -7,8 +7,8 @@ from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, Search
-from identification.discrepancy.steadiness import ADDS, MOSTLY, steadily
+from identification.discrepancy.search import BUDGET, MOSTLY, Search
+from identification.discrepancy.steadiness import ADDS, steadily
 
 _FINDING = 0.5
 """Share of the misfit that a learned term must explain to be shown."""

@@ -28,6 +28,8 @@ EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect help
 RESTLESS, DRIFTING, LEARNED = "the first effect will not hold still", "a parameter drifts", "a learned term explains all"
 """Why a search ended."""
 _MOST_EFFECTS = 3
+MOSTLY = 0.75
+"""Share of the first misfit that effects must explain to be asserted, unless they leave noise exactly as stated."""
 _BETTER = 8.0
 """Drop of the cost, half chi-square, below which a model fitted anew is no other."""
 _FAR_MORE = 4.0
@@ -135,7 +137,7 @@ def search(
             scored = dataclasses.replace(scored, fitted=fitted, at=at)
         helps = bool(rivals) and _helps(rivals[0], cost, scored, allowed)
         if not ended and not helps:
-            ended = EXPLAINED if adequate(fitted, allowed) else HELPLESS
+            ended = EXPLAINED if leaves_noise(fitted, allowed, rounds) else HELPLESS
         if ended and not (trifle and helps and _completes(rivals[0].fitted, scored, allowed, without)):
             return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without, mimics=mimics)
         rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
@@ -160,7 +162,7 @@ def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline:
     if _explained(scored, allowed, rounds):
         return EXPLAINED
     if not scored.significant and not beyond_scores(scored, []):
-        return EXPLAINED if adequate(scored.fitted, allowed) else HELPLESS
+        return EXPLAINED if leaves_noise(scored.fitted, allowed, rounds) else HELPLESS
     if len(scored.fitted.names) >= most_effects:
         return MOST_EFFECTS
     if len(rounds) > 1 and _never_still(rounds, allowed):
@@ -237,7 +239,15 @@ def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether what is left is noise, or a trifle beside what has been explained."""
     misfit = whole_cost(scored.fitted, allowed) - allowed.noise
     first = _first_misfit(rounds, allowed)
-    return (adequate(scored.fitted, allowed) or misfit < _REST * first) and _most_promised(scored) <= _REST * 2.0 * first
+    return (leaves_noise(scored.fitted, allowed, rounds) or misfit < _REST * first) and _most_promised(scored) <= _REST * 2.0 * first
+
+
+def leaves_noise(fitted: Fitted, allowed: Tolerance, rounds: list[Round]) -> bool:
+    """Whether a model is adequate, and not only because its first misfit was hardly larger than what a noise figure may be off by."""
+    if not rounds or not adequate(fitted, allowed):
+        return adequate(fitted, allowed)
+    left = whole_cost(fitted, allowed) - allowed.noise
+    return left <= (1.0 - MOSTLY) * _first_misfit(rounds, allowed) or adequate(fitted, allowed, allowance=0.0)
 
 
 def _first_misfit(rounds: list[Round], allowed: Tolerance) -> float:

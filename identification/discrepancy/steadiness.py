@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable
 
 from identification.discrepancy.adequate import adequate
-from identification.discrepancy.constancy import unsteady
+from identification.discrepancy.constancy import unsteady, vague
 from identification.discrepancy.disagreement import BY_CHANCE
 from identification.discrepancy.drift import MUCH, Drift, drifts
 from identification.discrepancy.free_form import Learned, learn
@@ -12,15 +12,13 @@ from identification.discrepancy.look import Scored
 from identification.discrepancy.prune import pruned
 from identification.discrepancy.refit import Fitted
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, LEARNED, MOST_EFFECTS, Search, reopened, search
+from identification.discrepancy.search import BUDGET, LEARNED, MOST_EFFECTS, MOSTLY, Search, reopened, search
 from identification.discrepancy.tried import Tried
 
 _BEFORE_A_TERM = 2
 """Effects that are tried before a learned term is asked for."""
 ADDS = 0.05
 """Share of the first misfit that an effect must add to be asserted although more than noise is left."""
-MOSTLY = 0.75
-"""Share of the misfit that listed effects must explain to be asserted although more than noise is left."""
 _AT_REST = 0.5
 """Its change beside the effects over that in the nominal model below which they explain it."""
 
@@ -115,14 +113,20 @@ def _loose(found: Search, allowed: Tolerance) -> str:
 
 
 def _weighed(found: Search, allowed: Tolerance) -> Search:
-    """The search, doubted where it takes several effects to explain all, of which one does not hold still.
+    """The search, doubted where it takes several effects to explain all, of which one does not hold still, or one that records hardly tell.
 
-    One effect that does so alone is the cause; several may do so by turns, each a part of what none of them is.
+    One effect that does so alone is the cause, if it is told; several may do so by turns, each a part of what none of them is. What is not
+    told explains by the states that each window may choose.
     """
-    if not found.explained or len(found.fitted.names) < 2 or not unsteady(found.fitted, allowed):
+    if not found.explained or not _loosely(found.fitted, allowed):
         return found
     needed = pruned(found.fitted, allowed)
-    return dataclasses.replace(found, doubted=needed if len(needed.names) > 1 and unsteady(needed, allowed) else None)
+    return dataclasses.replace(found, doubted=needed if _loosely(needed, allowed) else None)
+
+
+def _loosely(fitted: Fitted, allowed: Tolerance) -> tuple[str, ...]:
+    """Effects for which a model that explains all is doubted."""
+    return (unsteady if len(fitted.names) > 1 else vague)(fitted, allowed)
 
 
 def steadily(found: Search, allowed: Tolerance) -> tuple[Fitted | None, float]:

@@ -84,10 +84,10 @@ def _losing(one: Restitution) -> str:
 
 def nearest(effects: Sequence[Asserted], loose: Sequence[str]) -> str:
     """What the list could say, and why it is not asserted: `loose`, by name, are those of the effects that do not hold still."""
-    named = _joined([_with_what_is_known(one) for one in effects])
+    named = _joined([_with_what_is_known(one) for one in effects]) + " would" + (" together" if len(effects) > 1 else "")
     restless = _joined([one.effect.summary for one in effects if one.effect.name in loose])
     return (
-        f"Nearest on the list, and not asserted: {named} would together leave next to nothing but noise, but the strength of"
+        f"Nearest on the list, and not asserted: {named} leave next to nothing but noise, but the strength of"
         f" {restless} differs between records, or these do not tell it."
     )
 
