@@ -11,7 +11,7 @@ from identification.discrepancy.assertion import TWIN, probability, twins
 from identification.discrepancy.continuity import whole_cost
 from identification.discrepancy.drift import Drift
 from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.search import BUDGET, DRIFTING, EXPLAINED, HELPLESS, RESTLESS, reopened, why_ended
+from identification.discrepancy.search import BUDGET, DRIFTING, EXPLAINED, HELPLESS, RESTLESS, leaves_noise, reopened, why_ended
 from tests.identification.discrepancy.made_search import fitted, round_of, stage
 from vibrojax.effects import CoulombFriction, QuadraticDrag
 
@@ -71,6 +71,23 @@ def test_the_search_says_why_it_ended(motion, allowed, noise):
     promising = dataclasses.replace(weak.scored, fitted=fitted(motion, 3.0 * noise))
     assert why_ended(promising, allowed, [], later) == ""
     assert why_ended(promising, allowed, [], over) == BUDGET
+
+
+@pytest.mark.parametrize(
+    ("first", "left", "noise_is_left"),
+    [
+        (1.09, 1.05, False),  # half of it: the rest may be what a noise figure is off by, but so may nearly have been all
+        (1.09, 1.015, True),  # noise as stated
+        (1.04, 1.015, True),
+        (3.0, 1.05, True),  # nearly all of it
+        (3.0, 1.2, False),
+        (None, 1.05, True),  # the nominal model
+    ],
+)
+def test_what_explains_a_part_of_a_small_misfit_leaves_no_noise(motion, allowed, first, left, noise_is_left):
+    after = fitted(motion, left * 0.5 * allowed.samples.astype(float))
+    rounds = [] if first is None else [stage(motion, allowed, first, left, CoulombFriction(friction_force=0.1))]
+    assert leaves_noise(after, allowed, rounds) is noise_is_left
 
 
 @pytest.mark.parametrize(("loose_at_first", "loose_at_last", "ended"), [(True, True, RESTLESS), (False, True, ""), (True, False, "")])

@@ -118,6 +118,7 @@ def searches(motion, allowed, monkeypatch):
         monkeypatch.setattr(steadiness, "search", search)
         monkeypatch.setattr(steadiness, "reopened", lambda one, allowed, *, without: ())
         monkeypatch.setattr(steadiness, "unsteady", lambda fitted, allowed: tuple(n for n in fitted.names if n == "coulomb_friction"))
+        monkeypatch.setattr(steadiness, "vague", lambda fitted, allowed: ())
         return found, calls
 
     return given
@@ -136,6 +137,16 @@ def test_one_effect_that_explains_all_stands_and_no_second_search_is_begun_witho
     found, calls = searches((ended, FRICTION))
     assert steady_search(found[0].fitted, allowed, np.inf).fitted.names == ("coulomb_friction",)
     assert len(calls) == 1
+
+
+def test_one_effect_that_explains_all_and_is_not_told_is_doubted(motion, allowed, searches, monkeypatch):
+    """As a hysteresis without strength, by whose states windows follow a restless rig; that another one explains all is another matter."""
+    found, calls = searches((EXPLAINED, FRICTION), (EXPLAINED, DRAG))
+    monkeypatch.setattr(steadiness, "vague", lambda fitted, allowed: tuple(n for n in fitted.names if n == "coulomb_friction"))
+    result = steady_search(found[0].fitted, allowed, np.inf)
+    assert (result.explained, result.fitted.names) == (True, ("quadratic_drag",))
+    assert result.nearest is not None and result.nearest.names == ("coulomb_friction",)
+    assert [call.get("without") for call in calls] == [None, ("coulomb_friction",)]
 
 
 @pytest.mark.parametrize(("again", "names"), [(EXPLAINED, 1), (HELPLESS, 1), (BUDGET, 2)])
