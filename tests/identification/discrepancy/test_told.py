@@ -95,6 +95,8 @@ def test_what_comes_nearest_is_told_with_its_numbers_and_why_it_is_not_asserted(
     assert "not asserted: dry friction in the suspension (F_c = 0.80 ± 0.80 N) and impacts on a stop" in said
     assert f"u_stop = {PLACE} m" in said
     assert "the strength of dry friction in the suspension differs" in said
+    assert ") would together leave next to nothing" in said
+    assert "(F_c = 0.80 ± 0.80 N) would leave next to nothing" in nearest((friction,), ("coulomb_friction",))
 
 
 def test_what_a_search_came_nearest_to_is_told_by_its_model(motion, allowed, monkeypatch):
