@@ -30,6 +30,8 @@ RESTLESS, DRIFTING, LEARNED = "the first effect will not hold still", "a paramet
 _MOST_EFFECTS = 3
 MOSTLY = 0.75
 """Share of the first misfit that effects must explain to be asserted, unless they leave noise exactly as stated."""
+_AS_STATED = 0.01
+"""Chance of noise as stated being found more than noise."""
 _BETTER = 8.0
 """Drop of the cost, half chi-square, below which a model fitted anew is no other."""
 _FAR_MORE = 4.0
@@ -247,7 +249,7 @@ def leaves_noise(fitted: Fitted, allowed: Tolerance, rounds: list[Round]) -> boo
     if not rounds or not adequate(fitted, allowed):
         return adequate(fitted, allowed)
     left = whole_cost(fitted, allowed) - allowed.noise
-    return left <= (1.0 - MOSTLY) * _first_misfit(rounds, allowed) or adequate(fitted, allowed, allowance=0.0)
+    return left <= (1.0 - MOSTLY) * _first_misfit(rounds, allowed) or adequate(fitted, allowed, allowance=0.0, chance=_AS_STATED)
 
 
 def _first_misfit(rounds: list[Round], allowed: Tolerance) -> float:

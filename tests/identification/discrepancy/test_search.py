@@ -77,8 +77,9 @@ def test_the_search_says_why_it_ended(motion, allowed, noise):
     ("first", "left", "noise_is_left"),
     [
         (1.09, 1.05, False),  # half of it: the rest may be what a noise figure is off by, but so may nearly have been all
-        (1.09, 1.015, True),  # noise as stated
-        (1.04, 1.015, True),
+        (1.09, 1.005, True),  # noise as stated
+        (1.02, 1.005, True),
+        (1.04, 1.015, False),
         (3.0, 1.05, True),  # nearly all of it
         (3.0, 1.2, False),
         (None, 1.05, True),  # the nominal model
