@@ -43,10 +43,10 @@ def said(run: Run) -> str:
         bend, learned = (document.get("location") or {}).get("bend"), document.get("free_form")
         harder = f"; harder beyond {millimetres(bend['depth'])} in {', '.join(bend['records'])}" if bend else ""
         return document["verdict"] + harder + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
-    return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one, gaps(document))})" for one in document["effects"])
+    return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one, _gaps(document))})" for one in document["effects"])
 
 
-def gaps(document: dict) -> set[float]:
+def _gaps(document: dict) -> set[float]:
     """Of the nominal model's records, m."""
     return {record["gap"] for record in document["nominal"].get("records", {}).values()}
 

@@ -246,8 +246,10 @@ def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
 
 def leaves_noise(fitted: Fitted, allowed: Tolerance, rounds: list[Round]) -> bool:
     """Whether a model is adequate, and not only because its first misfit was hardly larger than what a noise figure may be off by."""
-    if not rounds or not adequate(fitted, allowed):
-        return adequate(fitted, allowed)
+    if not adequate(fitted, allowed):
+        return False
+    if not rounds:
+        return True
     left = whole_cost(fitted, allowed) - allowed.noise
     return left <= (1.0 - MOSTLY) * _first_misfit(rounds, allowed) or adequate(fitted, allowed, allowance=0.0, chance=_AS_STATED)
 
