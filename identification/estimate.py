@@ -7,21 +7,27 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.adequacy import OVERALL, chi2_limit
-from identification.block_arrow import Equations, reduce, solve
+from identification.block_arrow import Equations
 from identification.experiment import Experiment
-from identification.fit import bounds, evaluator, fit, free_unknowns, integrator_for
+from identification.fit import bounds, fit, free_unknowns, integrator_for
 from identification.held_back import held_back_fits
 from identification.layout import Active, Estimate
 from identification.levenberg_marquardt import Outcome
+from identification.likelihood.fitted import Fitted, first_point, fitted
+from identification.likelihood.joint import point
+from identification.likelihood.unrest import Unrest, unrest
+from identification.likelihood.variances import equations, posterior
 from identification.multistart import Multistart
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
-from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate, StartOutcome
+from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate, SensorNoise, StartOutcome
 from identification.uncertainty import Uncertainty, interval, uncertainty
 
 Progress = Callable[[str], None]
 DERIVED = {"k": "N/m", "c": "N s/m"}
 """Unit by name of the numbers that follow from mass, natural frequency and damping ratio."""
+FORCE_BY_CHANCE = 1e-4
+"""Chance of noise alone showing the random force that a fit states."""
 _STRUCK = 12.0
 """A force this many standard deviations above zero is no noise."""
 
@@ -45,18 +51,20 @@ def fit_experiment(
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
     outcome, tried = _optimum(prepared, degrees, starts, seed, clock, progress)
+    progress("estimating sensor noise and random force")
+    found = fitted(first_point(prepared, outcome.estimate))
+    clock.lap("likelihood")
     progress("standard errors and intervals")
-    reduced_chi2 = 2.0 * outcome.cost / max(degrees, 1)
-    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced_chi2, adequate_below=chi2_limit(degrees, OVERALL))
+    spread = uncertainty(found.posterior.equations, found.estimate, active)
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
-    parameters = _parameters(prepared, outcome, known, spread)
+    parameters = _parameters(found, known, spread)
     clock.lap("errors")
     progress("checking the step size")
-    shift = discretisation_shift(prepared, outcome, known, spread)
-    records = record_fits(prepared, integrator_for(prepared), outcome.estimate, _nuisance_errors(prepared, spread, active))
+    shift = discretisation_shift(found, known, spread)
+    records = record_fits(prepared, integrator_for(prepared), found.estimate, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
-    values = prepared.layout.physical(outcome.estimate.shared)
-    model = prepared.model.replace(values)
+    values = prepared.layout.physical(found.estimate.shared)
+    model, restless = prepared.model.replace(values), unrest(found, alpha=FORCE_BY_CHANCE)
     if experiment.held_back:
         progress("predicting the held-back records")
     held_back = held_back_fits(experiment, model)
@@ -69,14 +77,16 @@ def fit_experiment(
         derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=reduced_chi2,
+        chi2_reduced=found.chi2_reduced,
         degrees=degrees,
         records=records,
         starts=tried,
-        converged=outcome.converged,
+        converged=outcome.converged and found.converged,
         iterations=outcome.iterations,
         discretisation=shift,
-        warnings=(*_warnings(outcome, spread, reduced_chi2, shift), *_implausible_gaps(prepared)),
+        warnings=(*_warnings(outcome, restless, shift), *_implausible_gaps(prepared)),
+        unrest=restless,
+        noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
@@ -122,29 +132,32 @@ def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
     return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
 
 
-def discretisation_shift(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> float:
+def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> float:
     """Largest shift of a shared parameter, in standard errors, when all steps are halved (one Gauss-Newton step from the optimum)."""
-    fine = evaluator(prepared, integrator_for(prepared, refinement=2.0))(outcome.estimate)
-    coarse, finer = (
-        solve(reduce(equations, outcome.estimate, active, 0.0), equations, outcome.estimate)[0] for equations in (outcome.equations, fine)
-    )
-    sigma = spread.stderr[: prepared.layout.shared]
+    found = (posterior(at.linear, at.inner, of.variances) for at in (of.point, point(of.prepared, of.estimate, of.variances, refinement=2.0)))
+    coarse, finer = (one.step[0, : of.prepared.layout.shared] for one in found)
+    sigma = spread.stderr[: of.prepared.layout.shared]
     moved = np.abs(finer - coarse)[active.shared]
     return float(np.max(moved / sigma[active.shared], initial=0.0))
 
 
-def _parameters(prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
+def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
     """The table."""
-    evaluate = evaluator(prepared, integrator_for(prepared))
-    return tuple(_parameter(prepared, outcome, active, spread, index, evaluate) for index in range(prepared.layout.shared))
+
+    def evaluate(estimate: Estimate) -> Equations:
+        at = point(of.prepared, dataclasses.replace(estimate, force=of.estimate.force), of.variances)
+        return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
+
+    return tuple(_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
 
 
 def _parameter(
-    prepared: Prepared, outcome: Outcome, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]
+    of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]
 ) -> ParameterEstimate:
     """One row of the table."""
+    prepared, estimate = of.prepared, of.estimate
     spec = prepared.layout.parameters[index]
-    internal = outcome.estimate.shared[index]
+    internal = estimate.shared[index]
     value, initial = spec.to_physical(internal), spec.to_physical(prepared.start.shared[index])
     blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=initial, status=OK)
     if spec.name in prepared.fixed:
@@ -155,7 +168,7 @@ def _parameter(
     if not spread.identifiable[index]:
         return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
     sigma = spread.stderr[index]
-    left, right, kind = interval(evaluate, outcome.equations, outcome.estimate, active, spread, index)
+    left, right, kind = interval(evaluate, of.posterior.equations, estimate, active, spread, index)
     stderr = sigma * spec.slope(value)
     return dataclasses.replace(blank, stderr=float(stderr), ci95=(spec.to_physical(left), spec.to_physical(right)), interval=kind)
 
@@ -196,16 +209,13 @@ def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) ->
     return np.where(active.nuisances, errors, np.nan)
 
 
-def _warnings(outcome: Outcome, spread: Uncertainty, reduced_chi2: float, shift: float) -> tuple[str, ...]:
+def _warnings(outcome: Outcome, restless: Unrest | None, shift: float) -> tuple[str, ...]:
     """What the reader of the result must know."""
     found = []
     if not outcome.converged:
         found.append(f"the iteration stopped after {outcome.iterations} steps without converging")
-    if spread.clustered:
-        found.append(
-            f"the model does not explain the records to their noise (reduced chi-square {reduced_chi2:.3g});"
-            " the errors are taken from the scatter between windows and do not cover what the model leaves out"
-        )
+    if restless is not None:
+        found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause.")
     if shift > 0.1:
         found.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
     return tuple(found)

@@ -83,6 +83,8 @@ class Estimate:
     """(records, nuisances)"""
     states: np.ndarray
     """(windows, states)"""
+    force: np.ndarray | None = None
+    """(windows, knots): random force, N; None where it is not estimated."""
 
     def local(self, record: np.ndarray) -> np.ndarray:
         """Vector of every window, (windows, size)."""
@@ -91,7 +93,9 @@ class Estimate:
 
     def moved(self, shared: np.ndarray, nuisances: np.ndarray, states: np.ndarray) -> "Estimate":
         """This point plus a step."""
-        return Estimate(shared=self.shared + shared, nuisances=self.nuisances + nuisances, states=self.states + states)
+        return dataclasses.replace(
+            self, shared=self.shared + shared, nuisances=self.nuisances + nuisances, states=self.states + states
+        )
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

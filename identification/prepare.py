@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -130,3 +131,19 @@ def _base_acceleration(record: Record, base: tuple[float, float], measured: Samp
         signal = measured.second_derivative
         return np.concatenate([signal.coefficients[3], [signal.coefficients[3][-1]]])
     return harmonic_acceleration(record, *base)
+
+
+def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
+    """Some of the windows, in their order, with their own start; the same where all are chosen."""
+    if np.array_equal(chosen, np.arange(len(prepared.record))):
+        return prepared
+    groups, begin = [], 0
+    for group in prepared.groups:
+        mine = chosen[(chosen >= begin) & (chosen < begin + len(group.record))] - begin
+        begin += len(group.record)
+        if len(mine):
+            groups.append(jax.tree.map(lambda leaf, mine=mine: leaf[mine], group))
+    start = prepared.start
+    force = None if start.force is None else start.force[chosen]
+    start = dataclasses.replace(start, states=start.states[chosen], force=force)
+    return dataclasses.replace(prepared, groups=tuple(groups), start=start)

@@ -1,5 +1,7 @@
 """Residuals of all windows and their derivatives: the only place where the fit meets the solver."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -42,6 +44,8 @@ def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array,
     if base is None:
         base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=lane.frequency_hz)
     applied = Unforced() if lane.applied is None else lane.applied
+    if lane.disturbance is not None:
+        applied = dataclasses.replace(lane.disturbance, beside=applied)
 
     def acts(file: str) -> Float[Array, ""] | float:
         return jnp.where(lane.record == layout.files.index(file), 1.0, 0.0) if file in layout.files else 0.0

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Experiment
+from identification.likelihood.unrest import Unrest
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
@@ -97,6 +98,14 @@ class RecordFit:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class SensorNoise:
+    """Noise of one channel: standard deviation over the declared one (or that read off the record), and order of its autoregression."""
+
+    scale: float
+    order: int
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class StartOutcome:
     """What became of one start: cost (half chi-square) before and after, parameters at its end, and where it came from."""
 
@@ -127,6 +136,8 @@ class FitResult:
         iterations: of the last stage.
         discretisation: largest shift of any parameter, in standard errors, when every step of the integrator is halved.
         warnings: sentences that the reader of the result must see.
+        unrest: random force on the hammer; None where there is no evidence of one.
+        noise: by channel, standard deviation as estimated over that declared or read off the record, and the order of its autoregression.
         seed: of the multistart.
         seconds: wall time by stage.
     """
@@ -145,6 +156,8 @@ class FitResult:
     iterations: int
     discretisation: float
     warnings: tuple[str, ...]
+    unrest: Unrest | None
+    noise: dict[str, SensorNoise]
     seed: int
     seconds: dict[str, float]
     held_back: tuple[RecordFit, ...] = ()

@@ -49,6 +49,8 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "converged": result.converged,
         "iterations": result.iterations,
         "discretisation": result.discretisation,
+        "unrest": None if result.unrest is None else result.unrest.document(),
+        "noise": {name: {"scale": one.scale, "order": one.order} for name, one in result.noise.items()},
         "warnings": list(result.warnings),
         "records": [_record(record) for record in result.records],
         "held_back": [_record(record) for record in result.held_back],

@@ -26,14 +26,10 @@ class Uncertainty:
     Attributes:
         covariance: of all unknowns (shared, then nuisances record by record); zero rows where not estimated.
         identifiable: (parameters,) bool; False for those that were free and are not determined.
-        inflation: factor on the noise, squared, that the misfit asks for; 1 where the model explains the records.
-        clustered: True where the errors come from the scatter between windows, because the misfit exceeds the noise.
     """
 
     covariance: np.ndarray
     identifiable: np.ndarray
-    inflation: float
-    clustered: bool
 
     @property
     def stderr(self) -> np.ndarray:
@@ -47,33 +43,15 @@ class Uncertainty:
         return part / np.outer(scale, scale)
 
 
-def uncertainty(equations: Equations, estimate: Estimate, active: Active, chi2_reduced: float, adequate_below: float) -> Uncertainty:
-    """Covariance at the optimum.
-
-    Where chi-square shows no misfit it is the inverse Gauss-Newton matrix. Where it does, residuals are neither white nor small and
-    that matrix is proud: the covariance is then the larger of it, scaled by chi-square, and the sandwich whose filling is the scatter
-    of the windows' scores (windows are far apart in time, so their residuals are nearly independent).
-
-    Source of the sandwich: H. White, Maximum likelihood estimation of misspecified models, Econometrica 50 (1982) 1-25.
-    """
-    whole = reduce(equations, estimate, active, 0.0)
-    identifiable = _identifiable(whole, len(estimate.shared))
+def uncertainty(equations: Equations, estimate: Estimate, active: Active) -> Uncertainty:
+    """Covariance at the optimum: the inverse Gauss-Newton matrix of normal equations in the metric of the likelihood."""
+    identifiable = _identifiable(reduce(equations, estimate, active, 0.0), len(estimate.shared))
     kept = dataclasses.replace(active, shared=active.shared & identifiable)
     reduced = reduce(equations, estimate, kept, 0.0)
-    part = reduced.active
-    inverse = covariance(reduced.hessian[np.ix_(part, part)])
-    adequate = chi2_reduced <= adequate_below
-    inflation = 1.0 if adequate else chi2_reduced
-    best = inflation * inverse
-    if not adequate:
-        scores = reduced.scores[:, part]
-        sandwich = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(len(scores) - 1, 1)
-        ratio = np.sqrt(np.maximum(np.diag(sandwich) / np.maximum(np.diag(best), 1e-300), 1.0))
-        best = best * np.outer(ratio, ratio)
-    full = np.zeros_like(reduced.hessian)
-    full[np.ix_(part, part)] = best
+    full, part = np.zeros_like(reduced.hessian), reduced.active
+    full[np.ix_(part, part)] = covariance(reduced.hessian[np.ix_(part, part)])
     identifiable &= np.sqrt(np.maximum(np.diag(full), 0.0))[: len(identifiable)] <= _WIDEST
-    return Uncertainty(covariance=full, identifiable=identifiable, inflation=inflation, clustered=not adequate)
+    return Uncertainty(covariance=full, identifiable=identifiable)
 
 
 def _identifiable(reduced: Reduced, shared: int) -> np.ndarray:

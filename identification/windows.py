@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from identification.experiment import Record
 from identification.kinematics import Kinematics
 from vibrojax.channels import EVERY_CHANNEL
-from vibrojax.excitation import SampledForce, SampledMotion
+from vibrojax.excitation import PiecewiseLinearForce, SampledForce, SampledMotion
 
 Hosted = Any
 """Windows are cut with NumPy and run with JAX: an array of either kind."""
@@ -42,6 +42,8 @@ class Windows(eqx.Module):
     prescribed: SampledMotion | None
     """Motion that the hammer is led along, with a leading lane axis; None where it moves as the forces want."""
     channels: tuple[str, ...] = eqx.field(static=True)
+    disturbance: PiecewiseLinearForce | None = None
+    """Random force on the hammer, with a leading lane axis; None where it is not estimated."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""What every test runs under: shapes and types checked at each call, double precision, no silent promotion."""
+"""What every test runs under: types and shapes checked, double precision, no silent promotion, nothing timed."""
 
 import os
 from collections.abc import Iterator
@@ -17,6 +17,7 @@ if version("jax").startswith("0.10."):  # XLA refuses to start with a flag that 
 import jax  # noqa: E402
 import psutil  # noqa: E402
 import pytest  # noqa: E402
+from hypothesis import HealthCheck, settings  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 _MEMORY = 3 * 2**30
@@ -25,6 +26,12 @@ _MEMORY = 3 * 2**30
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
+
+# A slow or busy machine is no error, so no example has a deadline. `--hypothesis-profile` and HYPOTHESIS_PROFILE choose another profile.
+untimed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("local", untimed)
+settings.register_profile("ci", untimed, derandomize=True, print_blob=True)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "local"))
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -29,11 +29,11 @@ def test_a_wheel_carries_the_data(root, tmp_path):
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(root / name, source / name)
     build = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(tmp_path)]
-    subprocess.run(build, cwd=source, check=True, capture_output=True, timeout=120)
+    subprocess.run(build, cwd=source, check=True, capture_output=True)
     (wheel,) = tmp_path.glob("*.whl")
     shutil.unpack_archive(wheel, tmp_path / "site", "zip")
     code = "import sys; sys.path.insert(0, '.'); from vibrojax.data_files import data_path; print(data_path('README.md').read_text())"
-    found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path / "site", check=True, capture_output=True, text=True, timeout=300)
+    found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path / "site", check=True, capture_output=True, text=True)
     assert found.stdout.rstrip() == (root / "data" / "README.md").read_text().rstrip()
     carried = tmp_path / "site" / "vibrojax" / "_data"
     assert {path.relative_to(carried) for path in carried.rglob("*")} == {
@@ -43,7 +43,7 @@ def test_a_wheel_carries_the_data(root, tmp_path):
 
 def test_a_source_distribution_carries_what_its_tests_need(root, tmp_path):
     build = [sys.executable, "-m", "hatchling", "build", "--target", "sdist", "--directory", str(tmp_path)]
-    subprocess.run(build, cwd=root, check=True, capture_output=True, timeout=120)
+    subprocess.run(build, cwd=root, check=True, capture_output=True)
     (source,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(source) as archive:
         carried = {name.partition("/")[2] for name in archive.getnames()}

@@ -13,11 +13,11 @@ from rich.console import Console
 
 from benchmarks.concealed.jobs import SERIES, Draw, Job, jobs
 from benchmarks.concealed.summary import summary
-from benchmarks.concealed.table import effects_table, methods_table, time_table
+from benchmarks.concealed.table import effects_table, methods_table, time_table, verdicts_table
 from benchmarks.concealed.trial import compared, trial
 from benchmarks.machine import machine
 from benchmarks.resumable import finished, lines_beside, run_trials
-from benchmarks.simulator import EFFECTS
+from benchmarks.simulator import EFFECTS, UNREST
 from benchmarks.simulator.case import WITHOUT
 
 _BUDGET = 5.0
@@ -39,12 +39,19 @@ def main() -> None:
         run_trials("baselines", compared, lacking, lines, workers=options.workers)
         trials = finished(lines, "key")
     result = summary([trials[job.key] for job in wanted])
-    settings = {"series": draw.series, "seed": draw.seed, "noise": draw.noise, "channels": draw.channels, "driven": draw.driven}
-    settings |= {"coloured": draw.coloured, "restless": draw.restless}
+    settings = {
+        "series": draw.series,
+        "seed": draw.seed,
+        "noise": draw.noise,
+        "channels": draw.channels,
+        "driven": draw.driven,
+        "unrest": draw.unrest,
+    }
     document = result | {"settings": settings, "machine": machine()}
     options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     console = Console()
     console.print(methods_table(result))
+    console.print(verdicts_table(result))
     console.print(effects_table(result))
     console.print(time_table(result))
     for key, failure in result["failures"].items():
@@ -63,8 +70,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--noise", type=float, nargs="+", default=[1.0], metavar="F", help="factors on the noise, in turn")
     made.add_argument("--channels", nargs="+", choices=list(WITHOUT), help="what is recorded, in turn")
     made.add_argument("--driven", type=int, nargs="+", choices=(1, 2, 3), default=[3], help="driven records, in turn")
-    made.add_argument("--coloured", type=float, nargs="+", default=[0.0], metavar="A", help="correlations of the noise, in turn")
-    made.add_argument("--restless", type=float, nargs="+", default=[0.0], metavar="S", help="random forces over k A0, in turn")
+    made.add_argument("--unrest", nargs="+", choices=UNREST, default=[], help="in every case: random force, coloured noise, scatter")
     made.add_argument(
         "--series", choices=list(SERIES), default="calibration", help="thresholds are set on the first, figures come from the second"
     )
@@ -89,8 +95,7 @@ def drawn(options: argparse.Namespace) -> Draw:
         effects=tuple(options.effects),
         noise=tuple(options.noise),
         driven=tuple(options.driven),
-        coloured=tuple(options.coloured),
-        restless=tuple(options.restless),
+        unrest=tuple(options.unrest),
         series=options.series,
         seed=options.seed,
         **chosen,

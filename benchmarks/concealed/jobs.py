@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.simulator import EFFECTS, KINDS, LISTED, UNLISTED, Order
+from benchmarks.simulator import EFFECTS, KINDS, LISTED, UNLISTED, UNREST, Order
 from benchmarks.simulator.case import SAMPLES, WITHOUT
 
 SERIES = {"calibration": 70_001, "published": 90_001}
@@ -37,9 +37,8 @@ class Job:
     def settings(self) -> dict:
         """All that decides what is drawn, as plain data."""
         order = dataclasses.asdict(self.order)
-        for name in ("coloured", "restless"):  # so that cases drawn before rigs could be so stay what they are
-            if not order[name]:
-                del order[name]
+        if not self.order.unrest:  # so that quiet cases drawn before there was unrest stay what they are
+            del order["unrest"]
         return {"seed": self.seed, "order": order}
 
 
@@ -58,8 +57,8 @@ class Draw:
     noise: tuple[float, ...] = (1.0,)
     channels: tuple[str, ...] = _CHANNELS
     driven: tuple[int, ...] = (3,)
-    coloured: tuple[float, ...] = (0.0,)
-    restless: tuple[float, ...] = (0.0,)
+    unrest: tuple[str, ...] = ()
+    """Names in `UNREST`: all of them in every case."""
     series: str = "calibration"
     seed: int = 0
     samples: tuple[int, int] = SAMPLES
@@ -97,8 +96,7 @@ def _job(
         channels=_in_turn(_seen(draw.channels, names), turn // len(KINDS)),
         driven=_in_turn(draw.driven, turn // len(KINDS)),
         samples=draw.samples,
-        coloured=_in_turn(draw.coloured, turn // len(KINDS)),
-        restless=_in_turn(draw.restless, turn // len(KINDS)),
+        unrest=tuple(sorted(set(draw.unrest), key=UNREST.index)),
     )
     return Job(key=key, group=group, seed=seed, order=order)
 

@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from scipy.stats import binomtest
 
-from benchmarks.concealed.outcome import ADEQUATE, FAILURE, PROGRAM, UNLISTED, Outcome, outcome
+from benchmarks.concealed.outcome import FAILURE, PROGRAM, UNLISTED, VERDICTS, Outcome, outcome
 
 _STRENGTH_EDGES = (0.0, 0.4, 0.7, 1.0, 1.3)
 LIMIT = 180.0
 """Seconds that a diagnosis should take at most."""
 _SINGLE = ("null", "listed", "off-list")
+_GROUPS = (*_SINGLE, "pair", "weak")
 
 
 def summary(trials: Sequence[Mapping]) -> dict:
@@ -45,23 +46,32 @@ def failures(trials: Sequence[Mapping]) -> dict[str, str]:
 def verdicts(trials: Sequence[Mapping], method: str) -> dict:
     """How often is something claimed where nothing is concealed; how often is the truth named.
 
-    A case that failed counts as not named. Among complete models only cases with a verdict count; failures are told elsewhere.
+    A case that failed counts as not named. Among complete models, and for wrong names among all cases, only those with a verdict count;
+    failures are told elsewhere. On a rig with unrest "restless" is no false alarm, and right for what is on no list.
     """
-    by_group = {group: [outcome(t, method) for t in trials if t["group"] == group] for group in (*_SINGLE, "pair")}
+    by_group = {group: [outcome(t, method) for t in trials if t["group"] == group] for group in _GROUPS}
     null = [found for found in by_group["null"] if found.verdict != FAILURE]
-    listed, pairs = by_group["listed"], by_group["pair"]
+    listed, pairs, off_list = by_group["listed"], by_group["pair"], by_group["off-list"]
+    answered = [found for group in by_group.values() for found in group if found.verdict != FAILURE]
     return {
-        "false_alarm": _count(null, lambda found: found.verdict != ADEQUATE),
+        "false_alarm": _count(null, lambda found: found.false_alarm),
         "named": _share(listed, lambda found: found.named),
         "named_or_twin": _share(listed, lambda found: found.named_or_twin),
-        "unlisted": _share(by_group["off-list"], lambda found: found.verdict == UNLISTED),
+        "unlisted": _share(off_list, lambda found: found.refrained),
+        "wrong_names": _count(answered, lambda found: found.wrong_name),
+        "verdicts": {group: given(found) for group, found in by_group.items() if found},
         "confusion": confusion([found for group in _SINGLE for found in by_group[group]]),
         "named_counts": _count(listed, lambda found: found.named),
         "named_alone": _share(listed, lambda found: found.named_alone),
-        "unlisted_counts": _count(by_group["off-list"], lambda found: found.verdict == UNLISTED),
+        "unlisted_counts": _count(off_list, lambda found: found.refrained),
         "pairs": {"of": len(pairs), "both": _share(pairs, lambda p: p.all_named), "one": _share(pairs, lambda p: p.named_or_twin)},
         "pairs_alone": _count(pairs, lambda found: found.named_alone),
     }
+
+
+def given(outcomes: Sequence[Outcome]) -> dict[str, int]:
+    """How often each verdict was given."""
+    return {verdict: sum(found.verdict == verdict for found in outcomes) for verdict in VERDICTS}
 
 
 def confusion(outcomes: Sequence[Outcome]) -> dict[str, dict[str, int]]:
@@ -146,6 +156,7 @@ def _by(trials: Sequence[Mapping], key: Callable[[Mapping], str]) -> dict[str, d
             "named": _share(found, lambda each: each.named),
             "named_or_twin": _share(found, lambda each: each.named_or_twin),
             "unlisted": _share(found, lambda each: each.verdict == UNLISTED),
+            "refrained": _share(found, lambda each: each.refrained),
         }
         for name, found in sorted(groups.items())
     }

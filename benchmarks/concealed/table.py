@@ -2,19 +2,25 @@
 
 from rich.table import Table
 
-from benchmarks.concealed.outcome import PROGRAM
+from benchmarks.concealed.outcome import PROGRAM, VERDICTS
 from benchmarks.concealed.summary import LIMIT
 
 
 def methods_table(result: dict) -> Table:
     """The program beside the simpler methods."""
-    columns = ("method", "false alarms", "named", "or its twin", "nothing but it", "unlisted", "both of a pair")
+    columns = ("method", "false alarms", "named", "or its twin", "nothing but it", "unlisted", "both of a pair", "wrong names")
     shown = Table(*columns, title=f"{result['cases']} cases")
     for name, found in {PROGRAM: result, **result["baselines"]}.items():
-        alarm = found["false_alarm"]
-        interval = " ({:.1%} … {:.1%})".format(*alarm["ci95"]) if alarm["ci95"] else ""
         shares = (found["named"], found["named_or_twin"], found["named_alone"], found["unlisted"], found["pairs"]["both"])
-        shown.add_row(name, f"{alarm['count']} of {alarm['of']}{interval}", *map(percent, shares))
+        shown.add_row(name, counted(found["false_alarm"]), *map(percent, shares), counted(found["wrong_names"]))
+    return shown
+
+
+def verdicts_table(result: dict) -> Table:
+    """How often the program gave each verdict."""
+    shown = Table("cases", *VERDICTS, title="Verdicts")
+    for group, counts in result["verdicts"].items():
+        shown.add_row(group, *(str(counts[verdict]) for verdict in VERDICTS))
     return shown
 
 
@@ -25,7 +31,7 @@ def effects_table(result: dict) -> Table:
     for truth, said in result["confusion"].items():
         row = rows.get(truth, {})
         others = ", ".join(f"{name} {count}" for name, count in said.items() if name != truth)
-        right = row.get("unlisted") if truth.startswith("x_") else row.get("named")
+        right = row.get("refrained") if truth.startswith("x_") else row.get("named")
         shown.add_row(truth, str(sum(said.values())), percent(right), percent(row.get("named_or_twin")), others)
     return shown
 
@@ -36,6 +42,12 @@ def time_table(result: dict) -> Table:
     for group, found in result["time"].items():
         shown.add_row(group, str(found["of"]), f"{found['cpu_median']:.0f}", f"{found['longest']:.0f}", str(found["over_limit"]))
     return shown
+
+
+def counted(found: dict) -> str:
+    """A count, and the interval of its share."""
+    interval = " ({:.1%} … {:.1%})".format(*found["ci95"]) if found["ci95"] else ""
+    return f"{found['count']} of {found['of']}{interval}"
 
 
 def percent(share: float | None) -> str:

@@ -14,6 +14,8 @@ from benchmarks.simulator import Case, draw_case, write_case
 from benchmarks.simulator.case import truth
 
 _ATTEMPTS = 20
+_KNOWN = ("effects", "where", "kind", "noise", "channels", "driven", "unrest", "corner", "colour", "scatter")
+"""What of the truth is kept with a finished case."""
 _MEMORY = 4 * 2**30
 """Bytes."""
 
@@ -23,7 +25,7 @@ def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> d
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "rig"
         known = truth(written(job, folder))
-        found = {name: known[name] for name in ("effects", "where", "kind", "noise", "channels", "driven", "coloured", "restless")}
+        found = {name: known[name] for name in _KNOWN}
         found = {"key": job.key, "group": job.group, "job": job.settings} | found
         found |= {"revision": revision(), "budget_minutes": budget_minutes}
         before, of_cores = time.perf_counter(), time.process_time()

@@ -1,7 +1,7 @@
-"""`python -m benchmarks.coverage --experiments 50 --json FILE`: fit experiments of the independent simulator and count.
+"""`python -m benchmarks.coverage --rigs quiet force colour --count 50 --json FILE`: fit experiments of the independent simulator and count.
 
-Each trial is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept, except
-for failures.
+Rigs are quiet, pushed by a random force, or have coloured sensor noise. Each trial is one line of `FILE` with the suffix .jsonl, written as
+soon as it is done; with --resume those already there are kept, except for failures.
 """
 
 import argparse
@@ -11,34 +11,50 @@ from pathlib import Path
 from rich.console import Console
 
 from benchmarks.coverage.summary import summary, table
-from benchmarks.coverage.trial import trial
+from benchmarks.coverage.trial import RIGS, Experiment, trial
 from benchmarks.machine import machine
 from benchmarks.resumable import finished, lines_beside, run_trials
 
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.coverage", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--experiments", type=int, default=50, metavar="N", help="how many, soft and stiff rigs in turn")
-    parser.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--resume", action="store_true", help="keep the trials that an earlier run has finished without failure")
-    options = parser.parse_args()
+    options = parser().parse_args()
     lines = lines_beside(options.json, resume=options.resume)
-    done = finished(lines, "index")
-    wanted = [index for index in range(options.experiments) if index not in done or "failure" in done[index]]
-    run_trials("experiments", trial, wanted, lines, workers=options.workers)
-    trials = finished(lines, "index")
-    result = summary([trials[index] for index in sorted(trials) if index < options.experiments])
-    options.json.write_text(json.dumps({"machine": machine()} | result, indent=1) + "\n", encoding="utf-8")
+    done = finished(lines, "key")
+    rigs = list(dict.fromkeys(options.rigs))
+    wanted = {rig: [Experiment(rig=rig, seed=options.seed, index=index) for index in range(options.count)] for rig in rigs}
+    left = [one for ones in wanted.values() for one in ones if one.key not in done or "failure" in done[one.key]]
+    run_trials("experiments", trial, left, lines, workers=options.workers)
+    trials = finished(lines, "key")
+    results = {rig: summary([trials[one.key] for one in ones]) for rig, ones in wanted.items()}
+    document = {"machine": machine(), "seed": options.seed, "rigs": results}
+    options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    for rig, result in results.items():
+        show(rig, result)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options."""
+    made = argparse.ArgumentParser(prog="python -m benchmarks.coverage", description=(__doc__ or "").splitlines()[0])
+    made.add_argument("--rigs", nargs="+", choices=list(RIGS), default=["quiet"], help="which rigs")
+    made.add_argument("--count", type=int, default=50, metavar="N", help="experiments with each, soft and stiff rigs in turn")
+    made.add_argument("--seed", type=int, default=0, help="of the experiments")
+    made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
+    made.add_argument("--workers", type=int, default=1, help="processes")
+    made.add_argument("--resume", action="store_true", help="keep the trials that an earlier run has finished without failure")
+    return made
+
+
+def show(rig: str, result: dict) -> None:
+    """Print the figures of one kind of rig."""
     console = Console()
-    console.print(table(result))
+    console.print(table(rig, result))
     chi2, count = result["chi2_reduced"], len(result["failures"])
     console.print(
         f"reduced chi-square {chi2['least']} … {chi2['largest']}; not converged: {len(result['not_converged'])}; failures: {count}"
     )
-    for index, failure in result["failures"].items():
-        console.print(f"  {index}: {failure}", markup=False)
+    for key, failure in result["failures"].items():
+        console.print(f"  {key}: {failure}", markup=False)
 
 
 if __name__ == "__main__":

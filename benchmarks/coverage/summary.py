@@ -10,7 +10,7 @@ ORDER = ("k_i", "n", "lambda_i", "zeta", "f_n", "gap_error", "base_amplitude", "
 
 
 def summary(trials: Sequence[dict]) -> dict:
-    """Coverage with its 95 % binomial interval, mean and standard deviation of z, by parameter; and the failures.
+    """Coverage with its 95 % interval (Clopper and Pearson 1934), mean and standard deviation of z, by parameter; and the failures.
 
     What every record has of its own (gap errors, base amplitudes) counts once a record: records of one fit are not independent, and that
     interval is narrower than it should be.
@@ -22,8 +22,8 @@ def summary(trials: Sequence[dict]) -> dict:
         "experiments": len(trials),
         "parameters": {name: _parameter(name, fitted) for name in ORDER},
         "chi2_reduced": {"least": min(chi2, default=None), "largest": max(chi2, default=None)},
-        "not_converged": [t["index"] for t in fitted if not t["converged"]],
-        "failures": {t["index"]: t["failure"] for t in trials if "failure" in t},
+        "not_converged": [t["key"] for t in fitted if not t["converged"]],
+        "failures": {t["key"]: t["failure"] for t in trials if "failure" in t},
         "seconds_per_experiment": float(np.median(seconds)) if seconds else None,
     }
 
@@ -47,9 +47,9 @@ def _parameter(name: str, fitted: Sequence[dict]) -> dict:
     }
 
 
-def table(result: dict) -> Table:
+def table(rig: str, result: dict) -> Table:
     """The same for reading."""
-    title = f"95 % intervals in {result['experiments']} simulated experiments"
+    title = f"95 % intervals in {result['experiments']} simulated experiments, {rig} rigs"
     columns = ("parameter", "cover the truth", "share", "its 95 % interval", "mean z", "std z", "farthest z", "no error given")
     shown = Table(*columns, title=title)
     for name, row in result["parameters"].items():

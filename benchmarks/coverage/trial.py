@@ -1,7 +1,9 @@
 """One simulated experiment, fitted, beside its truth."""
 
+import dataclasses
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,23 +11,45 @@ import numpy as np
 from benchmarks.simulator import KINDS, draw_plan, draw_rig, standard_sensors, write_experiment
 from benchmarks.simulator.experiment import RecordPlan
 from benchmarks.simulator.rig import Rig
+from benchmarks.simulator.unrest import with_unrest
 
 _SERIES = 8_151
 """First word of every seed here: no other simulated experiment is drawn with it."""
 _WITHOUT = ((), ("impact_force",), (), ("hammer_acceleration",))
 """Channels left out, in turn."""
 _SAMPLES = (6001, 12001)
+RIGS: Mapping[str, tuple[str, ...]] = {"quiet": (), "force": ("force",), "colour": ("colour",)}
+"""Unrest of the rigs, by the name of what they are."""
 
 
-def trial(index: int, samples: tuple[int, int] = _SAMPLES) -> dict:
-    """Simulate experiment number `index`, fit it, and compare; a failure is a result too."""
-    rng = np.random.default_rng([_SERIES, index])
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """One experiment to simulate and fit: complete models only."""
+
+    rig: str
+    """A name in `RIGS`; experiments that differ in nothing else have the same true values and the same white noise."""
+    seed: int
+    """Of all experiments."""
+    index: int
+    samples: tuple[int, int] = _SAMPLES
+
+    @property
+    def key(self) -> str:
+        """Its name among all."""
+        return f"{self.rig}-{self.seed}-{self.index:04d}"
+
+
+def trial(experiment: Experiment) -> dict:
+    """Simulate an experiment, fit it, and compare; a failure is a result too."""
+    index = experiment.index
+    rng = np.random.default_rng([_SERIES, experiment.seed, index])
     kind = list(KINDS)[index % len(KINDS)]
     left_out = _WITHOUT[(index // len(KINDS)) % len(_WITHOUT)]
     rig = draw_rig(rng, kind)
-    plans = draw_plan(rng, kind, rig.f_n, samples=samples)
+    plans = draw_plan(rng, kind, rig.f_n, samples=experiment.samples)
     sensors = standard_sensors(force="impact_force" not in left_out, acceleration="hammer_acceleration" not in left_out)
-    found = {"index": index, "kind": kind, "without": list(left_out)}
+    unrest, plans, sensors = with_unrest(rng, RIGS[experiment.rig], rig, plans, sensors)
+    found = {"key": experiment.key, "rig": experiment.rig, "kind": kind, "without": list(left_out)} | unrest.numbers()
     before = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         write_experiment(Path(folder), rig, plans, sensors, rng, truth=None)
@@ -37,7 +61,7 @@ def trial(index: int, samples: tuple[int, int] = _SAMPLES) -> dict:
 
 
 def _fitted(folder: Path, rig: Rig, plans: tuple[RecordPlan, ...], seed: int) -> dict:
-    """Fit the experiment in `folder` and set estimates beside the truth."""
+    """Fit the experiment in `folder` and set estimates beside the truth; whatever else is estimated has none here."""
     from identification.estimate import fit_experiment
     from identification.experiment import load_experiment
 
@@ -45,10 +69,11 @@ def _fitted(folder: Path, rig: Rig, plans: tuple[RecordPlan, ...], seed: int) ->
     rows = [
         _row(p.spec.name, rig.fitted[p.spec.name], p.value, p.stderr, p.ci95) | {"status": p.status, "interval": p.interval}
         for p in result.parameters
+        if p.spec.name in rig.fitted
     ]
     for plan, record in zip(plans, result.records, strict=True):
         truth = {"gap_error": plan.true_gap - plan.gap, "base_amplitude": rig.base_amplitude, "base_phase": plan.base_phase}
-        for nuisance in record.nuisances:
+        for nuisance in (one for one in record.nuisances if one.name in truth):
             at, value = truth[nuisance.name], nuisance.value
             if nuisance.name == "base_phase":
                 value = at + np.angle(np.exp(1j * (value - at)))

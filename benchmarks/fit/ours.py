@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.adequacy import OVERALL, chi2_limit
 from identification.estimate import degrees_of_freedom
 from identification.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
 from identification.layout import Estimate
@@ -39,8 +38,7 @@ def our_fit(prepared: Prepared, *, repeats: int) -> OurFit:
     seconds = tuple(timed(lambda: fit(prepared))[0] for _ in range(repeats))
     active = free_unknowns(prepared)
     degrees = degrees_of_freedom(prepared, active)
-    reduced = 2.0 * outcome.cost / degrees
-    spread = uncertainty(outcome.equations, outcome.estimate, active, reduced, adequate_below=chi2_limit(degrees, OVERALL))
+    spread = uncertainty(outcome.equations, outcome.estimate, active)
     return OurFit(outcome=outcome, seconds=seconds, first_seconds=first, sigma=spread.stderr[: prepared.layout.shared])
 
 

@@ -11,12 +11,14 @@ from benchmarks.simulator.folder import write_experiment
 from benchmarks.simulator.hidden import Hidden
 from benchmarks.simulator.rig import KINDS, Rig, draw_rig
 from benchmarks.simulator.sensors import Sensor, standard_sensors
+from benchmarks.simulator.unrest import UNREST
 
 __all__ = [
     "EFFECTS",
     "KINDS",
     "LISTED",
     "UNLISTED",
+    "UNREST",
     "Case",
     "Hidden",
     "Order",

@@ -9,6 +9,7 @@ from benchmarks.simulator.case import WITHOUT, Order, draw_case, write_case
 from benchmarks.simulator.effects import EFFECTS
 from benchmarks.simulator.example import write_example
 from benchmarks.simulator.rig import KINDS
+from benchmarks.simulator.unrest import UNREST
 
 
 def main() -> None:
@@ -27,8 +28,7 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=1.0, metavar="FACTOR", help="on every sensor's noise")
     parser.add_argument("--channels", choices=list(WITHOUT), default="all", help="which channels are recorded")
     parser.add_argument("--driven", type=int, choices=(1, 2, 3), default=3, help="records with a moving cart")
-    parser.add_argument("--coloured", type=float, default=0.0, metavar="CORRELATION", help="of the noise between neighbouring samples")
-    parser.add_argument("--restless", type=float, default=0.0, metavar="SHARE", help="rms of a random force on the hammer, over k A0")
+    parser.add_argument("--unrest", nargs="+", choices=UNREST, default=[], help="what keeps the rig from repeating itself; one or more")
     parser.add_argument("--seed", type=int, default=0, help="of the rig, its settings and the noise")
     parser.add_argument("--out", type=Path, help="folder of the experiment; truth and sealed records go beside it, to OUT.sealed")
     options = parser.parse_args()
@@ -44,8 +44,7 @@ def main() -> None:
             noise=options.noise,
             channels=options.channels,
             driven=options.driven,
-            coloured=options.coloured,
-            restless=options.restless,
+            unrest=tuple(options.unrest),
         )
         write_case(options.out, draw_case(rng, order), rng)
 

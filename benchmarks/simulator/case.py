@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulator.effects import EFFECTS, Setting
-from benchmarks.simulator.experiment import RecordPlan, draw_plan, restless, sealed_plans, true_signals
+from benchmarks.simulator.experiment import RecordPlan, draw_plan, sealed_plans, true_signals
 from benchmarks.simulator.folder import sealed_settings, true_values, write_experiment, write_table
 from benchmarks.simulator.hidden import Hidden, together
 from benchmarks.simulator.rig import Rig, draw_rig
 from benchmarks.simulator.sensors import Sensor, standard_sensors
+from benchmarks.simulator.unrest import Unrest, with_unrest
 
 WITHOUT: Mapping[str, tuple[str, ...]] = {
     "all": (),
@@ -39,10 +40,8 @@ class Order:
     driven: int = 3
     """Records with a moving cart."""
     samples: tuple[int, int] = SAMPLES
-    coloured: float = 0.0
-    """Correlation of every sensor's noise between neighbouring samples, which the experiment does not declare."""
-    restless: float = 0.0
-    """Rms of a random force on the hammer over k A0, which no prediction can know."""
+    unrest: tuple[str, ...] = ()
+    """Names in `unrest.UNREST`, which the experiment does not declare; the sealed records have none of it."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -56,6 +55,7 @@ class Case:
     sensors: tuple[Sensor, ...]
     parts: tuple[Hidden, ...]
     """What each effect is, in the order's order."""
+    unrest: Unrest
 
     @property
     def hidden(self) -> Hidden:
@@ -70,16 +70,15 @@ def draw_case(rng: np.random.Generator, order: Order) -> Case:
     plans = planned[: 1 + order.driven]
     left_out = WITHOUT[order.channels]
     chosen = standard_sensors(force="impact_force" not in left_out, acceleration="hammer_acceleration" not in left_out)
-    sensors = tuple(dataclasses.replace(sensor, noise=order.noise * sensor.noise, colour=order.coloured) for sensor in chosen)
+    sensors = tuple(dataclasses.replace(sensor, noise=order.noise * sensor.noise) for sensor in chosen)
     sealed = sealed_plans(rng, order.kind, rig.f_n, planned, samples=order.samples[1])
     setting = Setting(rig, plans, tuple(sensor.channel for sensor in sensors), sealed)
     for name, _ in order.effects:
         if missing := EFFECTS[name].needs - set(setting.channels):
             raise ValueError(f"{name} cannot be seen without {', '.join(sorted(missing))}: keep that channel, or choose another effect")
     parts = tuple(EFFECTS[name].draw(rng, setting, strength) for name, strength in order.effects)
-    if order.restless:
-        plans = tuple(restless(rng, plan, order.restless * rig.k * rig.base_amplitude) for plan in plans)
-    return Case(order=order, rig=rig, plans=plans, sealed=sealed, sensors=sensors, parts=parts)
+    unrest, plans, sensors = with_unrest(rng, order.unrest, rig, plans, sensors)
+    return Case(order=order, rig=rig, plans=plans, sealed=sealed, sensors=sensors, parts=parts, unrest=unrest)
 
 
 def write_case(folder: Path, case: Case, rng: np.random.Generator) -> Path:
@@ -101,7 +100,7 @@ def truth(case: Case) -> dict:
     effects = [
         {"name": name, "strength": strength} | part.numbers() for (name, strength), part in zip(case.order.effects, case.parts, strict=True)
     ]
-    order = {name: getattr(case.order, name) for name in ("kind", "noise", "channels", "driven", "coloured", "restless")}
+    order = {name: getattr(case.order, name) for name in ("kind", "noise", "channels", "driven")} | case.unrest.numbers()
     nominal = {name: getattr(case.rig, name) for name in ("m", "c", "k", "k_i", "n", "lambda_i")}
     return {"effects": effects, "where": where(case), **order, "nominal": nominal} | true_values(case.rig, case.plans)
 

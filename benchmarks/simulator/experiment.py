@@ -7,11 +7,10 @@ import numpy as np
 from benchmarks.simulator import kernel
 from benchmarks.simulator.faults import ceiling
 from benchmarks.simulator.hidden import NOTHING, Hidden
+from benchmarks.simulator.random_force import RandomForce
 from benchmarks.simulator.rig import KINDS, Rig
-from benchmarks.simulator.sensors import Sensor
+from benchmarks.simulator.sensors import SAMPLING_STEP, Sensor
 
-SAMPLING_STEP = 0.25e-3
-"""s"""
 _ROOM = 0.1
 """The hammer may go so far, m."""
 _AFTER = 20
@@ -24,8 +23,8 @@ _RELEASE = (-3.3e-3, -2.75e-3)
 """Where the hammer of a drop test is let go, m."""
 _FREQUENCY_STEP = 0.25
 """Resolution of the drive, Hz."""
-_BAND, _LINES = (0.5, 40.0), 64
-"""Of the random force of a restless rig: Hz, and count of its lines."""
+_FORCE_STEP = SAMPLING_STEP / kernel.COARSE
+"""s; a random force is linear in between, and no step of the integration is longer."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -48,8 +47,10 @@ class RecordPlan:
     """Samples of motion before the record begins."""
     at_rest: bool = False
     """Whether the hammer stands still in the room at the start of the motion, at zero, instead of moving with the cart."""
-    shaking: tuple[tuple[float, float, float], ...] = ()
-    """Sines of a small random force on the hammer: amplitude (N), angular frequency (rad/s), phase."""
+    random_force: RandomForce | None = None
+    """On the hammer."""
+    own_rig: Rig | None = None
+    """What the rig is in this record, where it scatters between records."""
 
 
 def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = ".csv", samples: tuple[int, int] = (6001, 12001)):
@@ -71,14 +72,6 @@ def draw_plan(rng: np.random.Generator, kind: str, f_n: float, *, suffix: str = 
             )
         )
     return tuple(plans)
-
-
-def restless(rng: np.random.Generator, plan: RecordPlan, rms: float) -> RecordPlan:
-    """The record with a random force of this rms (N) on the hammer, Gaussian in the limit of many lines (Shinozuka 1972)."""
-    amplitude = rms * np.sqrt(2.0 / _LINES)
-    frequencies, phases = rng.uniform(*_BAND, _LINES), rng.uniform(-np.pi, np.pi, _LINES)
-    sines = tuple((float(amplitude), 2.0 * np.pi * float(f), float(phase)) for f, phase in zip(frequencies, phases, strict=True))
-    return dataclasses.replace(plan, shaking=sines)
 
 
 def sealed_plans(
@@ -160,6 +153,7 @@ def initial_state(plan: RecordPlan, base: np.ndarray, p: np.ndarray) -> np.ndarr
 
 def parameter_vector(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> np.ndarray:
     """Parameters of the kernel for one record."""
+    rig = plan.own_rig or rig
     driven = plan.excitation_frequency > 0.0
     return kernel.vector(
         m=rig.m,
@@ -172,9 +166,17 @@ def parameter_vector(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> np
         base_amplitude=rig.base_amplitude if driven else 0.0,
         omega_exc=2.0 * np.pi * plan.excitation_frequency,
         base_phase=plan.base_phase,
-        shaking=plan.shaking,
+        force=force_samples(plan),
         **hidden.parameters(plan.file),
     )
+
+
+def force_samples(plan: RecordPlan) -> np.ndarray | None:
+    """Start (s), step (s) and values (N) of the record's random force, from the start of the motion to its end; None without."""
+    if plan.random_force is None:
+        return None
+    count = kernel.COARSE * (plan.transient + plan.samples + _AFTER) + 1
+    return np.append([-plan.transient * SAMPLING_STEP, _FORCE_STEP], plan.random_force.values(count, _FORCE_STEP))
 
 
 def _frequency(ratio: float, f_n: float) -> float:

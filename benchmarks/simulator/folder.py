@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.simulator import kernel
 from benchmarks.simulator.experiment import RecordPlan, parameter_vector, simulate
 from benchmarks.simulator.hidden import NOTHING, Hidden
-from benchmarks.simulator.rig import Rig
+from benchmarks.simulator.rig import SCATTERED, Rig
 from benchmarks.simulator.sensors import Sensor
 
 
@@ -89,6 +89,7 @@ def true_values(rig: Rig, plans: tuple[RecordPlan, ...]) -> dict:
                 "base_amplitude": rig.base_amplitude if plan.excitation_frequency > 0.0 else 0.0,
                 "base_phase": plan.base_phase,
             }
+            | ({name: plan.own_rig.fitted[name] for name in SCATTERED} if plan.own_rig else {})
             for plan in plans
         },
     }

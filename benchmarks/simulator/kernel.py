@@ -43,6 +43,8 @@ FOREIGN, FOREIGN_OMEGA, FOREIGN_PHASE, WARMING, POSITION_DAMPING = range(39, 44)
 PARAMETRIC, PARAMETRIC_PHASE, WEAR, MAGNET, MAGNET_REACH = range(44, 49)
 KNOCK, KNOCK_WIDTH, KNOCK_START, KNOCK_PERIOD = range(49, 53)
 DEEP_STIFFNESS, DEEP_DEPTH, DEEP_DAMPING = range(53, 56)
+FORCE_START, FORCE_STEP, FORCE = range(56, 59)
+"""Behind the named parameters, where there is a random force: its start and step, s, and its values from then on, N."""
 
 PLAIN = 2
 """States of a rig whose effects have no memory: hammer position x and velocity x', absolute."""
@@ -60,12 +62,12 @@ _SILENT = 1e-4
 """A stop that rings with less than this force, N, is left to coarse steps."""
 
 
-def vector(shaking: tuple[tuple[float, float, float], ...] = (), **values: float) -> np.ndarray:
-    """A parameter vector; what is not named is 0. `shaking` goes behind the named ones: amplitude (N), rad/s and phase of sines."""
+def vector(force: np.ndarray | None = None, **values: float) -> np.ndarray:
+    """A parameter vector; what is not named is 0. Start, step and values of a random force, two at least, go behind the named ones."""
     unknown = set(values) - set(PARAMETERS)
     if unknown:
         raise ValueError(f"unknown parameters {sorted(unknown)}: expected names among PARAMETERS")
-    return np.array([values.get(name, 0.0) for name in PARAMETERS] + [number for sine in shaking for number in sine])
+    return np.append([values.get(name, 0.0) for name in PARAMETERS], [] if force is None else force)
 
 
 @njit(cache=True)
@@ -141,9 +143,16 @@ def extra_force(t, u, v, p):
         since = (t - p[KNOCK_START]) % p[KNOCK_PERIOD]
         if since < p[KNOCK_WIDTH]:
             force += p[KNOCK] * math.sin(math.pi * since / p[KNOCK_WIDTH])
-    for i in range(DEEP_DAMPING + 1, p.size, 3):
-        force += p[i] * math.sin(p[i + 1] * t + p[i + 2])
-    return force
+    return force + random_force(t, p) if p.size > FORCE else force
+
+
+@njit(cache=True)
+def random_force(t, p):
+    """A force known at equal steps, linear between them and constant beyond; N."""
+    last = p.size - FORCE - 1
+    place = min(max((t - p[FORCE_START]) / p[FORCE_STEP], 0.0), float(last))
+    i = min(int(place), last - 1) + FORCE
+    return p[i] + (place + FORCE - i) * (p[i + 1] - p[i])
 
 
 @njit(cache=True)

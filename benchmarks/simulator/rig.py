@@ -5,6 +5,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+SCATTERED = ("k_i", "f_n", "zeta")
+"""What differs between the records of a rig that scatters."""
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rig:

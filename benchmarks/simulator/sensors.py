@@ -4,8 +4,10 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import lfilter, lfiltic
 
+SAMPLING_STEP = 0.25e-3
+"""s"""
 _LEVELS = 2**15
 
 
@@ -23,22 +25,30 @@ class Sensor:
     """How many of `unit` make one SI unit."""
     digits: int = 7
     """Significant digits in the file."""
-    colour: float = 0.0
-    """Correlation of the noise between neighbouring samples; 0 is white."""
+    colour_hz: float = 0.0
+    """Of the two equal real poles that colour the noise; 0 is white."""
 
     def read(self, signal: np.ndarray, rng: np.random.Generator, *, ceiling: float = np.inf) -> np.ndarray:
         """What the recorder writes for a true signal in SI, in SI; an amplifier that saturates passes nothing above `ceiling`."""
         step = self.full_scale / _LEVELS
-        noisy = np.minimum(signal + coloured(rng.normal(0.0, self.noise, signal.shape), self.colour), ceiling)
+        noisy = np.minimum(signal + coloured(rng.normal(0.0, self.noise, signal.shape), self.colour_hz), ceiling)
         return step * np.clip(np.round(noisy / step), -_LEVELS, _LEVELS - 1)
 
 
-def coloured(white: np.ndarray, colour: float) -> np.ndarray:
-    """Noise of the same standard deviation that remembers: e_i = a e_(i-1) + (1 - a^2)^(1/2) w_i, begun in its steady state."""
-    if colour == 0.0:
+def coloured(white: np.ndarray, colour_hz: float) -> np.ndarray:
+    """Autocorrelated noise of the same standard deviation: e_i = 2 a e_(i-1) - a^2 e_(i-2) + b w_i, a = exp(-2 pi colour_hz step).
+
+    b keeps the standard deviation, b^2 (1 + a^2) = (1 - a^2)^3, and the first two samples have the stationary correlation 2 a / (1 + a^2).
+    """
+    if colour_hz == 0.0:
         return white
-    kept = np.sqrt(1.0 - colour**2)
-    return np.concatenate([white[:1], lfilter([kept], [1.0, -colour], white[1:], zi=colour * white[:1])[0]])
+    a = np.exp(-2.0 * np.pi * colour_hz * SAMPLING_STEP)
+    neighbours = 2.0 * a / (1.0 + a**2)
+    first, second = white[0], neighbours * white[0] + np.sqrt(1.0 - neighbours**2) * white[1]
+    recursion = [1.0, -2.0 * a, a**2]
+    gain = np.sqrt((1.0 - a**2) ** 3 / (1.0 + a**2))
+    rest = lfilter([gain], recursion, white[2:], zi=lfiltic([gain], recursion, [second, first]))[0]
+    return np.concatenate([[first, second], rest])
 
 
 def standard_sensors(*, force: bool = True, acceleration: bool = True) -> tuple[Sensor, ...]:

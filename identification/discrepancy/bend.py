@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.discrepancy.diagnosis import Bend
-from identification.discrepancy.look import Scored
+from identification.discrepancy.scored import Scored
 from identification.discrepancy.seen_loops import SeenLoops
 
 _DEEP = 0.5

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from identification.discrepancy.diagnosis import Profile
-from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.periodogram import periodogram
 from identification.layout import Estimate
+from identification.likelihood.linearised import Linearised
 from identification.prepare import Prepared
 
 BINS = 24

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
+from identification.likelihood.unrest import Unrest
 from identification.result import RecordFit
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
-ADEQUATE, MISSING, UNLISTED = "adequate", "missing", "unlisted"
+ADEQUATE, RESTLESS, MISSING, UNLISTED = "adequate", "restless", "missing", "unlisted"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -141,11 +142,11 @@ class Considered:
     Attributes:
         name: of the effect.
         detail: which channel, record or frequency.
-        gain: drop of chi-square that the score test promises.
-        chance: probability that noise alone promises as much.
-        drop: of chi-square, and of the price of own states, when the whole was fitted again with it; None where it was not.
-        bic: Bayesian information criterion after that, less that of the best; None likewise.
-        held_out: drop of chi-square on windows left out of the fit; None likewise, and where the cost is far from the best.
+        gain: expected improvement of twice the log-likelihood (score test).
+        chance: probability that chance alone gives as much.
+        drop: improvement of twice the log-likelihood when the whole was fitted again with it; None where it was not.
+        bic: Bayesian information criterion after that, less that of the best; None where it was not fitted.
+        held_out: fall of the error on windows left out of the fit, over the standard deviation of the record; None where it was not fitted.
         beside: effects that were in the model already.
     """
 
@@ -218,7 +219,7 @@ class Diagnosis:
     """The verdict on one experiment.
 
     Attributes:
-        verdict: `ADEQUATE`, `MISSING` or `UNLISTED`.
+        verdict: `ADEQUATE`, `RESTLESS`, `MISSING` or `UNLISTED`.
         sentences: the verdict in words, first what is missing, then what it does to the error; two to six of them.
         effects: asserted, by probability.
         free_form: formula of the term that was learned where no listed effect explains the misfit; empty otherwise.
@@ -226,6 +227,7 @@ class Diagnosis:
         location: of the misfit; None where there is none.
         considered: all candidates, the best first.
         nominal, augmented: models before and after; the same where nothing is missing.
+        unrest: random force beside the augmented model; None where there is no evidence of one.
         next_experiment: what would separate the leading causes.
         warnings: that the reader must see.
         seconds: wall time by stage.
@@ -241,6 +243,7 @@ class Diagnosis:
     considered: tuple[Considered, ...]
     nominal: Side
     augmented: Side
+    unrest: Unrest | None
     next_experiment: str
     warnings: tuple[str, ...]
     seconds: dict[str, float]
@@ -274,6 +277,7 @@ class Diagnosis:
             "location": _location(self.location),
             "nominal": _side(self.nominal),
             "augmented": _side(self.augmented),
+            "unrest": None if self.unrest is None else self.unrest.document(),
             "free_form": self.free_form,
             "next_experiment": self.next_experiment,
             "sentences": list(self.sentences),

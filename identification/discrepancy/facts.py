@@ -3,9 +3,9 @@
 import numpy as np
 
 from identification.discrepancy.lags import lags
-from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.time_scales import contact_time
 from identification.layout import NUISANCES, Estimate
+from identification.likelihood.linearised import Linearised
 from identification.prepare import Prepared
 from vibrojax.effects import Facts
 

@@ -6,30 +6,25 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from identification.discrepancy.adequate import adequate
 from identification.discrepancy.errors import errors
 from identification.discrepancy.free_form_formula import common_phase, formula
 from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, reading_groups, select
-from identification.discrepancy.linearised import linearised
-from identification.discrepancy.look import Scored
-from identification.discrepancy.refit import Fitted, with_model
-from identification.discrepancy.robust import Tolerance
+from identification.discrepancy.refit import with_model
 from identification.discrepancy.score import Projector, projector
+from identification.discrepancy.scored import Scored
 from identification.discrepancy.signature import Course, courses
-from identification.discrepancy.tolerant_fit import fit_tolerantly
-from identification.fit import free_unknowns, integrator_for
+from identification.likelihood.fitted import Fitted, fitted
+from identification.likelihood.joint import point
 from identification.prepare import Prepared
 from identification.uncertainty import Uncertainty
 from vibrojax.effects.free_form import LINES, MOST_TERMS, FreeForm, factors
 from vibrojax.errors import NoConvergenceError
 
 _ROUNDS = 2
-_LEAST_GAIN = 12.0
-"""Drop of the cost below which a refit has not helped."""
 _SIGNIFICANT = 3.0
 """Standard errors."""
-_TRIFLE, _MOST = 0.1, 0.9
-"""Share of the misfit below which a term is not worth its name; and below which the formula says how much it explains."""
+_MOST = 0.9
+"""Share of the misfit below which the formula says how much it explains."""
 _PREFIX = f"{FreeForm.name}."
 
 
@@ -41,64 +36,55 @@ class Learned:
         fitted: the model with the term, everything fitted together.
         effect: the term with its numbers; the phase of a line is that of all records, 0 where each has its own.
         formula: the same in words, with errors; says how much it explains where that is not nearly all.
-        explained: share of the misfit beyond noise that it removes.
+        gain: twice the log-likelihood beyond that of the model without it.
     """
 
     fitted: Fitted
     effect: FreeForm
     formula: str
-    explained: float
+    gain: float
 
 
 def learn(
     scored: Scored,
-    allowed: Tolerance,
     *,
     most_terms: int = 4,
     deadline: float = np.inf,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Learned | None:
-    """A force on the hammer, or an addition to one channel, as a sum of few terms; None where none is significant.
+    """A force on the hammer, or an addition to one channel, as a sum of few terms; None where none has evidence.
 
     Terms are scored as effects are, chosen one after the other at the price of their numbers, fitted together with everything else, and
-    dropped again where their coefficient stays below three standard errors. What is left over is looked at once more. None, too, where
-    they explain less than a tenth of the misfit.
+    dropped again where their coefficient stays below three standard errors. Then all terms are scored once more.
 
     Args:
-        scored: the look at the model that the term is to stand beside.
-        allowed: tolerance of its windows.
+        scored: all candidates beside the model that the term is to stand beside.
         most_terms: at most 6.
         deadline: time (`time.monotonic`) after which no further round begins.
-        progress: told each stage.
+        progress: called with a line of text at each stage.
     """
-    fitted, effect = scored.fitted, None
-    look = (_projector(scored.fitted, scored.at, allowed), scored.courses)
+    model, effect, at = scored.fitted, None, (scored.by, scored.courses)
     for _ in range(_ROUNDS):
-        progress("learning a free-form term" if effect is None else f"looking for more beside {effect.equation}")
-        choice = _chosen(fitted, effect, *look, allowed, min(most_terms, MOST_TERMS))
+        progress("learning a free-form term" if effect is None else f"scoring further terms beside {effect.equation}")
+        choice = _chosen(model, effect, *at, min(most_terms, MOST_TERMS))
         if not choice.groups:
             break
         try:
-            new = fit_tolerantly(_extended(fitted, effect, choice), allowed)
-            new = None if new is None else _significant(new, allowed)
+            new = _significant(_fit(_extended(model, effect, choice), model))
         except NoConvergenceError:
             break
-        if new is None or allowed.total(fitted.outcome.equations.cost) - allowed.total(new.outcome.equations.cost) < _LEAST_GAIN:
+        if new is None or not new.criterion < model.criterion:
             break
-        fitted, effect = new, _effect(new)
-        if adequate(fitted, allowed) or time.monotonic() > deadline or len(effect.terms) >= most_terms:
+        model, effect = new, _effect(new)
+        if time.monotonic() > deadline or len(effect.terms) >= most_terms:
             break
-        at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
-        look = (_projector(fitted, at, allowed), courses(fitted.prepared, at, fitted.outcome.estimate))
-    if effect is None:
-        return None
-    explained = allowed.explained(scored.fitted.outcome.equations.cost, fitted.outcome.equations.cost)
-    return _told(fitted, allowed, explained) if explained > _TRIFLE else None
+        at = projector(model), courses(model.prepared, model.point.linear.at, model.estimate)
+    gain = 2.0 * (model.log_likelihood - scored.fitted.log_likelihood)
+    return None if effect is None else _described(model, scored.fitted, gain)
 
 
-def _projector(fitted: Fitted, at, allowed: Tolerance) -> Projector:
-    weights = allowed.weights(fitted.outcome.equations.cost) * at.finite
-    return projector(fitted.prepared, at, fitted.outcome.estimate, free_unknowns(fitted.prepared), weights)
+def _fit(prepared: Prepared, beside: Fitted) -> Fitted:
+    return fitted(point(prepared, prepared.start, beside.variances), measure_noise=False)
 
 
 def _effect(fitted: Fitted) -> FreeForm:
@@ -107,9 +93,9 @@ def _effect(fitted: Fitted) -> FreeForm:
     return found
 
 
-def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple[Course, ...], allowed: Tolerance, most: int) -> Choice:
+def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple[Course, ...], most: int) -> Choice:
     """The best choice of terms: of a force, or of what one channel adds."""
-    mass, samples = float(fitted.model.mass), int(allowed.samples.sum())
+    mass, samples = float(fitted.model.mass), fitted.samples
     used = {base for term in effect.terms for base, _ in factors(term)} if effect else set()
     lines = LINES - sum(base.startswith("sine_") for base in used)
     taken = frozenset(used & {"near", "settled"})
@@ -126,7 +112,7 @@ def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple
 
 def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice) -> Prepared:
     """The model with the chosen terms added to those that it has, at their strengths to first order."""
-    model, records = fitted.model, len(fitted.outcome.estimate.nuisances)
+    model, records = fitted.model, len(fitted.estimate.nuisances)
     of_channel = choice.groups[0].members[0].of_channel
     terms = list(effect.terms) if effect else []
     values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters} if effect else {}
@@ -155,26 +141,23 @@ def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice) -> Prepar
 
 def _restated(fitted: Fitted, model, phases: Mapping[str, np.ndarray]) -> Prepared:
     """The same windows under a model with another free-form term; what each record has of its own is kept by name."""
-    estimate, layout = fitted.outcome.estimate, fitted.prepared.layout
+    estimate, layout = fitted.estimate, fitted.prepared.layout
     kept = {name: estimate.nuisances[:, index] for index, name in enumerate(layout.nuisances)} | dict(phases)
     names = (*layout.nuisances[: len(layout.nuisances) - len(layout.record_parameters)], *(p.name for p in model.record_parameters))
-    return with_model(fitted.prepared, model, np.stack([kept[name] for name in names], axis=1), estimate.states)
+    return with_model(fitted.prepared, model, np.stack([kept[name] for name in names], axis=1), estimate.states, estimate.force)
 
 
-def _significant(fitted: Fitted, allowed: Tolerance) -> Fitted | None:
+def _significant(model: Fitted) -> Fitted | None:
     """Without the terms whose coefficients are not clear of zero, everything fitted again; None if none is left."""
     while True:
-        effect, stderr = _effect(fitted), _stderr(fitted, errors(fitted, allowed))
+        effect, stderr = _effect(model), _stderr(model, errors(model))
         kept = [k for k in range(1, len(effect.terms) + 1) if abs(float(getattr(effect, f"c{k}"))) >= _SIGNIFICANT * stderr[f"c{k}"]]
         if len(kept) == len(effect.terms):
-            return fitted
+            return model
         if not kept:
             return None
-        model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects[:-1], _only(effect, kept)))
-        again = fit_tolerantly(_restated(fitted, model, {}), allowed)
-        if again is None:
-            return None
-        fitted = again
+        less = dataclasses.replace(model.model, effects=(*model.model.effects[:-1], _only(effect, kept)))
+        model = _fit(_restated(model, less, {}), model)
 
 
 def _only(effect: FreeForm, kept: list[int]) -> FreeForm:
@@ -197,10 +180,10 @@ def _stderr(fitted: Fitted, spread: Uncertainty) -> dict[str, float]:
     return found
 
 
-def _told(fitted: Fitted, allowed: Tolerance, explained: float) -> Learned:
+def _described(fitted: Fitted, before: Fitted, gain: float) -> Learned:
     """With the formula, and the phases that all records share."""
-    effect, spread, layout = _effect(fitted), errors(fitted, allowed), fitted.prepared.layout
-    stderr, nuisances = _stderr(fitted, spread), fitted.outcome.estimate.nuisances
+    effect, spread, layout = _effect(fitted), errors(fitted), fitted.prepared.layout
+    stderr, nuisances = _stderr(fitted, spread), fitted.estimate.nuisances
     of_nuisances = spread.stderr[layout.shared :].reshape(nuisances.shape)
     signs = {base: np.sign(float(getattr(effect, f"c{k}"))) for k, term in enumerate(effect.terms, start=1) for base, _ in factors(term)}
     phases = {}
@@ -214,6 +197,9 @@ def _told(fitted: Fitted, allowed: Tolerance, explained: float) -> Learned:
             phases[field] = common
             effect = dataclasses.replace(effect, **{field: (common[0] - turn) % (2.0 * np.pi)})
     model = dataclasses.replace(fitted.prepared.model, effects=(*fitted.prepared.model.effects[:-1], effect))
-    fitted = dataclasses.replace(fitted, prepared=dataclasses.replace(fitted.prepared, model=model))
+    prepared = dataclasses.replace(fitted.prepared, model=model)
+    fitted = dataclasses.replace(fitted, point=dataclasses.replace(fitted.point, prepared=prepared))
+    explained = 1.0 - (fitted.chi2_reduced - 1.0) / max(before.chi2_reduced - 1.0, 1e-300)
+    explained = float(np.clip(explained, 0.0, 1.0))
     words = formula(effect, stderr, phases) + ("" if explained > _MOST else f"; explains {100 * explained:.0f} % of the misfit")
-    return Learned(fitted=fitted, effect=_effect(fitted), formula=words, explained=explained)
+    return Learned(fitted=fitted, effect=_effect(fitted), formula=words, gain=gain)

@@ -8,12 +8,13 @@ import numpy as np
 from scipy.special import chdtri
 
 from identification.block_arrow import covariance
-from identification.discrepancy.linearised import Linearised
+from identification.discrepancy.calibration import ALPHA
 from identification.discrepancy.missing_force import missing_force
 from identification.discrepancy.periodogram import periodogram
-from identification.discrepancy.response import Perturbation, response
 from identification.discrepancy.score import Projector, Reduced, information, reduced
 from identification.discrepancy.signature import Course
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import Perturbation, response
 from identification.prepare import Prepared
 from vibrojax.effects import Motion
 from vibrojax.effects.free_form import LINES, FreeForm
@@ -52,7 +53,6 @@ _ALIKE = 0.5
 """Share of its gain that a line must keep with one amplitude for all records."""
 _LOWEST, _APART = 1.5, 0.06
 """Frequencies of lines and from one to the next, in periods in the longest record."""
-_FALSE_ALARM = 1e-5
 _TRIFLE = 0.02
 """Share of the gain so far below which a further term waits for the refit."""
 _DETERMINED = 1e-7
@@ -272,7 +272,7 @@ def select(
     which shapes not.
     """
     promise = _promise(by, groups, samples)
-    least = np.array([chdtri(g.degrees, min(_FALSE_ALARM / g.looked_at, 1.0)) for g in groups])
+    least = np.array([chdtri(g.degrees, min(ALPHA / g.looked_at, 1.0)) for g in groups])
 
     def determined(k: int) -> bool:
         fine = promise.fine[promise.index[k]]

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from identification.discrepancy.look import Scored
 from identification.discrepancy.refit import extended
 from identification.discrepancy.score import Candidate
+from identification.discrepancy.scored import Scored
 from identification.discrepancy.seen_loops import SeenLoops
 from identification.fit import free_unknowns
 from identification.layout import NUISANCES

@@ -6,11 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.block_arrow import Equations, reduce, solve
-from identification.discrepancy.refit import Fitted, windows_of
-from identification.discrepancy.robust import Tolerance
 from identification.fit import CHUNK, as_arrays, bounds, evaluator, free_unknowns, integrator_for, on_device
 from identification.lanes import chunked
 from identification.levenberg_marquardt import settle
+from identification.likelihood.fitted import Fitted
+from identification.prepare import windows_of
 from identification.residual import residuals
 
 FOLDS = 4
@@ -20,47 +20,33 @@ _LOST = 4.0
 """Mean square error over variance at which a prediction is as bad as any."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class HeldOut:
-    """Errors on windows that were left out of the fit.
+def held_out(fitted: Fitted) -> float:
+    """Error on windows left out of the fit: rms beyond the noise over the standard deviation of the record.
 
-    Attributes:
-        nrmse: rms error beyond the noise over the standard deviation of the record, root of the mean square over channels and records;
-            not below what so many samples can tell from noise.
-        chi2: tolerant chi-square of all windows, each predicted by the fit to the others.
-    """
-
-    nrmse: float
-    chi2: float
-
-
-def held_out(fitted: Fitted, allowed: Tolerance) -> HeldOut:
-    """Every fourth window is predicted by the fit to the other three, in turn; a window's initial state is its own.
-
-    What the fit would be without a fold follows by one Gauss-Newton step of its tolerant cost from the whole fit, which lies close by.
-    Fewer windows than folds are left out one by one; of a single window nothing can be left out, and its error is not a number.
+    Every fourth window is predicted by the fit to the other three, in turn; a window's initial state is its own, and no random force acts.
+    What the fit would be without a fold follows by one Gauss-Newton step from the whole fit, which lies close by. Fewer windows than folds
+    are left out one by one; of a single window nothing can be left out, and its error is not a number. The root of the mean square over
+    channels and records; not below what so many samples can tell from noise.
     """
     if len(fitted.prepared.record) < 2:
-        return HeldOut(nrmse=float("nan"), chi2=float("nan"))
-    prepared, estimate = fitted.prepared, fitted.outcome.estimate
-    equations, (low, high) = allowed.evaluator(lambda _: fitted.outcome.equations)(estimate), bounds(prepared)
+        return float("nan")
+    prepared, estimate = fitted.prepared, fitted.estimate
+    equations, (low, high) = fitted.posterior.equations, bounds(prepared)
     folds = min(FOLDS, len(prepared.record))
     fold = np.arange(len(prepared.record)) % folds
     states, shared, nuisances = estimate.states.copy(), [], []
-    chi2 = 0.0
     for left_out in range(folds):
         kept = _without(equations, fold == left_out)
         step, step_nuisances, _ = solve(reduce(kept, estimate, free_unknowns(prepared), 1e-9), kept, estimate)
         at = dataclasses.replace(estimate, shared=np.clip(estimate.shared + step, low, high), nuisances=estimate.nuisances + step_nuisances)
         mine = np.flatnonzero(fold == left_out)
         alone = evaluator(windows_of(prepared, mine), integrator_for(prepared))
-        settled, cost = settle(alone, dataclasses.replace(at, states=at.states[mine]), iterations=2)
-        chi2 += 2.0 * dataclasses.replace(allowed, samples=allowed.samples[mine]).total(cost)
+        settled, _ = settle(alone, dataclasses.replace(at, states=at.states[mine]), iterations=2)
         states[mine] = settled.states
         shared.append(at.shared)
         nuisances.append(at.nuisances)
     local = np.stack([_vector(shared[k], nuisances[k][r], s) for k, r, s in zip(fold, prepared.record, states, strict=True)])
-    return HeldOut(nrmse=_nrmse(fitted, local), chi2=chi2)
+    return _nrmse(fitted, local)
 
 
 def _without(equations: Equations, left_out: np.ndarray) -> Equations:

@@ -6,10 +6,10 @@ import numpy as np
 
 from identification.discrepancy.coordinates import Coordinate, Impacts, Missing, coordinates, gathered, impacts, line, profile
 from identification.discrepancy.diagnosis import Location, Profile
-from identification.discrepancy.linearised import Linearised
 from identification.discrepancy.location_words import Line, sentence
 from identification.discrepancy.missing_force import missing_force, window_weights
 from identification.layout import Estimate
+from identification.likelihood.linearised import Linearised
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
@@ -58,7 +58,7 @@ def locate(
         named: effect that the verdict asserts, if any: it says in which record and from which instant on it acts.
     """
     mass = float(prepared.layout.physical(estimate.shared).get("m", prepared.experiment.mass))
-    share = window_weights(prepared, at)
+    share = window_weights(at)
     residuals = {name: _residual(at, share, index) for index, name in enumerate(at.channels) if (at.weight[..., index] > 0).any()}
     channels = _shares({name: float(one.excess.sum()) for name, one in residuals.items()})
     records = _by_record(prepared, at, residuals)

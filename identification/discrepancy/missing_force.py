@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from identification.discrepancy.linearised import Linearised
-from identification.discrepancy.response import Perturbation, response
-from identification.discrepancy.robust import Tolerance, tolerance
 from identification.discrepancy.time_scales import resolution
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import Perturbation, response
 from identification.prepare import Prepared
 
 _KNOT_SPACING = 4.0
@@ -18,6 +17,8 @@ _STRENGTHS = np.geomspace(1e-3, 1e2, 11)
 """Prior size of the force where only displacement shows it, relative to what one window could just tell from zero."""
 _CURVATURES = (0.0, 1.0, 10.0)
 """Weight of its second difference from knot to knot, relative to the force itself."""
+_LEAST_CUT, _ORDERLY = 4.0, 0.3
+"""Mean squared residual above which a window counts less, at least; and the share of the windows that are orderly."""
 _MOTION = ("relative_displacement", "hammer_displacement")
 
 
@@ -29,7 +30,7 @@ def missing_force(
     Where the acceleration was recorded: m (x''_recorded - x''_model) after what the difference of the motion itself brings in, averaged
     over 3 ms, less where contacts or vibrations are shorter. Elsewhere the piecewise linear force whose response along the fitted motion,
     with a free initial state, explains the residuals of all channels best under a Gaussian prior, the strength of which is that of highest
-    marginal likelihood over all windows. Windows that the fit has given up on (`robust.Tolerance`) count as sqrt(x / cut) noisier. 0, give
+    marginal likelihood over all windows. Windows that the fit has given up on count as sqrt(x / cut) noisier. 0, give
     or take infinity, where nothing is known. None where neither acceleration nor displacement of the hammer was recorded.
 
     Source: variation of constants (`response`); marginal likelihood as D. J. C. MacKay, Neural Computation 4 (1992) 415-447.
@@ -43,7 +44,7 @@ def missing_force(
         return None
     direct, half = accelerations.sum(axis=1) > 0.5 * at.lengths, resolution(at)
     force, stderr = np.zeros_like(at.ts), np.full_like(at.ts, np.inf)
-    weights = window_weights(prepared, at)
+    weights = window_weights(at)
     if direct.any():
         force[direct], deviation = _from_acceleration(prepared, _only(at, direct), mass, half)
         stderr[direct] = deviation / np.sqrt(np.maximum(weights[direct], 1e-12))[:, None]
@@ -60,14 +61,12 @@ def window_cost(at: Linearised) -> Float[np.ndarray, " windows"]:
     return np.where(at.finite, 0.5 * np.sum(np.where(at.weight > 0, at.residual, 0.0) ** 2, axis=(1, 2)), np.inf)
 
 
-def usual(prepared: Prepared, at: Linearised) -> Tolerance:
-    """What misfit is usual among these windows."""
-    return tolerance(prepared, window_cost(at))
-
-
-def window_weights(prepared: Prepared, at: Linearised) -> Float[np.ndarray, " windows"]:
-    """Share that each window counts with: 1, less where the model is far from the record, 0 where it could not be integrated."""
-    return usual(prepared, at).weights(window_cost(at))
+def window_weights(at: Linearised) -> Float[np.ndarray, " windows"]:
+    """Share that each window counts with: 1, less where it is far worse than an orderly one, 0 where it could not be integrated."""
+    samples = (at.weight > 0).sum(axis=(1, 2))
+    each = np.where(at.finite, 2.0 * np.where(at.finite, window_cost(at), 0.0) / np.maximum(samples, 1), np.inf)
+    cut = max(_LEAST_CUT, 2.0 * float(np.quantile(np.where(at.finite, each, 1e12), _ORDERLY)))
+    return np.minimum(1.0, cut / np.maximum(each, 1e-300))
 
 
 def _only(at: Linearised, chosen: np.ndarray) -> Linearised:

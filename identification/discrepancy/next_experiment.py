@@ -8,13 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.discrepancy.errors import errors
-from identification.discrepancy.refit import Fitted
-from identification.discrepancy.robust import Tolerance
 from identification.discrepancy.search import Search
 from identification.experiment import Record
 from identification.fit import as_arrays, integrator_for
 from identification.lanes import Inputs, lane
 from identification.layout import NUISANCES, STATES
+from identification.likelihood.fitted import Fitted
 from identification.residual import predict
 from identification.windows import Windows
 from vibrojax.compiling import soon_compiled
@@ -34,7 +33,7 @@ _STEP = 1e-3
 """Of that, for differences."""
 
 
-def next_experiment(found: Search, ambiguous: tuple[str, ...], allowed: Tolerance) -> str:
+def next_experiment(found: Search, ambiguous: tuple[str, ...]) -> str:
     """One sentence; empty where nothing is in doubt, and where a machine prescribes the motion: none of these records can be taken there.
 
     Both models, each fitted to the present records, are run along records that have not been taken: other heights of release, drives
@@ -47,7 +46,7 @@ def next_experiment(found: Search, ambiguous: tuple[str, ...], allowed: Toleranc
     first, second = pair
     if all(record.kind == "prescribed" for record in first.prepared.experiment.records):
         return ""
-    best = max(((_sigma(first, second, record, allowed), words) for record, words in _trials(first)), default=(0.0, ""))
+    best = max(((_sigma(first, second, record), words) for record, words in _trials(first)), default=(0.0, ""))
     if best[0] < 1.0:
         return f"No simple further record would part {_words(first)} and {_words(second)}."
     parted = f"by more than {_FAR:.0f} sigma" if best[0] > _FAR else f"by {best[0]:.0f} sigma"
@@ -56,7 +55,7 @@ def next_experiment(found: Search, ambiguous: tuple[str, ...], allowed: Toleranc
 
 def _doubt(found: Search, ambiguous: tuple[str, ...]) -> tuple[Fitted, Fitted] | None:
     """The model that was chosen, and the one that these records allow in its place."""
-    for one in found.rounds:
+    for one in found.steps:
         for rival in one.rivals[1:]:
             if rival.name in ambiguous:
                 return one.rivals[0].fitted, rival.fitted
@@ -71,7 +70,7 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
     """Records that one might take, in words."""
     f_n = float(fitted.model.values().get("f_n", 0.0))
     time = np.arange(_SAMPLES) / _SAMPLES * (min(_SECONDS, _PERIODS / f_n) if f_n > 0 else _SECONDS)
-    amplitude = float(np.abs(fitted.outcome.estimate.nuisances[:, 0]).max(initial=0.0))
+    amplitude = float(np.abs(fitted.estimate.nuisances[:, 0]).max(initial=0.0))
     lowest = min((float(motion.u.min()) for motion in fitted.prepared.motions if motion is not None), default=-1e-3)
     still = Record(file="trial", kind="drop-test", gap=0.0, time=time, initial_displacement=0.0, initial_velocity=0.0, base_amplitude=0.0)
     for factor in (0.5, 2.0):
@@ -94,9 +93,9 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
                 yield record, f"drive of {1e3 * drive:.3g} mm at {ratio * f_n:.4g} Hz with a gap of {2e3 * amplitude:.3g} mm"
 
 
-def _sigma(first: Fitted, second: Fitted, record: Record, allowed: Tolerance) -> float:
+def _sigma(first: Fitted, second: Fitted, record: Record) -> float:
     """What of the difference of two predictions the first model cannot take up, in standard deviations of the noise."""
-    center, directions = _vector(first, record), _known(first, allowed)
+    center, directions = _vector(first, record), _known(first)
     with np.errstate(over="ignore", invalid="ignore"):
         one = _shown(first, record, np.concatenate([center[None], center + _STEP * directions, center - _STEP * directions]))
         (other,) = _shown(second, record, _vector(second, record)[None])
@@ -111,7 +110,7 @@ def _sigma(first: Fitted, second: Fitted, record: Record, allowed: Tolerance) ->
 
 def _vector(fitted: Fitted, record: Record) -> np.ndarray:
     """The window's vector of a record that has not been taken."""
-    layout, estimate = fitted.prepared.layout, fitted.outcome.estimate
+    layout, estimate = fitted.prepared.layout, fitted.estimate
     nuisances = np.zeros(estimate.nuisances.shape[1])
     nuisances[0] = record.base_amplitude or 0.0
     begin = np.zeros(layout.states)
@@ -119,10 +118,10 @@ def _vector(fitted: Fitted, record: Record) -> np.ndarray:
     return np.concatenate([estimate.shared, nuisances, begin])
 
 
-def _known(fitted: Fitted, allowed: Tolerance) -> np.ndarray:
+def _known(fitted: Fitted) -> np.ndarray:
     """(directions, size): what the first model may move by, one standard deviation each, independent of one another."""
     layout = fitted.prepared.layout
-    covariance = errors(fitted, allowed).covariance[: layout.shared, : layout.shared]
+    covariance = errors(fitted).covariance[: layout.shared, : layout.shared]
     values, vectors = np.linalg.eigh(covariance)
     moves = (vectors * np.sqrt(np.maximum(values, 0.0))).T
     shared = np.concatenate([moves, np.zeros((len(moves), layout.size - layout.shared))], axis=1)

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from identification.discrepancy.linearised import Linearised
+from identification.likelihood.linearised import Linearised
 from identification.prepare import Prepared
 
 _HIGHEST_CYCLES, _HIGHEST_HZ, _OVER_F_N = 1200.0, 400.0, 60.0

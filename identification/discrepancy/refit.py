@@ -2,15 +2,16 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.signature import Course, own_states
-from identification.fit import free_unknowns
+from identification.fit import integrator_for
 from identification.layout import Estimate, Layout, layout_of
-from identification.levenberg_marquardt import Outcome
-from identification.prepare import Prepared
+from identification.likelihood.fitted import Fitted, first_point
+from identification.likelihood.nominal import if_near
+from identification.prepare import Prepared, prepare
+from identification.settling import settled_gradually
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.base import OwnState
 from vibrojax.model import MASS, Model
@@ -20,44 +21,10 @@ _ROOM = 3.0
 """Scale of an effect's own state over its root mean square in the windows."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Fitted:
-    """A model with its windows, fitted: one point of the search."""
-
-    prepared: Prepared
-    outcome: Outcome
-
-    @property
-    def model(self) -> Model:
-        """With the estimated numbers."""
-        return self.prepared.model.replace(self.prepared.layout.physical(self.outcome.estimate.shared))
-
-    @property
-    def chi2(self) -> float:
-        """Chi-square."""
-        return 2.0 * self.outcome.cost
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the effects in the model."""
-        return tuple(effect.name for effect in self.prepared.model.effects)
-
-    @property
-    def title(self) -> str:
-        """The effects in the model, to be read after "beside"."""
-        return " and ".join(self.names) if self.names else "the nominal model"
-
-    @property
-    def unknowns(self) -> int:
-        """Count of estimated numbers that are not states of windows."""
-        active = free_unknowns(self.prepared)
-        return int(active.shared.sum() + active.nuisances.sum())
-
-
 def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Prepared:
     """The fitted model and its windows with one more effect, at the strength that the score test asks for."""
     effect, of_records = strengthened(candidate, records=len(courses))
-    before, estimate = fitted.prepared, fitted.outcome.estimate
+    before, estimate = fitted.prepared, fitted.estimate
     model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects, effect))
     own = own_states(effect, courses)
     free = [index for index, state in enumerate(effect.own_states) if state.scale > 0]
@@ -65,10 +32,12 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
     begin = np.array([[own[record][at, index] for index in free] for record, at in zip(before.record, first, strict=True)])
     states = np.concatenate([estimate.states, begin.reshape(len(first), len(free))], axis=1)
     nuisances = np.concatenate([estimate.nuisances, of_records], axis=1)
-    return with_model(before, model, nuisances, states)
+    return with_model(before, model, nuisances, states, estimate.force)
 
 
-def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray) -> Prepared:
+def with_model(
+    prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray, force: np.ndarray | None = None
+) -> Prepared:
     """The same windows under another model, starting from its own numbers.
 
     What is searched for is held where it is new; where it had been set free, it stays so.
@@ -91,7 +60,7 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
         model=model,
         layout=layout,
         fixed=prepared.fixed | searched,
-        start=Estimate(shared=_inside(layout, shared), nuisances=nuisances, states=states),
+        start=Estimate(shared=_inside(layout, shared), nuisances=nuisances, states=states, force=force),
     )
 
 
@@ -133,15 +102,14 @@ def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:
     return np.clip(shared, low, high)
 
 
-def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
-    """Some of the windows, in their order, with their own start; the same where all are chosen."""
-    if np.array_equal(chosen, np.arange(len(prepared.record))):
-        return prepared
-    groups, begin = [], 0
-    for group in prepared.groups:
-        mine = chosen[(chosen >= begin) & (chosen < begin + len(group.record))] - begin
-        begin += len(group.record)
-        if len(mine):
-            groups.append(jax.tree.map(lambda leaf, mine=mine: leaf[mine], group))
-    start = dataclasses.replace(prepared.start, states=prepared.start.states[chosen])
-    return dataclasses.replace(prepared, groups=tuple(groups), start=start)
+def lengthened(of: Fitted) -> Fitted | None:
+    """The model on ordinary windows, from its parameters on short ones; None where it has these already, or does not get near them."""
+    experiment, model = of.prepared.experiment, of.model
+    nominal = prepare(experiment, law=model.law.name)
+    if len(nominal.record) >= len(of.prepared.record):
+        return None
+    own = len(of.prepared.layout.free_own)
+    states = np.concatenate([nominal.start.states, np.zeros((len(nominal.record), own))], axis=1)
+    whole = with_model(dataclasses.replace(nominal, fixed=of.prepared.fixed), model, of.estimate.nuisances, states)
+    estimate, cost = settled_gradually(whole, integrator_for(whole))
+    return if_near(first_point(whole, estimate)) if np.isfinite(cost).any() else None

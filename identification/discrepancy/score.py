@@ -9,11 +9,12 @@ import numpy as np
 from jaxtyping import Float
 
 from identification import block_arrow
-from identification.discrepancy.linearised import Linearised
-from identification.discrepancy.response import response
 from identification.discrepancy.signature import Course, signatures
-from identification.fit import with_prior
-from identification.layout import Active, Estimate
+from identification.likelihood.fitted import Fitted, covariance_of
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.metric import Metric, in_metric
+from identification.likelihood.metric import metric as metric_of
+from identification.likelihood.response import response
 from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
@@ -48,8 +49,10 @@ class Projector:
     """What the fit already explains, taken out of residual and columns."""
 
     at: Linearised
-    weights: np.ndarray
-    """(windows,) share that each window counts with."""
+    """Windows with residuals as they would be without the random force."""
+    white: Linearised
+    """The same with residual and Jacobian in the metric."""
+    metric: Metric
     state_gradient: np.ndarray
     """(windows, states): of the fit's own cost."""
     normal: block_arrow.Reduced
@@ -70,31 +73,17 @@ class Projector:
         return self.normal.eliminated[1]
 
 
-def projector(prepared: Prepared, at: Linearised, estimate: Estimate, active: Active, weights: Float[np.ndarray, " windows"]) -> Projector:
-    """Normal equations of everything that the fit estimates, as the fit itself has them."""
-    layout, lanes = prepared.layout, len(weights)
-    jacobian, residual = at.jacobian.reshape(lanes, layout.size, -1), at.residual.reshape(lanes, -1)
-    unweighted = block_arrow.Equations(
-        hessian=jacobian @ jacobian.transpose(0, 2, 1),
-        gradient=np.einsum("lis,ls->li", jacobian, residual),
-        cost=0.5 * np.sum(residual**2, axis=1),
-        record=at.record,
-        onward=estimate.states,
-        onward_jacobian=np.zeros((lanes, layout.states, layout.size)),
-    )
-    found = with_prior(unweighted, layout, estimate)
-    found = dataclasses.replace(found, hessian=found.hessian * weights[:, None, None], gradient=found.gradient * weights[:, None])
-    normal = block_arrow.reduce(found, estimate, active, 0.0)
-    part = normal.active
-    inverse = np.zeros_like(normal.hessian)
-    inverse[np.ix_(part, part)] = block_arrow.covariance(normal.hessian[np.ix_(part, part)])
+def projector(fitted: Fitted) -> Projector:
+    """What a fit estimates, as its likelihood has it."""
+    metric, layout = metric_of(fitted.point), fitted.prepared.layout
     return Projector(
-        at=at,
-        weights=weights,
-        state_gradient=found.gradient[:, layout.size - layout.states :],
-        normal=normal,
-        hessian_inverse=inverse,
-        columns=block_arrow.columns(estimate, at.record),
+        at=fitted.point.linear.at,
+        white=in_metric(fitted.point, metric),
+        metric=metric,
+        state_gradient=fitted.posterior.equations.gradient[:, layout.size - layout.states :],
+        normal=fitted.posterior.reduced,
+        hessian_inverse=covariance_of(fitted),
+        columns=block_arrow.columns(fitted.estimate, fitted.point.at.record),
     )
 
 
@@ -113,12 +102,20 @@ class Reduced:
 
 
 def reduced(by: Projector, column: Float[np.ndarray, "windows time channels"]) -> Reduced:
-    """Take the window states out of a column of the residual's derivative."""
-    at, root = by.at, np.sqrt(by.weights)
-    lanes = len(root)
-    flat = (column * root[:, None, None]).reshape(lanes, -1)
-    residual = (at.residual * root[:, None, None]).reshape(lanes, -1)
-    with_fit = np.einsum("lis,ls->li", (at.jacobian).reshape(lanes, at.jacobian.shape[1], -1), flat) * root[:, None]
+    """Take the window states out of a column of the residual's derivative, (windows, time, channels)."""
+    return reduced_all(by, column[:, None])[0]
+
+
+def reduced_all(by: Projector, columns: Float[np.ndarray, "windows columns time channels"]) -> list[Reduced]:
+    """The same for several columns at once."""
+    flat = by.metric(columns).reshape(*columns.shape[:2], -1)
+    return [_reduced(by, flat[:, index]) for index in range(flat.shape[1])]
+
+
+def _reduced(by: Projector, flat: Float[np.ndarray, "windows samples"]) -> Reduced:
+    at, lanes = by.white, len(flat)
+    residual = at.residual.reshape(lanes, -1)
+    with_fit = np.einsum("lis,ls->li", at.jacobian.reshape(lanes, at.jacobian.shape[1], -1), flat)
     count = at.jacobian.shape[1] - by.inverse.shape[1]
     on_states = with_fit[:, count:]
     pulled = np.einsum("lst,lt->ls", by.inverse, on_states)
@@ -150,7 +147,8 @@ def score(
 
     def answer(batch: list[AbstractEffect]) -> list[tuple[int, Reduced]]:
         perturbed = signatures(at, courses, files, batch)
-        return [(id(effect), reduced(by, response(at, mass, one))) for effect, one in zip(batch, perturbed, strict=True)]
+        columns = reduced_all(by, np.stack([response(at, mass, one) for one in perturbed], axis=1))
+        return [(id(effect), one) for effect, one in zip(batch, columns, strict=True)]
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         for found in threads.map(answer, _alike(members)):

@@ -1,264 +1,201 @@
-"""The search: score everything, refit a short list, keep the best, and look again."""
+"""Forward search: score all candidates, fit the best few in full, take the one with the greatest evidence, and score again."""
 
 import dataclasses
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from identification.discrepancy.adequate import adequate
-from identification.discrepancy.colour import overstatement
-from identification.discrepancy.constancy import unsteady
-from identification.discrepancy.continuity import states_cost, whole_cost
-from identification.discrepancy.disagreement import BY_CHANCE
-from identification.discrepancy.drift import MUCH, Drift, drifts
-from identification.discrepancy.driven import rings_by_itself
-from identification.discrepancy.evidence import FALSE_ALARM, chance, trials
-from identification.discrepancy.free_form import Learned
-from identification.discrepancy.linearised import linearised
-from identification.discrepancy.look import Scored, look
-from identification.discrepancy.placed import better_placed
-from identification.discrepancy.refit import Fitted
-from identification.discrepancy.robust import Tolerance
-from identification.discrepancy.short_list import HELPS, Progress, Rival, beyond_scores, rival_of, short_listed
-from identification.discrepancy.tolerant_fit import fit_tolerantly, fitted_from, settled_like
-from identification.discrepancy.tried import Tried
+from identification.discrepancy.calibration import ALPHA, MOST_EFFECTS
+from identification.discrepancy.from_loops import from_loops
+from identification.discrepancy.refit import extended, lengthened
+from identification.discrepancy.score import Candidate
+from identification.discrepancy.scored import Scored, score_all, trials
 from identification.fit import integrator_for
+from identification.likelihood.evidence import chance
+from identification.likelihood.fitted import Fitted, fitted
+from identification.likelihood.joint import point
+from identification.likelihood.linearised import linearised
+from identification.prepare import Prepared
+from vibrojax.errors import NoConvergenceError
 
-EXPLAINED, HELPLESS, MOST_EFFECTS, BUDGET = "explained", "no further effect helps", "as many effects as are tried", "budget"
-RESTLESS, DRIFTING, LEARNED = "the first effect will not hold still", "a parameter drifts", "a learned term explains all"
-"""Why a search ended."""
-_MOST_EFFECTS = 3
-MOSTLY = 0.75
-"""Share of the first misfit that effects must explain to be asserted, unless they leave noise exactly as stated."""
-_AS_STATED = 0.01
-"""Chance of noise as stated being found more than noise."""
-_BETTER = 8.0
-"""Drop of the cost, half chi-square, below which a model fitted anew is no other."""
-_FAR_MORE = 4.0
-"""What a drift explains over what any candidate promises from which none of them is tried."""
-_REST, _TOO_LITTLE = 0.01, 0.001
-"""Shares of the first misfit: what may be left, because an effect is never modelled to the last digit, and what is put down to that."""
-_PLAIN, _OF_IT, _NEARLY = 0.5, 0.5, 0.05
-"""What is left over noise, and the share of that which an effect must promise, to be tried however little it is beside the first misfit;
-and the share that it may leave."""
+Progress = Callable[[str], None]
+COMPLETE, MOST, BUDGET = "no further effect is significant", "as many effects as are fitted together", "budget"
+_SHORT_LIST = 5
+"""Candidates that are fitted in full in one step, at most."""
+_WORTH_A_FIT = 0.1
+"""Share of the largest expected gain from which a candidate is fitted."""
+_CLOSE = 0.4
+"""The same once another candidate has gained as much as was expected of it."""
+_STOPS = 3
+"""Candidates without a derivative that are fitted."""
+_BAD = 0.02
+"""Share of the windows with hardly any weight from which such candidates are fitted."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Round:
-    """One step of the forward search."""
+class Rival:
+    """A candidate fitted in full."""
+
+    candidate: Candidate
+    fitted: Fitted
+    gain: float
+    """Twice the log-likelihood beyond that of the model without it."""
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.candidate.name
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Step:
+    """One step of the search."""
 
     scored: Scored
-    cost: float
     rivals: tuple[Rival, ...]
-    """Best first."""
+    """The greatest evidence first."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Search:
-    """What the search went through, and where it ended."""
+    """What the search went through, and where it ended.
 
-    rounds: tuple[Round, ...]
-    fitted: Fitted
+    Attributes:
+        steps: those that added an effect.
+        last: all candidates beside the final model.
+        refused: candidates that were fitted beside the final model, and gained too little.
+        ended: `COMPLETE`, `MOST` or `BUDGET`.
+    """
+
+    steps: tuple[Step, ...]
     last: Scored
+    refused: tuple[Rival, ...]
     ended: str
-    """`EXPLAINED`, `HELPLESS`, `MOST_EFFECTS`, `RESTLESS`, `DRIFTING`, `LEARNED` or `BUDGET`."""
-    without: tuple[str, ...] = ()
-    """Names of effects that were not to be tried."""
-    cut_short: bool = False
-    """Whether the budget ended another search, for what may stand in the place of what this one found."""
-    mimics: Drift | None = None
-    """A parameter that changes in the course of records, which is what the effects stand in for, or would."""
-    doubted: Fitted | None = None
-    """The several effects that it takes to explain all, where one of them does not hold still."""
-    nearest: Fitted | None = None
-    """The first such ones that were met."""
-    learned: Learned | None = None
-    """A term free in its form, beside the first model, where the effects do not explain all."""
+
+    @property
+    def fitted(self) -> Fitted:
+        """The final model."""
+        return self.last.fitted
 
     @property
     def first(self) -> Scored:
-        """The look at the nominal model."""
-        return self.rounds[0].scored if self.rounds else self.last
-
-    @property
-    def explained(self) -> bool:
-        """Whether nothing but noise is left, or a trifle beside what has been explained, and by a cause."""
-        return self.ended == EXPLAINED and self.mimics is None and self.doubted is None
-
-    @property
-    def stages(self) -> tuple[Fitted, ...]:
-        """The model after each round; the last as it was fitted in the end."""
-        return (*(one.rivals[0].fitted for one in self.rounds[:-1]), self.fitted) if self.rounds else ()
-
-    def share(self, fitted: Fitted, allowed: Tolerance) -> float:
-        """Of the first misfit beyond noise, what the effects of one of the stages explain; there is one at least."""
-        first = self.rounds[0]
-        torn = states_cost(fitted) / max(first.cost - allowed.noise, 1e-300)
-        return max(allowed.explained(first.scored.fitted.outcome.equations.cost, fitted.outcome.equations.cost) - torn, 0.0)
-
-    def dispersion(self, allowed: Tolerance) -> float:
-        """What is left over what noise alone would leave, 1 where all is explained: differences of cost count so much less."""
-        return 1.0 if self.explained else max(1.0, whole_cost(self.fitted, allowed) / allowed.noise)
+        """All candidates beside the nominal model."""
+        return self.steps[0].scored if self.steps else self.last
 
 
-def search(
-    start: Fitted,
-    allowed: Tolerance,
-    deadline: float,
-    progress: Progress = lambda stage: None,
-    *,
-    begun: tuple[Round, ...] = (),
-    without: tuple[str, ...] = (),
-    most_effects: int = _MOST_EFFECTS,
-    tried: Tried | None = None,
-) -> Search:
-    """Add effects to a model until nothing but noise is left, or none of them helps any more.
+def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage: None) -> Search:
+    """Add effects to a model until none has evidence, or there are `MOST_EFFECTS`.
 
-    Goes on from the rounds that have `begun`, does not try the effects that it is to do `without`, and does not fit again what has been
-    `tried`.
+    Args:
+        start: the nominal model, fitted.
+        deadline: `time.monotonic()` after which no further step begins.
+        progress: called with a line of text at each stage.
     """
-    tried = Tried() if tried is None else tried
-    rounds = list(begun)
-    fitted = rounds[-1].rivals[0].fitted if rounds else start
+    steps: list[Step] = []
+    model = start
     while True:
-        progress(f"scoring all candidates beside {fitted.title}")
-        scored = look(fitted, allowed, without=without)
-        cost = whole_cost(fitted, allowed)
-        ended = why_ended(scored, allowed, rounds, deadline, most_effects=most_effects)
-        mimics = None if ended or rounds or scored.known.lags else drifting(scored, cost - allowed.noise, allowed)
-        ended = ended or (DRIFTING if mimics else "")
-        trifle = ended == EXPLAINED and _trifle(scored, allowed, rounds, deadline, most_effects)
-        rivals = [] if ended and not trifle else short_listed(scored, allowed, progress, tried)
-        anew = fitted_from(fitted, rivals[0].fitted, allowed) if rivals else fitted
-        if anew is not fitted and cost - whole_cost(anew, allowed) >= max(HELPS * (cost - allowed.noise), _BETTER):
-            fitted = anew
+        progress(f"scoring all candidates beside {model.title}")
+        scored = score_all(model)
+        if len(model.names) >= MOST_EFFECTS:
+            return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
+        if time.monotonic() > deadline:
+            return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
+        rivals = _fitted_in_full(scored, progress)
+        better = _led_by(model, rivals, progress)
+        if better is not model:
+            model = better
             continue
-        if rivals and (settled := settled_like(fitted, rivals[0].fitted)) is not fitted:
-            fitted, cost = settled, min(cost, whole_cost(settled, allowed))
-            at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
-            scored = dataclasses.replace(scored, fitted=fitted, at=at)
-        helps = bool(rivals) and _helps(rivals[0], cost, scored, allowed)
-        if not ended and not helps:
-            ended = EXPLAINED if leaves_noise(fitted, allowed, rounds) else HELPLESS
-        if ended and not (trifle and helps and _completes(rivals[0].fitted, scored, allowed, without)):
-            return Search(rounds=tuple(rounds), fitted=fitted, last=scored, ended=ended, without=without, mimics=mimics)
-        rounds.append(Round(scored=scored, cost=cost, rivals=tuple(rivals)))
-        fitted = rivals[0].fitted
+        if not rivals or not _has_evidence(rivals[0], scored):
+            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
+        steps.append(Step(scored=scored, rivals=tuple(rivals)))
+        best = fitted(rivals[0].fitted.point)
+        model = lengthened(best) or best
 
 
-def reopened(one: Round, allowed: Tolerance, *, without: tuple[str, ...]) -> tuple[Round, ...]:
-    """The round as it ends without some effects, the next that helps fitted in full; none where no other one helps."""
-    rivals = tuple(rival for rival in one.rivals if rival.name not in without)
-    if not rivals or not _helps(rivals[0], one.cost, one.scored, allowed):
-        return ()
-    best, *others = rivals  # that may have been fitted in short
-    if (fitted := fit_tolerantly(best.prepared, allowed)) is not None:
-        if rings_by_itself(fitted, one.scored.courses):
-            return ()
-        best = rival_of(best.candidate, better_placed(fitted, one.scored.known, allowed), allowed)
-    return (dataclasses.replace(one, rivals=(best, *others)),)
+def _has_evidence(best: Rival, scored: Scored) -> bool:
+    """Whether chance hardly gives such a gain, and the information criterion asks for it."""
+    numbers = max(best.fitted.unknowns - scored.fitted.unknowns, 1)
+    return (
+        chance(best.gain, numbers, trials(scored.found, best.name)) < ALPHA and best.fitted.criterion < scored.fitted.criterion
+    )
 
 
-def why_ended(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float, *, most_effects: int = _MOST_EFFECTS) -> str:
-    """Why no further effect is tried; empty where one is."""
-    if _explained(scored, allowed, rounds):
-        return EXPLAINED
-    if not scored.significant and not beyond_scores(scored, []):
-        return EXPLAINED if leaves_noise(scored.fitted, allowed, rounds) else HELPLESS
-    if len(scored.fitted.names) >= most_effects:
-        return MOST_EFFECTS
-    if len(rounds) > 1 and _never_still(rounds, allowed):
-        return RESTLESS
-    return BUDGET if time.monotonic() > deadline else ""
+def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
+    """The model itself, or a better fit of it that the numbers of the best alternative lead to.
 
-
-def _trifle(scored: Scored, allowed: Tolerance, rounds: list[Round], deadline: float, most_effects: int) -> bool:
-    """Whether beside what explains all but a trifle of the misfit another effect promises more than `_TOO_LITTLE`, and may be tried.
-
-    Or less than that, but most of what is left plainly above the noise: the first misfit may be a thousand times as large.
+    A fit that has ended in a wrong place may be led out of it by any effect: that is no evidence for the effect.
     """
-    if not rounds or len(scored.fitted.names) >= most_effects or time.monotonic() > deadline:
-        return False
-    promised, plainly = _most_promised(scored), _plainly_left(scored, allowed)
-    most_of_it = plainly > 0.0 and promised > _OF_IT * 2.0 * plainly
-    return most_of_it or promised > _TOO_LITTLE * 2.0 * _first_misfit(rounds, allowed)
+    if not rivals:
+        return model
+    progress(f"fitting {model.title} again")
+    there, prepared = rivals[0].fitted.estimate, model.prepared
+    values = rivals[0].fitted.prepared.layout.physical(there.shared)
+    start = dataclasses.replace(
+        model.estimate,
+        shared=prepared.layout.internal({p.name: values[p.name] for p in prepared.layout.parameters}),
+        nuisances=there.nuisances[:, : model.estimate.nuisances.shape[1]],
+        states=there.states[:, : model.estimate.states.shape[1]],
+    )
+    again = fitted(point(prepared, start, model.variances), rounds=2, measure_noise=False)
+    return again if again.log_likelihood > model.log_likelihood - 0.5 * np.log(ALPHA) else model
 
 
-def _plainly_left(scored: Scored, allowed: Tolerance) -> float:
-    """What is left beyond noise, half chi-square, if that is much beside the noise; else 0."""
-    left = whole_cost(scored.fitted, allowed) - allowed.noise
-    return left if left > _PLAIN * allowed.noise else 0.0
+def _fitted_in_full(scored: Scored, progress: Progress) -> list[Rival]:
+    """The most promising candidates, each fitted with everything else; the greatest evidence first."""
+    queue = _queue(scored)
+    rivals: list[Rival] = []
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    with ThreadPoolExecutor(1) as ahead:
+        for index, (candidate, prepared) in enumerate(queue):
+            done = any(rival.gain >= rival.candidate.gain > 0 for rival in rivals)
+            if rivals and done and candidate.gain < _CLOSE * best and not candidate.members[0].is_stop:
+                continue
+            for _, following in queue[index + 1 : index + 2]:
+                ahead.submit(_compiled, following, scored.fitted)
+            progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
+            rivals += _tried(candidate, prepared, scored.fitted)
+    return sorted(rivals, key=lambda rival: rival.fitted.criterion)
 
 
-def _completes(fitted: Fitted, before: Scored, allowed: Tolerance, without: tuple[str, ...]) -> bool:
-    """Whether all hold still, and nothing is left that any effect would explain: asked of an effect that is there for a trifle.
-
-    A trifle may also be what the equation of the first one lacks of its cause, and a part of that is all that a wrong one explains. Of
-    what was left plainly, nearly all is enough.
-    """
-    if unsteady(fitted, allowed):
-        return False
-    plainly = _plainly_left(before, allowed)
-    if plainly > 0.0 and whole_cost(fitted, allowed) - allowed.noise < _NEARLY * plainly:
-        return True
-    return adequate(fitted, allowed) and not look(fitted, allowed, without=without).significant
+def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
+    """The candidate fitted; empty where it cannot be integrated."""
+    try:
+        found = fitted(point(prepared, prepared.start, beside.variances), measure_noise=False)
+    except (NoConvergenceError, np.linalg.LinAlgError):
+        return []
+    gain = 2.0 * (found.log_likelihood - beside.log_likelihood)
+    return [Rival(candidate=candidate, fitted=found, gain=gain)] if np.isfinite(gain) else []
 
 
-def _never_still(rounds: list[Round], allowed: Tolerance) -> bool:
-    """Whether the first effect neither held still when it came in nor does beside the last: a third would not make it the cause."""
-    first, last = rounds[0].rivals[0], rounds[-1].rivals[0]
-    return all(first.name in unsteady(fitted, allowed) for fitted in (first.fitted, last.fitted))
+def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
+    """Candidates to be fitted, with their windows and starts."""
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    short = [one for one in scored.significant.values() if one.gain >= _WORTH_A_FIT * best][:_SHORT_LIST]
+    short = [one for candidate in short for one in _starts(candidate, scored)]
+    weight = scored.fitted.variances.weight
+    resist = float(np.mean(weight < 0.2 * np.median(weight))) >= _BAD
+    listed = {one.name for one in short}
+    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed][:_STOPS] if resist else []
+    shown = [one for one in scored.found if one.members[0].shown_by(scored.known) and one.name not in listed]
+    begun = [(one, extended(scored.fitted, _startable(one, scored), scored.courses)) for one in [*short, *stops, *shown]]
+    return [*begun, *(from_loops(scored) if resist or stops else [])]
 
 
-def drifting(scored: Scored, misfit: float, allowed: Tolerance) -> Drift | None:
-    """The parameter whose change in the course of records explains much of the misfit (half chi-square), and far more than any candidate.
-
-    What drifts has nothing to do with what the list holds, and to fit its effects one beside the other is long and in vain.
-    """
-    least = max(MUCH * 2.0 * misfit, _FAR_MORE * _most_promised(scored))
-    found = [one for one in drifts(scored.fitted, allowed) if one.gain > least and one.chance < BY_CHANCE]
-    return max(found, key=lambda one: one.gain, default=None)
+def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
+    """The candidate, and as many other probes of its effect as the effect wants to be fitted from."""
+    others = [one for one in scored.found if one.name == candidate.name and 0.0 < one.gain < candidate.gain]
+    return [candidate, *others[: candidate.members[0].tries - 1]]
 
 
-def _helps(best: Rival, cost: float, scored: Scored, allowed: Tolerance) -> bool:
-    """Whether the refit delivers more than noise would, be it coloured, and a fair share of the misfit."""
-    drop, misfit = cost - best.cost, cost - allowed.noise
-    by_chance = chance(2.0 * drop / _overstated(best.fitted, scored, allowed), best.candidate.degrees, trials(scored.found, best.name))
-    return by_chance < FALSE_ALARM and drop >= HELPS * misfit
+def _startable(candidate: Candidate, scored: Scored) -> Candidate:
+    """A stop begins as it was proposed, and so does what the records show: along a motion without it no derivative tells its strength."""
+    effect = candidate.members[0]
+    as_proposed = effect.is_stop or effect.shown_by(scored.known)
+    return dataclasses.replace(candidate, factors=np.ones(len(candidate.members))) if as_proposed else candidate
 
 
-def _overstated(fitted: Fitted, scored: Scored, allowed: Tolerance) -> float:
-    """Factor that coloured noise puts on the drop of chi-square; 1 where more than noise is left, whose colour is then that of a misfit."""
-    if not adequate(fitted, allowed):
-        return 1.0
-    at = linearised(fitted.prepared, integrator_for(fitted.prepared), fitted.outcome.estimate)
-    whole = (at.finite & scored.at.finite)[:, None, None]
-    root = np.sqrt(allowed.weights(fitted.outcome.equations.cost))[:, None, None] * whole
-    return overstatement(root * scored.at.residual, root * at.residual)
-
-
-def _explained(scored: Scored, allowed: Tolerance, rounds: list[Round]) -> bool:
-    """Whether what is left is noise, or a trifle beside what has been explained."""
-    misfit = whole_cost(scored.fitted, allowed) - allowed.noise
-    first = _first_misfit(rounds, allowed)
-    return (leaves_noise(scored.fitted, allowed, rounds) or misfit < _REST * first) and _most_promised(scored) <= _REST * 2.0 * first
-
-
-def leaves_noise(fitted: Fitted, allowed: Tolerance, rounds: list[Round]) -> bool:
-    """Whether a model is adequate, and not only because its first misfit was hardly larger than what a noise figure may be off by."""
-    if not adequate(fitted, allowed):
-        return False
-    if not rounds:
-        return True
-    left = whole_cost(fitted, allowed) - allowed.noise
-    return left <= (1.0 - MOSTLY) * _first_misfit(rounds, allowed) or adequate(fitted, allowed, allowance=0.0, chance=_AS_STATED)
-
-
-def _first_misfit(rounds: list[Round], allowed: Tolerance) -> float:
-    """Of the nominal model, half chi-square beyond noise; 0 before the first round."""
-    return max(rounds[0].cost - allowed.noise, 0.0) if rounds else 0.0
-
-
-def _most_promised(scored: Scored) -> float:
-    """The largest drop of chi-square that a significant candidate promises; 0 without one."""
-    return max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+def _compiled(prepared: Prepared, beside: Fitted) -> None:
+    """Integrated once, so that the program is there when its turn comes: one core compiles while the other fits."""
+    linearised(prepared, integrator_for(prepared), prepared.start, beside.variances.places)

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from identification.discrepancy.look import Scored
+from identification.discrepancy.scored import Scored
 from identification.experiment import Record
 from identification.kinematics import Kinematics
 from identification.start.contact import Loops, contact_start

@@ -12,9 +12,9 @@ from jax import lax
 from jaxtyping import Array, Float, Int
 
 from identification import measured_input
-from identification.discrepancy.linearised import Linearised
-from identification.discrepancy.response import Perturbation
 from identification.layout import Estimate
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import Perturbation
 from identification.prepare import Prepared
 from vibrojax.channels import EVERY_CHANNEL, channels
 from vibrojax.compiling import soon_compiled

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
-from identification.discrepancy.linearised import Linearised
+from identification.likelihood.linearised import Linearised
 from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 
 _LONGEST_S = 1.5e-3

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Sequence
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Bend, Location, Number, Side
-from identification.discrepancy.disagreement import BY_CHANCE
-from identification.discrepancy.drift import Drift
+from identification.discrepancy.calibration import ALPHA
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Bend, Location, Number, Side
 from identification.discrepancy.restitution import Restitution
+from identification.likelihood.unrest import Unrest
 from identification.report.channel_labels import spoken
 from identification.report.numbers import millimetres, rounded, with_unit
 
@@ -22,25 +22,30 @@ def sentences(
     before: Side,
     after: Side,
     formula: str,
-    share: float = 1.0,
-    mimics: Drift | None = None,
+    unrest: Unrest | None = None,
     restitution: Restitution | None = None,
 ) -> tuple[str, ...]:
     """What is missing, where, and what it does to the error; the first sentence stands alone.
 
-    `share`: of the misfit, that the effects explain where more than noise is left; 1 where nothing is. `mimics`: a parameter of the nominal
-    model that changes in the course of records. `restitution`: where it departs from the nominal model's.
+    `unrest`: random force beside the final model. `restitution`: where it departs from the nominal model's.
     """
     unseen = "windows left out of the fit"
     if before.held_back:
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
-    if verdict == ADEQUATE:
-        return (
-            f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f}).",
+    restless = () if unrest is None else (unrest.sentence(),)
+    if verdict in (ADEQUATE, RESTLESS):
+        first = f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f})."
+        if verdict == RESTLESS:
+            first = (
+                "More than the sensors' noise, but nothing that motion, drive, time or record explains:"
+                f" a random force acts on the hammer (reduced chi-square {before.chi2_reduced:.3f} without it)."
+            )
+        error = (
             "There was too little to leave anything out of the fit."
             if math.isnan(before.held_out_nrmse)
-            else f"Its error on {unseen} is {percent(before.held_out_nrmse)}.",
+            else f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse)}."
         )
+        return (first, *restless, error, *_varying(after))
     where = (location.sentence,) if location is not None else ()
     falls = (
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; too little to leave anything out of the fit."
@@ -50,17 +55,15 @@ def sentences(
     )
     if verdict == MISSING:
         named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
-        part = "" if share == 1.0 else f"{percent(share)} of "
         explain = "explains" if len(effects) == 1 else "explain"
-        first = f"{named[0].upper()}{named[1:]} {explain} {part}what the nominal model leaves out."
-        doubt = (f"These records cannot tell it from {', '.join(ambiguous)}.",) if ambiguous else ()
-        return (first, *where, falls, *doubt, *_unsteady(after))
+        first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
+        doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()
+        return (first, *where, falls, *restless, *doubt, *_varying(after))
     first = "Something real is missing, and no listed effect explains it."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
-    restless = _unsteady(after) if mimics is None else (_drifting(mimics, before),)
     bends = (_bending(location.bend),) if location is not None and location.bend is not None else ()
     losses = (_losing(restitution),) if restitution is not None else ()
-    return (first, *where, *bends, *losses, *learned, *restless)
+    return (first, *where, *bends, *losses, *learned, *restless, *_varying(after))
 
 
 def _bending(one: Bend) -> str:
@@ -82,44 +85,21 @@ def _losing(one: Restitution) -> str:
     )
 
 
-def nearest(effects: Sequence[Asserted], loose: Sequence[str]) -> str:
-    """What the list could say, and why it is not asserted: `loose`, by name, are those of the effects that do not hold still."""
-    named = _joined([_with_what_is_known(one) for one in effects]) + " would" + (" together" if len(effects) > 1 else "")
-    restless = _joined([one.effect.summary for one in effects if one.effect.name in loose])
-    return (
-        f"Nearest on the list, and not asserted: {named} leave next to nothing but noise, but the strength of"
-        f" {restless} differs between records, or these do not tell it."
-    )
-
-
-def _with_what_is_known(one: Asserted) -> str:
-    """The effect with those of its numbers that have an error."""
-    known = ", ".join([*_places(one), *(_number(p) for p in one.told if p.stderr is not None)])
-    return f"{one.effect.summary} ({known})" if known else one.effect.summary
-
-
 def _joined(parts: Sequence[str]) -> str:
     *others, last = parts
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def _unsteady(side: Side) -> tuple[str, ...]:
-    """The parameter that still will not hold still, from the record with its least to that with its largest value."""
-    differ = [one for one in side.disagreements if one.chance < BY_CHANCE / len(side.disagreements)]
+def _varying(side: Side) -> tuple[str, ...]:
+    """The parameter that varies most surely between records, from its least to its largest value."""
+    differ = [one for one in side.disagreements if one.chance < ALPHA / len(side.disagreements)]
     if not differ:
         return ()
     worst = min(differ, key=lambda one: (one.chance, -one.chi2 / one.degrees))
     p = next(p for p in side.parameters if p.name == worst.name)
     ends = sorted(worst.records.items(), key=lambda item: item[1][0])
     low, high = (f"{with_unit(rounded(*estimate).text, p.unit)} in {file}" for file, estimate in (ends[0], ends[-1]))
-    return (f"{p.symbol} will not hold still from record to record: {low}, {high}.",)
-
-
-def _drifting(one: Drift, side: Side) -> str:
-    """The parameter that will not hold still within records, in that where this is surest."""
-    p = next(p for p in side.parameters if p.name == one.name)
-    early, late = (with_unit(rounded(*estimate).text, p.unit) for estimate in one.halves[one.surest])
-    return f"{p.symbol} will not hold still in the course of a record: {early} in the first half of {one.surest}, {late} in the second."
+    return (f"{p.symbol} varies between records: {low}, {high}.",)
 
 
 def _main(one: Asserted) -> str:

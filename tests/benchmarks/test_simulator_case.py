@@ -7,9 +7,8 @@ import pytest
 from benchmarks.simulator import Hidden, Order, RecordPlan, draw_case, simulate, standard_sensors, write_case
 from benchmarks.simulator.__main__ import concealed
 from benchmarks.simulator.example import RIG
-from benchmarks.simulator.experiment import motion, restless, true_signals
+from benchmarks.simulator.experiment import motion, true_signals
 from benchmarks.simulator.faults import Clip, Delay, Gain, Hum, LowPass, ZeroDrift
-from benchmarks.simulator.sensors import coloured
 from identification.experiment import load_experiment
 
 SMALL = (801, 1201)
@@ -118,35 +117,6 @@ def test_the_same_seed_gives_the_same_case():
 
 def test_margin_after_the_record_serves_early_channels():
     assert motion(RIG, DRIVEN)["time"][-1] > 0.25e-3 * DRIVEN.samples + 2e-3
-
-
-@pytest.mark.parametrize("colour", [0.3, 0.95])
-def test_coloured_noise_keeps_its_size_and_remembers(colour):
-    noise = coloured(np.random.default_rng(2).normal(0.0, 3.0, 400_000), colour)
-    assert noise.std() == pytest.approx(3.0, rel=0.05)
-    for lag in (1, 2, 5):
-        assert np.mean(noise[lag:] * noise[:-lag]) / 9.0 == pytest.approx(colour**lag, abs=0.03)
-    begun = np.array([coloured(np.random.default_rng(seed).normal(size=3), colour)[:2] for seed in range(4000)])
-    assert begun.std(axis=0) == pytest.approx(1.0, rel=0.05)
-
-
-def test_restless_rig_is_shaken_by_a_force_of_its_own_size_in_each_record():
-    order = Order(kind="stiff", restless=0.02, samples=SMALL)
-    case, still = (draw_case(np.random.default_rng(4), dataclasses.replace(order, restless=share)) for share in (0.02, 0.0))
-    assert case.rig == still.rig and [plan.gap for plan in case.plans] == [plan.gap for plan in still.plans]
-    assert len({plan.shaking for plan in case.plans}) == 4
-    assert not any(plan.shaking for plan in (*case.sealed, *still.plans))
-    t = np.arange(0.0, 200.0, 1e-2)
-    force = sum(size * np.sin(omega * t + phase) for size, omega, phase in case.plans[1].shaking)
-    assert np.std(force) == pytest.approx(0.02 * case.rig.k * case.rig.base_amplitude, rel=0.1)
-
-
-def test_shaking_obeys_newton():
-    plan = restless(np.random.default_rng(0), dataclasses.replace(DRIVEN, true_gap=1.0), 0.05)
-    signals = true_signals(RIG, plan)
-    u, v = (signals[f"hammer_{name}"] - signals[f"cart_{name}"] for name in ("displacement", "velocity"))
-    force = sum(size * np.sin(omega * signals["time"] + phase) for size, omega, phase in plan.shaking)
-    np.testing.assert_allclose(RIG.m * signals["hammer_acceleration"], force - RIG.c * v - RIG.k * u, atol=1e-9)
 
 
 def test_command_line_reads_effects():

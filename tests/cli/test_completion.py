@@ -17,7 +17,7 @@ from vibrojax.cli import fit, main
 def test_bash_completes_commands_and_options(module, words, expected):
     code = f"import sys\nsys.argv[0] = 'vibrojax'\nfrom vibrojax.cli.{module} import main\nmain()"
     asked = {"_VIBROJAX_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | asked, timeout=300)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | asked)
     assert done.stdout.split() == [expected]
 
 

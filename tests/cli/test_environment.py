@@ -25,7 +25,7 @@ def bare(monkeypatch, tmp_path):
 
 
 def report() -> list[str]:
-    done = subprocess.run([sys.executable, "-W", "error", "-c", REPORT], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-W", "error", "-c", REPORT], capture_output=True, text=True)
     assert done.stderr == ""
     return done.stdout.split()
 

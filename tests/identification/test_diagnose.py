@@ -18,7 +18,7 @@ from tests.identification.conftest import cropped
 @pytest.fixture(scope="module")
 def complete(example):
     """The embedded example, which conceals nothing, shortened."""
-    return diagnose_experiment(cropped(example, 4000, (0, 1, 2, 3)))
+    return diagnose_experiment(cropped(example, 4000, (0, 1, 2, 3)), budget_minutes=np.inf)
 
 
 def test_nothing_is_claimed_missing_from_a_complete_model(complete):
@@ -64,7 +64,7 @@ def test_the_document_holds_plain_json(complete):
 
 
 def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared):
-    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-01"))
+    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-01"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-01" / "sealed" / "truth.json").read_text())
     assert found.verdict == MISSING
     assert found.effects[0].effect.name == "gap_step"
@@ -77,7 +77,7 @@ def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared)
 
 
 def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
-    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"))
+    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-11" / "sealed" / "truth.json").read_text())
     assert found.verdict == UNLISTED
     assert found.effects == ()
@@ -98,7 +98,7 @@ def test_a_single_short_record_is_diagnosed_although_nothing_can_be_left_out(tmp
         '[sensors.hammer_displacement]\nunit = "m"\nnoise = 1e-6\n[[record]]\nfile = "free.csv"\nkind = "free-decay"\ngap = 1.0\n'
         'columns = { time = "t", hammer_displacement = "x" }\n'
     )
-    found = diagnose_experiment(load_experiment(tmp_path))
+    found = diagnose_experiment(load_experiment(tmp_path), budget_minutes=np.inf)
     assert found.verdict == ADEQUATE
     assert found.sentences[1] == "There was too little to leave anything out of the fit."
     assert np.isnan(found.nominal.held_out_nrmse)

@@ -2,6 +2,7 @@
 
 from vibrojax.excitation.base import AbstractAppliedForce, AbstractBaseMotion
 from vibrojax.excitation.harmonic import Harmonic, at_rest
+from vibrojax.excitation.piecewise import PiecewiseLinearForce
 from vibrojax.excitation.sampled import CubicSignal, SampledForce, SampledMotion
 from vibrojax.excitation.unforced import Unforced
 
@@ -10,6 +11,7 @@ __all__ = [
     "AbstractBaseMotion",
     "CubicSignal",
     "Harmonic",
+    "PiecewiseLinearForce",
     "SampledForce",
     "SampledMotion",
     "Unforced",

@@ -16,7 +16,7 @@ from vibrojax.model import Model
 from vibrojax.model_file import model_document, model_from_document
 
 _BEFORE, _AFTER = "nominal_record", "augmented_record"
-_PLAIN = ("verdict", "sentences", "free_form", "ambiguous_with", "considered", "next_experiment", "warnings", "seconds")
+_PLAIN = ("verdict", "sentences", "free_form", "ambiguous_with", "considered", "unrest", "next_experiment", "warnings", "seconds")
 _OF_BEND = (
     ("record", "1", "which of the records with contacts, from 0"),
     ("contact", "1", "number of the contact, no two alike"),

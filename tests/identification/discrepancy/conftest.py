@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from identification.discrepancy.linearised import Linearised, linearised
-from identification.discrepancy.response import Perturbation, response
+from identification.likelihood.linearised import Linearised, linearised
+from identification.likelihood.response import Perturbation, response
 from identification.discrepancy.robust import SHORT, Tolerance
 from identification.discrepancy.signature import Course, courses
 from identification.fit import integrator_for

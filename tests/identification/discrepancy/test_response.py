@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.look import blank
-from identification.discrepancy.response import response
+from identification.likelihood.response import response
 from identification.discrepancy.signature import signatures
 from identification.fit import as_arrays, integrator_for, on_device
 from identification.layout import Estimate, layout_of

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from identification.discrepancy.linearised import linearised
+from identification.likelihood.linearised import linearised
 from identification.discrepancy.look import blank
-from identification.discrepancy.response import response
+from identification.likelihood.response import response
 from identification.discrepancy.score import information, projector, reduced, score
 from identification.discrepancy.signature import signatures
 from identification.fit import free_unknowns, integrator_for

@@ -17,7 +17,8 @@ pairs = hnp.arrays(np.float64, st.tuples(st.integers(1, 40), st.just(2)), elemen
 names = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], exclude_characters='"#,;'), min_size=1, max_size=12).filter(
     lambda name: not is_number(name) and not name.startswith("/") and name not in (".", "..") and "/" not in name
 )
-in_one_folder = settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+shared_folder = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+in_one_folder = settings(max_examples=40, suppress_health_check=shared_folder)
 
 
 def is_number(text):
@@ -94,7 +95,7 @@ def test_npz_comes_back_exactly(values, kind, packed, tmp_path):
     np.testing.assert_array_equal(found, stored.astype(np.float64))
 
 
-@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=shared_folder)
 @given(name=st.sampled_from(["a.csv", "a.csv.gz", "a.h5", "a.mat", "a.npz"]), data=st.data())
 def test_a_damaged_file_is_an_error_and_no_crash(name, data, tmp_path):
     path = tmp_path / name

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
+from identification.discrepancy.calibration import ALPHA as FALSE_ALARM
 from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis
-from identification.discrepancy.evidence import FALSE_ALARM
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, Picture
 from identification.discrepancy.report.rows import spoken_detail, strongest
 from identification.discrepancy.report.words import beside, chance_text, plain_name

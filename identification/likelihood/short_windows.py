@@ -6,11 +6,10 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.block_arrow import Equations
-from identification.discrepancy.refit import Fitted, windows_of
 from identification.fit import bounds, evaluator, free_unknowns, integrator_for
 from identification.layout import NUISANCES, Estimate
 from identification.levenberg_marquardt import LevenbergMarquardt, settle
-from identification.prepare import Prepared, prepare
+from identification.prepare import Prepared, prepare, windows_of
 from identification.start.contact import contact_start
 from identification.windows import WindowLength
 from vibrojax.errors import NoConvergenceError
@@ -55,25 +54,6 @@ class Tolerance:
         """Of all windows."""
         return float(self.cost(cost).sum())
 
-    def explained(self, before: np.ndarray, after: np.ndarray) -> float:
-        """Share of the misfit beyond noise that another model of the same windows removes, 0 to 1.
-
-        In every window by its plain chi-square, and each window weighed with its tolerant misfit: those that are badly wrong count little,
-        but what explains them is not measured on the logarithm. One that could not be integrated before is measured tolerantly after.
-        """
-        noise = 0.5 * self.samples
-        misfit, left = self.cost(before) - noise, self.cost(after) - noise
-        if misfit.sum() <= 0:
-            return 0.0
-        better = (misfit > 0) & np.isfinite(before) & (after < before)
-        ratio = np.divide(after - noise, before - noise, out=np.ones_like(misfit), where=better)
-        return float(np.clip(1.0 - np.where(better, misfit * ratio, left).sum() / misfit.sum(), 0.0, 1.0))
-
-    @property
-    def noise(self) -> float:
-        """What noise alone would cost."""
-        return 0.5 * float(self.samples.sum())
-
     def evaluator(self, evaluate: Callable[[Estimate], Equations]) -> Callable[[Estimate], Equations]:
         """Normal equations of the tolerant cost; windows that cannot be integrated are left out."""
 
@@ -100,7 +80,7 @@ def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
     return Tolerance(samples=samples, cut=max(_LEAST_CUT, 2.0 * float(np.quantile(x, orderly))))
 
 
-def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
+def robust_estimate(prepared: Prepared) -> tuple[Prepared, Estimate]:
     """The nominal model on short windows of the same records, as most of them want it.
 
     Raises `NoConvergenceError` where not one of them can be integrated.
@@ -123,7 +103,7 @@ def robust_fit(prepared: Prepared) -> tuple[Fitted, Tolerance]:
     equations = evaluate(outcome.estimate)
     if not np.isfinite(equations.cost).any():
         raise NoConvergenceError("the nominal model cannot be integrated in any window: check units, signs, mass and gaps")
-    return Fitted(prepared=short, outcome=dataclasses.replace(outcome, equations=equations)), allowed
+    return short, outcome.estimate
 
 
 def _starts(short: Prepared) -> list[Estimate]:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from identification.discrepancy.linearised import Linearised
+from identification.likelihood.linearised import Linearised
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

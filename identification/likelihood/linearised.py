@@ -16,6 +16,7 @@ from identification.prepare import Prepared
 from identification.residual import lane_system, predict
 from identification.windows import FITTED_CHANNELS, Windows
 from vibrojax.compiling import soon_compiled
+from vibrojax.excitation import PiecewiseLinearForce
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
 
@@ -85,10 +86,25 @@ class Linearised:
         return windows, values[..., samples]
 
 
-def linearised(prepared: Prepared, integrator: Landing, estimate: Estimate) -> Linearised:
-    """Integrate every window with a tangent for each number of its vector."""
+def disturbed(groups: tuple[Windows, ...], estimate: Estimate, places: Float[np.ndarray, " knots"]) -> tuple[Windows, ...]:
+    """Windows under the random force of an estimate, `places` of whose knots count from the begin of each, s."""
+    found, begin = [], 0
+    for group in groups:
+        lanes = len(group.record)
+        spacing = np.full(lanes, places[1] - places[0])
+        force = PiecewiseLinearForce(start=group.ts[:, 0], spacing=spacing, values=estimate.force[begin : begin + lanes])
+        found.append(dataclasses.replace(group, disturbance=force))
+        begin += lanes
+    return tuple(found)
+
+
+def linearised(
+    prepared: Prepared, integrator: Landing, estimate: Estimate, places: Float[np.ndarray, " knots"] | None = None
+) -> Linearised:
+    """Integrate every window with a tangent for each number of its vector; under the estimated force, if the `places` of its knots are given."""
     model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
-    groups, chunks = prepared.groups, chunked(prepared.groups, CHUNK)
+    groups = prepared.groups if places is None else disturbed(prepared.groups, estimate, places)
+    chunks = chunked(groups, CHUNK)
     seen = tuple(name for name in FITTED_CHANNELS if any(name in group.channels for group in groups))
 
     def part(chunk: tuple[np.ndarray, Windows]):

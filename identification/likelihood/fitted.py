@@ -1,0 +1,195 @@
+"""A model fitted in the whole likelihood: mode of parameters, states and force, and its variances by restricted maximum likelihood."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.block_arrow import covariance
+from identification.fit import free_unknowns, integrator_for
+from identification.layout import Estimate
+from identification.levenberg_marquardt import Outcome
+from identification.likelihood import robust
+from identification.likelihood.evidence import criterion
+from identification.likelihood.joint import JointMode, Point, point
+from identification.likelihood.linearised import linearised
+from identification.likelihood.random_force import RandomForce, knots
+from identification.likelihood.settling import settled
+from identification.likelihood.variances import Posterior, Variances, estimated, log_determinant, measured_noise
+from identification.prepare import Prepared
+from vibrojax.model import Model
+
+_FIRST_FORCE, _FIRST_MEMORY = 1e-2, 4.0
+"""Random force to begin with, over the rms inertia in flight; and its memory, over the distance of knots."""
+_FIRST_DEGREES = 4.0
+_STEADY = 0.05
+"""Change of the logarithm of the force's size from one round to the next at which the variances are there."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """One fitted model.
+
+    Attributes:
+        point: mode, with the variances.
+        posterior: of the linear model there.
+        converged: whether steps had become shorter than 0.3 standard errors and the variances steady.
+    """
+
+    point: Point
+    posterior: Posterior
+    converged: bool
+
+    @property
+    def prepared(self) -> Prepared:
+        """Windows and model."""
+        return self.point.prepared
+
+    @property
+    def estimate(self) -> Estimate:
+        """Parameters, nuisances, states and force."""
+        return self.point.estimate
+
+    @property
+    def variances(self) -> Variances:
+        """Of noise and force."""
+        return self.point.variances
+
+    @property
+    def outcome(self) -> Outcome:
+        """As an ordinary fit gives it, its normal equations in the metric of the whole likelihood."""
+        return Outcome(
+            estimate=self.estimate,
+            equations=self.posterior.equations,
+            cost=self.point.cost,
+            converged=self.converged,
+            iterations=0,
+            decrement=0.0,
+        )
+
+    @property
+    def model(self) -> Model:
+        """With the estimated numbers."""
+        return self.prepared.model.replace(self.prepared.layout.physical(self.estimate.shared))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the effects in the model."""
+        return tuple(effect.name for effect in self.prepared.model.effects)
+
+    @property
+    def title(self) -> str:
+        """The effects in the model, to be read after "beside"."""
+        return " and ".join(self.names) if self.names else "the nominal model"
+
+    @property
+    def unknowns(self) -> int:
+        """Count of estimated numbers that are not states of windows."""
+        active = free_unknowns(self.prepared)
+        return int(active.shared.sum() + active.nuisances.sum())
+
+    @property
+    def samples(self) -> int:
+        """Samples times channels that count."""
+        return int(self.point.inner.samples.sum())
+
+    @property
+    def criterion(self) -> float:
+        """Bayesian information criterion, windows' states and force integrated out."""
+        return criterion(self.log_likelihood, self.unknowns, self.samples)
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the parameters and variances, with windows' states and force integrated out (Laplace)."""
+        inner, by, variances, layout = self.point.inner, self.posterior.marginal, self.variances, self.prepared.layout
+        finite = self.point.at.finite
+        deviation = np.where(finite, self.posterior.deviation(), self.point.lost)
+        samples = np.where(finite, inner.samples, self.point.possible)
+        density = robust.log_density(deviation, samples, variances.degrees) - 0.5 * by.log_determinant - inner.log_scale
+        count = layout.size - layout.states
+        states = log_determinant(self.posterior.equations.hessian[finite][:, count:, count:])
+        scales = sum(np.log(layout.own_states[index].scale) for index in layout.free_own) * len(finite)
+        return float(density.sum() - 0.5 * states.sum() - scales - self.point.prior)
+
+    @property
+    def chi2_reduced(self) -> float:
+        """Mean squared residual over the noise where no random force is allowed for, states fitted; 1 where it is noise."""
+        inner, layout = self.point.inner.fit, self.prepared.layout
+        own = slice(1 + layout.size - layout.states, None)
+        finite = self.point.at.finite
+        blocks, right = inner[finite][:, own, own], inner[finite][:, own, 0]
+        size = np.sqrt(np.maximum(np.diagonal(blocks, axis1=1, axis2=2), 1e-300))
+        inverse = np.linalg.pinv(blocks / (size[:, :, None] * size[:, None, :]), hermitian=True, rcond=1e-10)
+        scaled = right / size
+        taken = np.einsum("ls,lst,lt->l", scaled, inverse, scaled)
+        degrees = self.samples - self.unknowns - layout.states * int(finite.sum())
+        return float((inner[finite, 0, 0] - taken).sum() / max(degrees, 1))
+
+    def force(self) -> tuple[Float[np.ndarray, "windows knots"], float]:
+        """Estimated force, N, and the rms inertia of the hammer in flight, N."""
+        return self.estimate.force, inertia(self.point)
+
+
+def inertia(at: Point) -> float:
+    """Root mean square of m x'' in flight, N: the size of the forces in the rig, with or without a spring."""
+    flight = at.at.inside & ~at.at.in_contact & at.at.finite[:, None]
+    values = at.at.acceleration[flight]
+    return float(at.prepared.model.mass) * float(np.sqrt(np.mean(values**2))) if values.size else 1.0
+
+
+def declared_channels(prepared: Prepared) -> frozenset[str]:
+    """Channels whose noise the experiment states."""
+    return frozenset(name for name, sensor in prepared.experiment.sensors.items() if sensor.noise is not None)
+
+
+def first_point(prepared: Prepared, estimate: Estimate) -> Point:
+    """Where a fit in the whole likelihood begins: no force yet, noise as the flights show it, and room for a small force."""
+    at = linearised(prepared, integrator_for(prepared), estimate)
+    fastest = max([float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.layout.physical(estimate.shared).get("f_n", 0.0)])
+    places = knots(at, fastest)
+    flight = at.inside & ~at.in_contact & at.finite[:, None]
+    accelerations = at.acceleration[flight]
+    size = float(prepared.model.mass) * float(np.sqrt(np.mean(accelerations**2))) if accelerations.size else 1.0
+    variances = Variances(
+        noise=measured_noise(at, places[1], declared_channels(prepared)),
+        force=RandomForce(std=_FIRST_FORCE * max(size, 1e-300), memory=_FIRST_MEMORY * places[1]),
+        places=places,
+        weight=np.ones(len(at.record)),
+        degrees=_FIRST_DEGREES,
+    )
+    return point(prepared, dataclasses.replace(estimate, force=np.zeros((len(at.record), len(places)))), variances)
+
+
+def fitted(start: Point, *, rounds: int = 6, measure_noise: bool = True, iterations: int = 12) -> Fitted:
+    """From a point on: mode and variances in turn, windows that have settled wrongly settled anew, until both are there.
+
+    Args:
+        start: with variances to begin with.
+        rounds: at most.
+        measure_noise: whether the sensors' noise is estimated anew with the model as it is.
+        iterations: of the mode in each round, at most.
+    """
+    here, find = start, JointMode(most_iterations=iterations)
+    for turn in range(rounds):
+        here = settled(find(here))
+        before = here.variances
+        noise = before.noise
+        if measure_noise:
+            noise = measured_noise(here.at, before.places[1], declared_channels(here.prepared))
+        here = here.under(dataclasses.replace(before, noise=noise))
+        variances, _ = estimated(here.linear, here.inner, here.variances)
+        here = here.under(variances)
+        if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
+            break
+    here = find(here)
+    variances, found = estimated(here.linear, here.inner, here.variances, rounds=1)
+    length = float(np.sqrt(np.max(found.step_length, initial=0.0)))
+    return Fitted(point=here.under(variances), posterior=found, converged=length < 0.3)
+
+
+def covariance_of(of: Fitted) -> Float[np.ndarray, "unknowns unknowns"]:
+    """Of parameters and nuisances; zero for what is not estimated."""
+    reduced = of.posterior.reduced
+    full, part = np.zeros_like(reduced.hessian), reduced.active
+    full[np.ix_(part, part)] = covariance(reduced.hessian[np.ix_(part, part)])
+    return full

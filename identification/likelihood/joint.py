@@ -1,0 +1,133 @@
+"""The joint mode of parameters, states and random force: every step is integrated under the force as estimated."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from identification import block_arrow
+from identification.block_arrow import Equations
+from identification.fit import bounds, free_unknowns, integrator_for, with_prior
+from identification.layout import Estimate
+from identification.likelihood import robust
+from identification.likelihood.linearised import Linearised, linearised
+from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise
+from identification.likelihood.random_force import force_response
+from identification.likelihood.variances import Linear, Variances, equations
+from identification.prepare import Prepared
+
+_LOST = 1e6
+"""Mean squared residual at which a window counts that could not be integrated."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Point:
+    """One point of the fit, linearised, with its cost under given variances."""
+
+    prepared: Prepared
+    estimate: Estimate
+    at: Linearised
+    """With residuals as they are."""
+    linear: Linear
+    """With residuals as they would be without the force."""
+    variances: Variances
+    inner: Grams
+    marginal: Marginal
+    deviation: np.ndarray
+    """(windows,): squared residuals over the noise and squared force over its covariance; infinite where lost."""
+
+    @property
+    def cost(self) -> float:
+        """Negative logarithm of the joint density, up to constants."""
+        finite, degrees = np.isfinite(self.deviation), self.variances.degrees
+        deviation = np.where(finite, self.deviation, self.lost)
+        samples = np.where(finite, self.inner.samples, self.possible)
+        return float(robust.loss(deviation, samples, degrees).sum()) + self.prior
+
+    @property
+    def possible(self) -> Int[np.ndarray, " windows"]:
+        """Samples of every window, lost or not."""
+        return (self.at.weight > 0).sum(axis=(1, 2))
+
+    @property
+    def lost(self) -> Float[np.ndarray, " windows"]:
+        """Squared residual at which a window counts that could not be integrated."""
+        return _LOST * self.possible
+
+    @property
+    def prior(self) -> float:
+        """Cost of what is known of states, zeros and gaps without the records, nats."""
+        nothing = dataclasses.replace(self.equations, cost=np.zeros(len(self.deviation)))
+        return with_prior(nothing, self.prepared.layout, self.estimate).total(self.estimate)
+
+    @property
+    def equations(self) -> Equations:
+        """Normal equations here, in the metric of the whole likelihood."""
+        return equations(self.linear, self.marginal, self.weight)
+
+    @property
+    def weight(self) -> Float[np.ndarray, " windows"]:
+        """Of every window at this point."""
+        return robust.weights(self.deviation, self.inner.samples, self.variances.degrees)
+
+    def under(self, variances: Variances) -> "Point":
+        """The same point under other variances."""
+        inner = self.inner if variances.noise is self.variances.noise else None
+        return _weighed(self.prepared, self.estimate, self.at, self.linear, variances, inner)
+
+
+def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, refinement: float = 1.0) -> Point:
+    """Integrate all windows under the estimated force and linearise; `refinement` 2 halves every step."""
+    at = linearised(prepared, integrator_for(prepared, refinement=refinement), estimate, variances.places)
+    answer = force_response(at, float(prepared.model.mass), variances.places)
+    without = dataclasses.replace(at, residual=at.residual - np.einsum("lktc,lk->ltc", answer, estimate.force))
+    linear = Linear(layout=prepared.layout, estimate=estimate, active=free_unknowns(prepared), at=without, answer=answer)
+    return _weighed(prepared, estimate, at, linear, variances)
+
+
+def _weighed(prepared: Prepared, estimate: Estimate, at: Linearised, linear: Linear, variances: Variances, inner: Grams | None = None) -> Point:
+    inner = grams(linear.at, linear.answer, variances.noise) if inner is None else inner
+    found = marginal(inner, variances.root)
+    white = np.linalg.solve(found.root, estimate.force.T).T
+    deviation = np.where(at.finite, np.sum(over_noise(at.residual, at, variances.noise) ** 2, axis=(1, 2)) + np.sum(white**2, axis=1), np.inf)
+    return Point(
+        prepared=prepared, estimate=estimate, at=at, linear=linear, variances=variances, inner=inner, marginal=found, deviation=deviation
+    )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class JointMode:
+    """Levenberg-Marquardt on the joint density at fixed variances: parameters and states take damped steps, the force follows them."""
+
+    most_iterations: int = 12
+    tolerance: float = 0.1
+    """Fall of the cost that is none, nats."""
+    longest_step: float = 0.7
+    """Of a shared parameter, in its internal coordinate."""
+
+    def __call__(self, start: Point) -> Point:
+        """The mode that is reached from a point; the cost never rises."""
+        here, cost, damping, growth = start, start.cost, 1e-4, 2.0
+        for _ in range(self.most_iterations):
+            trial = point(here.prepared, self._step(here, damping), here.variances)
+            after = trial.cost
+            if after < cost:
+                fall, here, cost = cost - after, trial, after
+                damping, growth = max(damping / 10.0, 1e-9), 2.0
+                if fall < self.tolerance:
+                    break
+            else:
+                damping, growth = damping * growth, growth * 2.0
+                if damping > 1e8 or after - cost < 1e-3 * self.tolerance:
+                    break
+        return here
+
+    def _step(self, here: Point, damping: float) -> Estimate:
+        estimate, limits = here.estimate, bounds(here.prepared)
+        found = here.equations
+        reduced = block_arrow.reduce(found, estimate, here.linear.active, damping)
+        shared, nuisances, states = block_arrow.solve(reduced, found, estimate, longest=self.longest_step)
+        moved = estimate.moved(np.clip(estimate.shared + shared, *limits) - estimate.shared, nuisances, states)
+        step = moved.local(here.at.record) - estimate.local(here.at.record)
+        force, _ = estimated_force(here.inner, here.marginal, step)
+        return dataclasses.replace(moved, force=np.where(here.at.finite[:, None], np.nan_to_num(force), 0.0))

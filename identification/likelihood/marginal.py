@@ -1,0 +1,102 @@
+"""Windows with their random force integrated out: what is left is a small matrix for each."""
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.noise import Autoregression, runs
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Grams:
+    """Inner products of a window's residual r, its Jacobian J and its answer Z to the random force, all divided by the noise.
+
+    Attributes:
+        fit: of (r, J) with itself; (windows, 1 + size, 1 + size).
+        force: of Z with itself; (windows, knots, knots).
+        cross: of Z with (r, J); (windows, knots, 1 + size).
+        samples: that count in each window.
+        log_scale: of each window, half the log-determinant of the noise's covariance.
+    """
+
+    fit: np.ndarray
+    force: np.ndarray
+    cross: np.ndarray
+    samples: np.ndarray
+    log_scale: np.ndarray
+
+
+def over_noise(
+    values: Float[np.ndarray, "windows *rows time channels"], at: Linearised, noise: Mapping[str, Autoregression]
+) -> Float[np.ndarray, "windows *rows channels time"]:
+    """Rows of residuals, each channel divided by the root of its noise's covariance."""
+    length = runs((at.weight > 0).transpose(0, 2, 1))
+    return np.stack([noise[name].whitened(values[..., c], length[:, c]) for c, name in enumerate(at.channels)], axis=-2)
+
+
+def grams(at: Linearised, answer: Float[np.ndarray, "windows knots time channels"], noise: Mapping[str, Autoregression]) -> Grams:
+    """All inner products, window by window."""
+    size, length = at.jacobian.shape[1], runs((at.weight > 0).transpose(0, 2, 1))
+    rows = np.concatenate([at.residual[:, None], at.jacobian, answer], axis=1)
+    white = over_noise(rows, at, noise).reshape(*rows.shape[:2], -1)
+    whole = white @ white.transpose(0, 2, 1)
+    whole[~at.finite] = 0.0
+    split = 1 + size
+    return Grams(
+        fit=whole[:, :split, :split],
+        force=whole[:, split:, split:],
+        cross=whole[:, split:, :split],
+        samples=(length > 0).sum(axis=(1, 2)) * at.finite,
+        log_scale=sum(noise[name].log_scale(length[:, c]) for c, name in enumerate(at.channels)) * at.finite,
+    )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Marginal:
+    """Windows of covariance V = R + Z S Z', with S the covariance of the random force at its knots and R that of the noise.
+
+    Attributes:
+        gram: (r, J)' V^-1 (r, J); (windows, 1 + size, 1 + size).
+        log_determinant: of V over that of R; (windows,).
+        root: lower triangular root of S; (knots, knots).
+        factor: lower triangular C with C C' = 1 + root' Z' R^-1 Z root; (windows, knots, knots).
+
+    Source: M. A. Woodbury, Inverting modified matrices (1950); G. K. Robinson, That BLUP is a good thing, Stat. Sci. 6 (1991) 15-32.
+    """
+
+    gram: np.ndarray
+    log_determinant: np.ndarray
+    root: np.ndarray
+    factor: np.ndarray
+
+    @property
+    def deviation(self) -> Float[np.ndarray, " windows"]:
+        """r' V^-1 r."""
+        return self.gram[:, 0, 0]
+
+
+def marginal(of: Grams, root: Float[np.ndarray, "knots knots"]) -> Marginal:
+    """By Woodbury's identity: what it costs grows with the cube of the knots, not of the samples."""
+    factor = np.linalg.cholesky(np.eye(len(root)) + root.T @ of.force @ root)
+    taken = np.linalg.solve(factor, root.T @ of.cross)
+    return Marginal(
+        gram=of.fit - taken.transpose(0, 2, 1) @ taken,
+        log_determinant=2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1),
+        root=root,
+        factor=factor,
+    )
+
+
+def estimated_force(
+    of: Grams, by: Marginal, step: Float[np.ndarray, "windows size"]
+) -> tuple[Float[np.ndarray, "windows knots"], Float[np.ndarray, "windows knots knots"]]:
+    """Best linear prediction of the force at the knots, N, where the unknowns have moved by `step`; and a root of its covariance then.
+
+    f = -S Z' V^-1 (r + J step); the covariance is (S^-1 + Z' R^-1 Z)^-1, to which that of the unknowns comes.
+    """
+    right = of.cross[..., 0] + (of.cross[..., 1:] @ step[..., None])[..., 0]
+    root = by.root @ np.linalg.inv(by.factor).transpose(0, 2, 1)
+    return -(root @ (root.transpose(0, 2, 1) @ right[..., None]))[..., 0], root

@@ -1,0 +1,75 @@
+"""A random force on the hammer: a Gaussian process with exponential memory, on knots."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import Perturbation, response
+
+KNOTS_PER_PERIOD = 28
+"""Knots in a period of the fastest vibration of the rig."""
+MOST_KNOTS = 80
+"""In a window."""
+_LEAST_SAMPLES = 4
+"""Samples from one knot to the next."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RandomForce:
+    """Stationary Gaussian process with covariance std^2 exp(-|t - t'| / memory) (Ornstein-Uhlenbeck, Matern 1/2), linear between knots.
+
+    Attributes:
+        std: root mean square, N.
+        memory: s; its power falls to half at the corner 1 / (2 pi memory), Hz.
+
+    Source: G. E. Uhlenbeck, L. S. Ornstein, Phys. Rev. 36 (1930) 823-841; M. L. Stein, Interpolation of Spatial Data (1999).
+    """
+
+    std: float
+    memory: float
+
+    def root(self, knots: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "knots knots"]:
+        """Lower triangular root of the covariance at the knots, N.
+
+        Of an Ornstein-Uhlenbeck process it is known: f_1 = std e_1, f_(k+1) = c_k f_k + std sqrt(1 - c_k^2) e_(k+1), c = exp(-dt / memory).
+        """
+        steps = np.exp(-np.diff(knots) / self.memory)
+        found = np.zeros((len(knots), len(knots)))
+        found[0, 0] = self.std
+        for k, c in enumerate(steps):
+            found[k + 1] = c * found[k]
+            found[k + 1, k + 1] = self.std * np.sqrt(1.0 - c**2)
+        return found
+
+
+def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
+    """Where the force may change its slope, s from the begin of a window; the same in every window.
+
+    Args:
+        at: all windows.
+        fastest_hz: highest of natural and excitation frequencies.
+    """
+    dt = float(np.median(np.diff(at.ts[:, :2], axis=1)))
+    last = np.take_along_axis(at.ts, at.lengths[:, None] - 1, axis=1)[:, 0]
+    span = float((last - at.ts[:, 0]).max())
+    spacing = 1.0 / (KNOTS_PER_PERIOD * fastest_hz) if fastest_hz > 0 else 0.0
+    spacing = max(spacing, _LEAST_SAMPLES * dt, span / (MOST_KNOTS - 1))
+    return spacing * np.arange(int(np.ceil(span / spacing)) + 1)
+
+
+def force_response(
+    at: Linearised, mass: float, places: Float[np.ndarray, " knots"]
+) -> Float[np.ndarray, "windows knots time channels"]:
+    """Change of the residuals by a force of 1 N at each knot, falling to 0 at the next ones."""
+    since, spacing = at.ts - at.ts[:, :1], places[1] - places[0] if len(places) > 1 else 1.0
+    nothing = np.zeros_like(at.u)
+    found = np.empty((len(at.u), len(places), *at.residual.shape[1:]))
+    for index, place in enumerate(places):
+        hat = np.clip(1.0 - np.abs(since - place) / spacing, 0.0, None)
+        push = Perturbation(
+            force=hat, stop_position=nothing, stop_velocity=nothing, base_displacement=nothing, base_acceleration=nothing, readings={}
+        )
+        found[:, index] = response(at, mass, push)
+    return found

@@ -1,0 +1,97 @@
+"""The random force that a fit has found, in numbers: how far the rig repeats itself."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from identification.likelihood.evidence import chance_of_force
+from identification.likelihood.fitted import Fitted, inertia
+from identification.likelihood.random_force import RandomForce
+from identification.likelihood.variances import orderly, restricted_likelihood
+
+_NOTHING = 1e-4
+"""Size of a force that is none, over the estimated one."""
+_STEP = 0.15
+"""Of the logarithms of size and memory, for second differences."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Unrest:
+    """A random force on the hammer with exponential memory.
+
+    Attributes:
+        force_rms: size, N, and its standard error; None where the likelihood is flat.
+        memory: s, and its standard error.
+        share: of the spring's force at the amplitude of the drive, k A0; where there is no spring or drive, of the rms inertia in flight.
+        gain: twice the restricted log-likelihood beyond that of no force.
+    """
+
+    force_rms: tuple[float, float | None]
+    memory: tuple[float, float | None]
+    share: float
+    gain: float
+
+    def document(self) -> dict[str, Any]:
+        """`unrest` in `fit.json` and `diagnosis.json`."""
+        (force, of_force), (memory, of_memory) = self.force_rms, self.memory
+        return {
+            "force_rms": {"value": force, "stderr": of_force, "unit": "N"},
+            "memory": {"value": memory, "stderr": of_memory, "unit": "s"},
+            "share": self.share,
+        }
+
+    def sentence(self) -> str:
+        """For a report."""
+        return (
+            f"The rig repeats itself to a random force of {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of the spring's force)"
+            f" with a memory of {1e3 * self.memory[0]:.2g} ms."
+        )
+
+
+def unrest(fitted: Fitted, *, alpha: float) -> Unrest | None:
+    """The random force beside a fitted model; None where chance at the level `alpha` gives as much."""
+    gain = gain_of_force(fitted)
+    if chance_of_force(gain) > alpha:
+        return None
+    force = fitted.variances.force
+    of_force, of_memory = _errors(fitted)
+    return Unrest(force_rms=(force.std, of_force), memory=(force.memory, of_memory), share=force.std / _reference(fitted), gain=gain)
+
+
+def gain_of_force(fitted: Fitted) -> float:
+    """Twice the restricted log-likelihood of the random force beyond that of none."""
+    force = fitted.variances.force
+    return 2.0 * (_likelihood(fitted, force) - _likelihood(fitted, dataclasses.replace(force, std=_NOTHING * force.std)))
+
+
+def _likelihood(fitted: Fitted, force: RandomForce) -> float:
+    at = dataclasses.replace(orderly(fitted.variances), force=force)
+    return restricted_likelihood(fitted.point.linear, fitted.point.inner, at)
+
+
+def _errors(fitted: Fitted) -> tuple[float | None, float | None]:
+    """Standard errors of size and memory from the curvature of the restricted likelihood in their logarithms."""
+    force = fitted.variances.force
+
+    def at(size: float, memory: float) -> float:
+        return _likelihood(fitted, RandomForce(std=force.std * np.exp(_STEP * size), memory=force.memory * np.exp(_STEP * memory)))
+
+    middle = at(0, 0)
+    a, b = at(1, 0) + at(-1, 0) - 2 * middle, at(0, 1) + at(0, -1) - 2 * middle
+    c = (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1)) / 4
+    information = -np.array([[a, c], [c, b]]) / _STEP**2
+    if not np.all(np.linalg.eigvalsh(information) > 0):
+        return None, None
+    size, memory = np.sqrt(np.diag(np.linalg.inv(information)))
+    return float(force.std * size), float(force.memory * memory)
+
+
+def _reference(fitted: Fitted) -> float:
+    """k A0, N; the rms inertia of the hammer in flight where there is no spring or no drive."""
+    model, amplitudes = fitted.model, fitted.estimate.nuisances[:, 0]
+    driven = [r.kind == "cart-excitation" and r.base == "sine" for r in fitted.prepared.experiment.records]
+    f_n = float(model.values().get("f_n", 0.0))
+    if f_n > 0 and any(driven):
+        return float(model.mass) * (2.0 * np.pi * f_n) ** 2 * float(np.abs(amplitudes[driven]).max())
+    return inertia(fitted.point)
