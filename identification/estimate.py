@@ -134,7 +134,9 @@ def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
 
 def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> float:
     """Largest shift of a shared parameter, in standard errors, when all steps are halved (one Gauss-Newton step from the optimum)."""
-    found = (posterior(at.linear, at.inner, of.variances) for at in (of.point, point(of.prepared, of.estimate, of.variances, refinement=2.0)))
+    found = (
+        posterior(at.linear, at.inner, of.variances) for at in (of.point, point(of.prepared, of.estimate, of.variances, refinement=2.0))
+    )
     coarse, finer = (one.step[0, : of.prepared.layout.shared] for one in found)
     sigma = spread.stderr[: of.prepared.layout.shared]
     moved = np.abs(finer - coarse)[active.shared]
@@ -151,9 +153,7 @@ def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[Parame
     return tuple(_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
 
 
-def _parameter(
-    of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]
-) -> ParameterEstimate:
+def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]) -> ParameterEstimate:
     """One row of the table."""
     prepared, estimate = of.prepared, of.estimate
     spec = prepared.layout.parameters[index]

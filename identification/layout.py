@@ -25,6 +25,8 @@ class Layout:
     """Of effects, each record with its own."""
     zeros: tuple[tuple[str, float], ...] = ()
     """Channels whose zero is not known, each record with its own, and the standard deviation of that, SI."""
+    variations: tuple[tuple[str, float], ...] = ()
+    """Shared parameters that vary between records, and the standard deviation of that in their internal coordinates."""
     own_states: tuple[OwnState, ...] = ()
     """Of effects."""
     files: tuple[str, ...] = ()
@@ -33,12 +35,23 @@ class Layout:
     @property
     def nuisances(self) -> tuple[str, ...]:
         """Names of what each record has of its own."""
-        return (*NUISANCES, *(f"zero.{channel}" for channel, _ in self.zeros), *(p.name for p in self.record_parameters))
+        zeros, variations = (f"zero.{channel}" for channel, _ in self.zeros), (f"variation.{name}" for name, _ in self.variations)
+        return (*NUISANCES, *zeros, *variations, *(p.name for p in self.record_parameters))
 
     @property
     def without_effects(self) -> int:
         """Count of what each record has of its own before that of effects."""
-        return len(NUISANCES) + len(self.zeros)
+        return len(NUISANCES) + len(self.zeros) + len(self.variations)
+
+    @property
+    def nuisance_count(self) -> int:
+        """Count of what each record has of its own."""
+        return self.without_effects + len(self.record_parameters)
+
+    @property
+    def varying(self) -> slice:
+        """Places of the variations among what each record has of its own."""
+        return slice(len(NUISANCES) + len(self.zeros), self.without_effects)
 
     @property
     def free_own(self) -> tuple[int, ...]:
@@ -93,9 +106,7 @@ class Estimate:
 
     def moved(self, shared: np.ndarray, nuisances: np.ndarray, states: np.ndarray) -> "Estimate":
         """This point plus a step."""
-        return dataclasses.replace(
-            self, shared=self.shared + shared, nuisances=self.nuisances + nuisances, states=self.states + states
-        )
+        return dataclasses.replace(self, shared=self.shared + shared, nuisances=self.nuisances + nuisances, states=self.states + states)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -108,19 +119,26 @@ class Active:
     """(records, nuisances) bool"""
 
 
-def layout_of(model: Model, *extra: Parameter, files: tuple[str, ...], zeros: tuple[tuple[str, float], ...] = ()) -> Layout:
-    """Everything that a model leaves to estimate, `extra` shared parameters, and zeros of sensors."""
+def layout_of(
+    model: Model,
+    *extra: Parameter,
+    files: tuple[str, ...],
+    zeros: tuple[tuple[str, float], ...] = (),
+    variations: tuple[tuple[str, float], ...] = (),
+) -> Layout:
+    """Everything that a model leaves to estimate, `extra` shared parameters, zeros of sensors, and variations between records."""
     return Layout(
         parameters=(*model.parameters, *extra),
         record_parameters=model.record_parameters,
         zeros=zeros,
+        variations=variations,
         own_states=tuple(state for effect in model.effects for state in effect.own_states),
         files=files,
     )
 
 
 def free_nuisances(records: list[Record], layout: Layout, *, any_contact: np.ndarray) -> np.ndarray:
-    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, zeros, all of effects'.
+    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, zeros, variations, all of effects'.
 
     A channel that drives the model is taken as it is, with its zero.
     """
@@ -128,4 +146,5 @@ def free_nuisances(records: list[Record], layout: Layout, *, any_contact: np.nda
     of_effects = np.ones((len(records), len(layout.record_parameters)), bool)
     compared = [frozenset(record.channels) - driving_channels(record) for record in records]
     zeros = np.array([[channel in those for channel, _ in layout.zeros] for those in compared], bool).reshape(len(records), -1)
-    return np.concatenate([np.stack([driven, driven, any_contact], axis=1), zeros, of_effects], axis=1)
+    variations = np.ones((len(records), len(layout.variations)), bool)
+    return np.concatenate([np.stack([driven, driven, any_contact], axis=1), zeros, variations, of_effects], axis=1)

@@ -72,9 +72,10 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
 
 def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[Nuisance, ...]:
     """What was estimated for one record, SI; `values` and `errors` in the coordinates of the fit."""
-    scales = [1.0] * len(NUISANCES) + [scale for _, scale in layout.zeros] + [p.scale for p in layout.record_parameters]
-    of_zeros = [UNITS[channel] for channel, _ in layout.zeros]
-    units = [*(_UNITS[name] for name in NUISANCES), *of_zeros, *(p.unit for p in layout.record_parameters)]
+    of_zeros, of_variations = [scale for _, scale in layout.zeros], [std for _, std in layout.variations]
+    scales = [1.0] * len(NUISANCES) + of_zeros + of_variations + [p.scale for p in layout.record_parameters]
+    units = [*(_UNITS[name] for name in NUISANCES), *(UNITS[channel] for channel, _ in layout.zeros), *["1"] * len(of_variations)]
+    units += [p.unit for p in layout.record_parameters]
     rows = zip(layout.nuisances, units, scales, values, errors, strict=True)
     return tuple(
         Nuisance(name=name, unit=unit, value=float(value * scale), stderr=float(error * scale))

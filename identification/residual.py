@@ -37,7 +37,9 @@ class Normal(eqx.Module):
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
     """The rig in one window, from that window's vector."""
     shared, (amplitude, phase, gap_error, *others) = local[: layout.shared], local[layout.shared : -layout.states]
-    others = others[len(layout.zeros) :]
+    variations, others = others[len(layout.zeros) :][: len(layout.variations)], others[len(layout.zeros) + len(layout.variations) :]
+    for (name, std), value in zip(layout.variations, variations, strict=True):
+        shared = shared.at[layout.index(name)].add(std * value)
     estimated = zip((*layout.parameters, *layout.record_parameters), (*shared, *others), strict=True)
     values = {p.name: jnp.exp(value) if p.logarithmic else value * p.scale for p, value in estimated}
     base = lane.motion

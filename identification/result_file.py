@@ -16,7 +16,19 @@ from identification.stored_records import restore_experiment, restore_records, s
 from vibrojax.model_file import model_document, model_from_document
 
 PARTS = {"parameters": tuple[ParameterEstimate, ...], "derived": tuple[Derived, ...], "starts": tuple[StartOutcome, ...]}
-NUMBERS = ("correlated", "chi2_reduced", "degrees", "converged", "iterations", "discretisation", "warnings", "unrest", "noise", "seed", "seconds")
+NUMBERS = (
+    "correlated",
+    "chi2_reduced",
+    "degrees",
+    "converged",
+    "iterations",
+    "discretisation",
+    "warnings",
+    "unrest",
+    "noise",
+    "seed",
+    "seconds",
+)
 _PREFIX = "record"
 
 

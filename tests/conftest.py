@@ -14,6 +14,8 @@ jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype
 if version("jax").startswith("0.10."):  # XLA refuses to start with a flag that it does not know
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the commands: many small products beside JAX's own threads
+
 import jax  # noqa: E402
 import psutil  # noqa: E402
 import pytest  # noqa: E402

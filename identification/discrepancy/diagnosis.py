@@ -249,6 +249,11 @@ class Diagnosis:
     seconds: dict[str, float]
 
     @property
+    def is_complete(self) -> bool:
+        """Whether the nominal model lacks nothing that could be modelled: `ADEQUATE` or `RESTLESS`."""
+        return self.verdict in (ADEQUATE, RESTLESS)
+
+    @property
     def nominal_model(self) -> Model:
         """Before."""
         return self.nominal.model

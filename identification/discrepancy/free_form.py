@@ -78,7 +78,7 @@ def learn(
         model, effect = new, _effect(new)
         if time.monotonic() > deadline or len(effect.terms) >= most_terms:
             break
-        at = projector(model), courses(model.prepared, model.point.linear.at, model.estimate)
+        at = projector(model), courses(model.prepared, model.point.at, model.estimate)
     gain = 2.0 * (model.log_likelihood - scored.fitted.log_likelihood)
     return None if effect is None else _described(model, scored.fitted, gain)
 

@@ -5,11 +5,14 @@ import dataclasses
 import numpy as np
 
 from identification.discrepancy.score import Candidate
-from identification.discrepancy.signature import Course, own_states
+from identification.discrepancy.signature import Course, own_states, signatures
 from identification.fit import integrator_for
 from identification.layout import Estimate, Layout, layout_of
 from identification.likelihood.fitted import Fitted, first_point
+from identification.likelihood.marginal import grams
 from identification.likelihood.nominal import if_near
+from identification.likelihood.response import response
+from identification.likelihood.variances import posterior
 from identification.prepare import Prepared, prepare
 from identification.settling import settled_gradually
 from vibrojax.effects import AbstractEffect
@@ -17,15 +20,21 @@ from vibrojax.effects.base import OwnState
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 
+_FAR = 0.7
+"""Longest step of a shared parameter, in its internal coordinate."""
 _ROOM = 3.0
 """Scale of an effect's own state over its root mean square in the windows."""
 
 
 def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Prepared:
-    """The fitted model and its windows with one more effect, at the strength that the score test asks for."""
+    """The fitted model and its windows with one more effect, at the strength that the score test asks for.
+
+    Everything else starts where it is then, to first order: the random force that has stood for the effect above all.
+    """
     effect, of_records = strengthened(candidate, records=len(courses))
-    before, estimate = fitted.prepared, fitted.estimate
-    model = dataclasses.replace(fitted.model, effects=(*fitted.model.effects, effect))
+    before, estimate = fitted.prepared, fitted.estimate if effect.is_stop else _beside(fitted, candidate, courses)
+    model = fitted.prepared.model.replace(before.layout.physical(estimate.shared))
+    model = dataclasses.replace(model, effects=(*model.effects, effect))
     own = own_states(effect, courses)
     free = [index for index, state in enumerate(effect.own_states) if state.scale > 0]
     first = np.concatenate([group.first for group in before.groups])
@@ -35,9 +44,29 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
     return with_model(before, model, nuisances, states, estimate.force)
 
 
-def with_model(
-    prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray, force: np.ndarray | None = None
-) -> Prepared:
+def _beside(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Estimate:
+    """Mode of all that the model has already beside the candidate at its strength, in the linear model."""
+    here, files = fitted.point, fitted.prepared.layout.files
+    at = here.without_force()
+    shown = [response(at, float(fitted.model.mass), signatures(at, courses, files, [member])[0]) for member in candidate.members]
+    per_record = any(p.per_record for p in candidate.members[0].parameters)
+    factors = candidate.factors.reshape(len(shown), -1)[:, np.searchsorted(np.unique(at.record), at.record) if per_record else [0]]
+    residual = at.residual + sum(factor[:, None, None] * column for factor, column in zip(factors, shown, strict=True))
+    inner = grams(dataclasses.replace(at, residual=residual), here.answer, fitted.variances.noise, here.inner.force)
+    found, shared = posterior(here.linear, inner, fitted.variances), len(fitted.estimate.shared)
+    step, first = found.step, np.unique(at.record, return_index=True)[1]
+    width = fitted.estimate.nuisances.shape[1]
+    nuisances = fitted.estimate.nuisances.copy()
+    nuisances[at.record[first]] += step[first, shared : shared + width]
+    return Estimate(
+        shared=_inside(fitted.prepared.layout, fitted.estimate.shared + np.clip(step[0, :shared], -_FAR, _FAR)),
+        nuisances=nuisances,
+        states=fitted.estimate.states + step[:, shared + width :],
+        force=found.force,
+    )
+
+
+def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray, force: np.ndarray | None = None) -> Prepared:
     """The same windows under another model, starting from its own numbers.
 
     What is searched for is held where it is new; where it had been set free, it stays so.
@@ -46,7 +75,8 @@ def with_model(
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
     of_effects = {f"{effect.name}.{p.name}" for effect in model.effects for p in effect.parameters}
     known = {p.name: p for p in prepared.layout.parameters if p.name not in of_effects}
-    layout = layout_of(model, *extra, files=prepared.layout.files, zeros=prepared.layout.zeros)
+    was = prepared.layout
+    layout = layout_of(model, *extra, files=was.files, zeros=was.zeros, variations=was.variations)
     layout = dataclasses.replace(
         layout,
         parameters=tuple(known.get(p.name) or _in_size(p, values[p.name]) for p in layout.parameters),
@@ -110,6 +140,7 @@ def lengthened(of: Fitted) -> Fitted | None:
         return None
     own = len(of.prepared.layout.free_own)
     states = np.concatenate([nominal.start.states, np.zeros((len(nominal.record), own))], axis=1)
-    whole = with_model(dataclasses.replace(nominal, fixed=of.prepared.fixed), model, of.estimate.nuisances, states)
+    layout = dataclasses.replace(nominal.layout, variations=of.prepared.layout.variations)
+    whole = with_model(dataclasses.replace(nominal, fixed=of.prepared.fixed, layout=layout), model, of.estimate.nuisances, states)
     estimate, cost = settled_gradually(whole, integrator_for(whole))
     return if_near(first_point(whole, estimate)) if np.isfinite(cost).any() else None

@@ -75,10 +75,10 @@ class Projector:
 
 def projector(fitted: Fitted) -> Projector:
     """What a fit estimates, as its likelihood has it."""
-    metric, layout = metric_of(fitted.point), fitted.prepared.layout
+    metric, layout, at = metric_of(fitted.point), fitted.prepared.layout, fitted.point.without_force()
     return Projector(
-        at=fitted.point.linear.at,
-        white=in_metric(fitted.point, metric),
+        at=at,
+        white=in_metric(at, metric),
         metric=metric,
         state_gradient=fitted.posterior.equations.gradient[:, layout.size - layout.states :],
         normal=fitted.posterior.reduced,

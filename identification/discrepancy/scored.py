@@ -42,7 +42,7 @@ class Scored:
 
 def score_all(fitted: Fitted) -> Scored:
     """Score every listed effect that the model does not have yet."""
-    prepared, estimate, at = fitted.prepared, fitted.estimate, fitted.point.linear.at
+    prepared, estimate, at = fitted.prepared, fitted.estimate, fitted.point.at
     along, known, by = courses(prepared, at, estimate), facts(prepared, at, estimate), projector(fitted)
     kinds = [kind for name, kind in EFFECTS.items() if name not in fitted.names]
     candidates = [one for kind in kinds for one in blank(kind).probes(known)]

@@ -17,6 +17,7 @@ from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.linearised import linearised
+from identification.likelihood.random_effects import variations, with_variation
 from identification.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
 
@@ -102,24 +103,39 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
         if time.monotonic() > deadline:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
+        varied = _varied(model, progress)
         rivals = _fitted_in_full(scored, progress)
-        better = _led_by(model, rivals, progress)
-        if better is not model:
-            model = better
+        if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
+            model = varied
             continue
-        if not rivals or not _has_evidence(rivals[0], scored):
+        again = _led_by(model, rivals, progress)
+        rivals = [dataclasses.replace(one, gain=one.gain - 2.0 * (again.log_likelihood - model.log_likelihood)) for one in rivals]
+        if again is not model and not _has_evidence(rivals[0], again, scored):
+            model = again
+            continue
+        if not rivals or not _has_evidence(rivals[0], model, scored):
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         steps.append(Step(scored=scored, rivals=tuple(rivals)))
         best = fitted(rivals[0].fitted.point)
         model = lengthened(best) or best
 
 
-def _has_evidence(best: Rival, scored: Scored) -> bool:
+def _varied(model: Fitted, progress: Progress) -> Fitted | None:
+    """The model with the parameter that varies most surely between records; None where chance scatters them as much."""
+    one = next(iter(variations(model)), None)
+    if one is None or one.std == 0.0 or one.chance * len(model.prepared.layout.parameters) > ALPHA:
+        return None
+    progress(f"fitting {one.name} that varies between records beside {model.title}")
+    prepared = with_variation(model, one)
+    found = fitted(point(prepared, prepared.start, model.variances), rounds=3, measure_noise=False)
+    return found if found.criterion < model.criterion else None
+
+
+def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
     """Whether chance hardly gives such a gain, and the information criterion asks for it."""
-    numbers = max(best.fitted.unknowns - scored.fitted.unknowns, 1)
-    return (
-        chance(best.gain, numbers, trials(scored.found, best.name)) < ALPHA and best.fitted.criterion < scored.fitted.criterion
-    )
+    numbers = max(best.fitted.unknowns - beside.unknowns, 1)
+    by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
+    return by_chance < ALPHA and best.fitted.criterion < beside.criterion
 
 
 def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
@@ -138,7 +154,7 @@ def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
         nuisances=there.nuisances[:, : model.estimate.nuisances.shape[1]],
         states=there.states[:, : model.estimate.states.shape[1]],
     )
-    again = fitted(point(prepared, start, model.variances), rounds=2, measure_noise=False)
+    again = fitted(point(prepared, start, model.variances), rounds=1, measure_noise=False, iterations=6)
     return again if again.log_likelihood > model.log_likelihood - 0.5 * np.log(ALPHA) else model
 
 

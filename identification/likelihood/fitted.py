@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from identification.block_arrow import covariance
 from identification.fit import free_unknowns, integrator_for
@@ -84,9 +84,10 @@ class Fitted:
 
     @property
     def unknowns(self) -> int:
-        """Count of estimated numbers that are not states of windows."""
-        active = free_unknowns(self.prepared)
-        return int(active.shared.sum() + active.nuisances.sum())
+        """Count of estimated numbers that are neither states of windows nor what single records add to a parameter."""
+        active, layout = free_unknowns(self.prepared), self.prepared.layout
+        own = np.delete(active.nuisances, np.arange(layout.nuisance_count)[layout.varying], axis=1)
+        return int(active.shared.sum() + own.sum()) + len(layout.variations)
 
     @property
     def samples(self) -> int:
@@ -100,7 +101,7 @@ class Fitted:
 
     @property
     def log_likelihood(self) -> float:
-        """Of the parameters and variances, with windows' states and force integrated out (Laplace)."""
+        """Of the parameters and variances, with windows' states, force and variations between records integrated out (Laplace)."""
         inner, by, variances, layout = self.point.inner, self.posterior.marginal, self.variances, self.prepared.layout
         finite = self.point.at.finite
         deviation = np.where(finite, self.posterior.deviation(), self.point.lost)
@@ -109,7 +110,15 @@ class Fitted:
         count = layout.size - layout.states
         states = log_determinant(self.posterior.equations.hessian[finite][:, count:, count:])
         scales = sum(np.log(layout.own_states[index].scale) for index in layout.free_own) * len(finite)
-        return float(density.sum() - 0.5 * states.sum() - scales - self.point.prior)
+        varying = self._varying()
+        records = log_determinant(self.posterior.reduced.hessian[np.ix_(varying, varying)]) if len(varying) else 0.0
+        return float(density.sum() - 0.5 * states.sum() - scales - 0.5 * records - self.point.prior)
+
+    def _varying(self) -> Int[np.ndarray, " variations"]:
+        """Places of the variations among all unknowns but the states."""
+        layout, records = self.prepared.layout, len(self.estimate.nuisances)
+        own = np.arange(layout.nuisance_count)[layout.varying]
+        return (layout.shared + layout.nuisance_count * np.arange(records)[:, None] + own).ravel()
 
     @property
     def chi2_reduced(self) -> float:
@@ -145,7 +154,9 @@ def declared_channels(prepared: Prepared) -> frozenset[str]:
 def first_point(prepared: Prepared, estimate: Estimate) -> Point:
     """Where a fit in the whole likelihood begins: no force yet, noise as the flights show it, and room for a small force."""
     at = linearised(prepared, integrator_for(prepared), estimate)
-    fastest = max([float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.layout.physical(estimate.shared).get("f_n", 0.0)])
+    fastest = max(
+        [float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.layout.physical(estimate.shared).get("f_n", 0.0)]
+    )
     places = knots(at, fastest)
     flight = at.inside & ~at.in_contact & at.finite[:, None]
     accelerations = at.acceleration[flight]
@@ -160,7 +171,7 @@ def first_point(prepared: Prepared, estimate: Estimate) -> Point:
     return point(prepared, dataclasses.replace(estimate, force=np.zeros((len(at.record), len(places)))), variances)
 
 
-def fitted(start: Point, *, rounds: int = 6, measure_noise: bool = True, iterations: int = 12) -> Fitted:
+def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterations: int = 12) -> Fitted:
     """From a point on: mode and variances in turn, windows that have settled wrongly settled anew, until both are there.
 
     Args:
@@ -177,12 +188,12 @@ def fitted(start: Point, *, rounds: int = 6, measure_noise: bool = True, iterati
         if measure_noise:
             noise = measured_noise(here.at, before.places[1], declared_channels(here.prepared))
         here = here.under(dataclasses.replace(before, noise=noise))
-        variances, _ = estimated(here.linear, here.inner, here.variances)
+        variances, _ = estimated(here.linear, here.inner, here.variances, coarse=turn == 0)
         here = here.under(variances)
         if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
             break
     here = find(here)
-    variances, found = estimated(here.linear, here.inner, here.variances, rounds=1)
+    variances, found = estimated(here.linear, here.inner, here.variances, rounds=1, coarse=False)
     length = float(np.sqrt(np.max(found.step_length, initial=0.0)))
     return Fitted(point=here.under(variances), posterior=found, converged=length < 0.3)
 

@@ -11,7 +11,7 @@ from identification.fit import bounds, free_unknowns, integrator_for, with_prior
 from identification.layout import Estimate
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised, linearised
-from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise
+from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise, white_answer, without_force
 from identification.likelihood.random_force import force_response
 from identification.likelihood.variances import Linear, Variances, equations
 from identification.prepare import Prepared
@@ -27,11 +27,13 @@ class Point:
     prepared: Prepared
     estimate: Estimate
     at: Linearised
-    """With residuals as they are."""
+    """With residuals under the force."""
+    answer: np.ndarray
+    """To the force at its knots, over the noise; (windows, knots, samples)."""
     linear: Linear
-    """With residuals as they would be without the force."""
     variances: Variances
     inner: Grams
+    """With residuals as they would be without the force."""
     marginal: Marginal
     deviation: np.ndarray
     """(windows,): squared residuals over the noise and squared force over its covariance; infinite where lost."""
@@ -72,32 +74,72 @@ class Point:
 
     def under(self, variances: Variances) -> "Point":
         """The same point under other variances."""
-        inner = self.inner if variances.noise is self.variances.noise else None
-        return _weighed(self.prepared, self.estimate, self.at, self.linear, variances, inner)
+        if variances.noise is self.variances.noise:
+            return _weighed(self.prepared, self.estimate, self.at, self.answer, variances, self.inner.force)
+        return dataclasses.replace(self, variances=variances).renewed()
+
+    def renewed(self) -> "Point":
+        """The same with the answer to the force worked out here."""
+        answer = white_answer(self.at, self._answer(), self.variances.noise)
+        return _weighed(self.prepared, self.estimate, self.at, answer, self.variances, None)
+
+    def without_force(self) -> Linearised:
+        """The windows with residuals as they would be without the force, to first order."""
+        lowered = np.einsum("lktc,lk->ltc", self._answer(), self.estimate.force)
+        return dataclasses.replace(self.at, residual=self.at.residual - lowered)
+
+    def _answer(self) -> Float[np.ndarray, "windows knots time channels"]:
+        return force_response(self.at, float(self.prepared.model.mass), self.variances.places)
 
 
-def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, refinement: float = 1.0) -> Point:
-    """Integrate all windows under the estimated force and linearise; `refinement` 2 halves every step."""
+def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like: "Point | None" = None, refinement: float = 1.0) -> Point:
+    """Integrate all windows under the estimated force and linearise.
+
+    Args:
+        prepared: windows and model.
+        estimate: with the force.
+        variances: of noise and force.
+        like: a point near by under the same noise, whose answer to the force is taken for that here.
+        refinement: 2 halves every step of the integration.
+    """
     at = linearised(prepared, integrator_for(prepared, refinement=refinement), estimate, variances.places)
-    answer = force_response(at, float(prepared.model.mass), variances.places)
-    without = dataclasses.replace(at, residual=at.residual - np.einsum("lktc,lk->ltc", answer, estimate.force))
-    linear = Linear(layout=prepared.layout, estimate=estimate, active=free_unknowns(prepared), at=without, answer=answer)
-    return _weighed(prepared, estimate, at, linear, variances)
+    if like is not None and like.variances.noise is variances.noise:
+        answer, known = like.answer, like.inner.force if np.array_equal(like.at.finite, at.finite) else None
+    else:
+        answer, known = white_answer(at, force_response(at, float(prepared.model.mass), variances.places), variances.noise), None
+    return _weighed(prepared, estimate, at, answer, variances, known)
 
 
-def _weighed(prepared: Prepared, estimate: Estimate, at: Linearised, linear: Linear, variances: Variances, inner: Grams | None = None) -> Point:
-    inner = grams(linear.at, linear.answer, variances.noise) if inner is None else inner
+def _weighed(
+    prepared: Prepared, estimate: Estimate, at: Linearised, answer: np.ndarray, variances: Variances, known: np.ndarray | None
+) -> Point:
+    """`known`: products of the answer with itself, if they are."""
+    inner = without_force(grams(at, answer, variances.noise, known), estimate.force)
     found = marginal(inner, variances.root)
     white = np.linalg.solve(found.root, estimate.force.T).T
-    deviation = np.where(at.finite, np.sum(over_noise(at.residual, at, variances.noise) ** 2, axis=(1, 2)) + np.sum(white**2, axis=1), np.inf)
+    deviation = np.where(
+        at.finite, np.sum(over_noise(at.residual, at, variances.noise) ** 2, axis=(1, 2)) + np.sum(white**2, axis=1), np.inf
+    )
+    linear = Linear(layout=prepared.layout, estimate=estimate, active=free_unknowns(prepared), at=at)
     return Point(
-        prepared=prepared, estimate=estimate, at=at, linear=linear, variances=variances, inner=inner, marginal=found, deviation=deviation
+        prepared=prepared,
+        estimate=estimate,
+        at=at,
+        answer=answer,
+        linear=linear,
+        variances=variances,
+        inner=inner,
+        marginal=found,
+        deviation=deviation,
     )
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class JointMode:
-    """Levenberg-Marquardt on the joint density at fixed variances: parameters and states take damped steps, the force follows them."""
+    """Levenberg-Marquardt on the joint density at fixed variances: parameters and states take damped steps, the force follows them.
+
+    The answer to the force is worked out anew only where steps fail or end: it steers them, and does not enter the cost.
+    """
 
     most_iterations: int = 12
     tolerance: float = 0.1
@@ -107,20 +149,32 @@ class JointMode:
 
     def __call__(self, start: Point) -> Point:
         """The mode that is reached from a point; the cost never rises."""
-        here, cost, damping, growth = start, start.cost, 1e-4, 2.0
+        here, cost, damping, growth, fresh = start, start.cost, 1e-4, 2.0, True
         for _ in range(self.most_iterations):
-            trial = point(here.prepared, self._step(here, damping), here.variances)
+            if self._to_go(here) < self.tolerance:
+                if fresh:
+                    break
+                here, fresh = here.renewed(), True
+                continue
+            trial = point(here.prepared, self._step(here, damping), here.variances, like=here)
             after = trial.cost
             if after < cost:
-                fall, here, cost = cost - after, trial, after
+                fall, here, cost, fresh = cost - after, trial, after, False
                 damping, growth = max(damping / 10.0, 1e-9), 2.0
                 if fall < self.tolerance:
                     break
+            elif not fresh:
+                here, fresh = here.renewed(), True
             else:
                 damping, growth = damping * growth, growth * 2.0
-                if damping > 1e8 or after - cost < 1e-3 * self.tolerance:
+                if damping > 1e8:
                     break
         return here
+
+    def _to_go(self, here: Point) -> float:
+        """Fall of the cost that an undamped step would bring, nats."""
+        found = here.equations
+        return 0.5 * block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, here.linear.active, 0.0), found)
 
     def _step(self, here: Point, damping: float) -> Estimate:
         estimate, limits = here.estimate, bounds(here.prepared)

@@ -37,21 +37,50 @@ def over_noise(
     return np.stack([noise[name].whitened(values[..., c], length[:, c]) for c, name in enumerate(at.channels)], axis=-2)
 
 
-def grams(at: Linearised, answer: Float[np.ndarray, "windows knots time channels"], noise: Mapping[str, Autoregression]) -> Grams:
-    """All inner products, window by window."""
-    size, length = at.jacobian.shape[1], runs((at.weight > 0).transpose(0, 2, 1))
-    rows = np.concatenate([at.residual[:, None], at.jacobian, answer], axis=1)
-    white = over_noise(rows, at, noise).reshape(*rows.shape[:2], -1)
-    whole = white @ white.transpose(0, 2, 1)
-    whole[~at.finite] = 0.0
-    split = 1 + size
+def white_answer(
+    at: Linearised, answer: Float[np.ndarray, "windows knots time channels"], noise: Mapping[str, Autoregression]
+) -> Float[np.ndarray, "windows knots samples"]:
+    """Z over the noise, in single precision: it only steers the force, whose cost is worked out from the integrated motion."""
+    return over_noise(answer, at, noise).reshape(*answer.shape[:2], -1).astype(np.float32)
+
+
+def grams(
+    at: Linearised, answer: Float[np.ndarray, "windows knots samples"], noise: Mapping[str, Autoregression], force: np.ndarray | None = None
+) -> Grams:
+    """All inner products, window by window.
+
+    Args:
+        at: residuals and Jacobian.
+        answer: from `white_answer`.
+        noise: by channel.
+        force: of Z with itself, if that is known already.
+    """
+    length = runs((at.weight > 0).transpose(0, 2, 1))
+    rows = over_noise(np.concatenate([at.residual[:, None], at.jacobian], axis=1), at, noise)
+    flat = rows.reshape(*rows.shape[:2], -1)
+    flat[~at.finite] = 0.0
+    finite = at.finite[:, None, None]
+    if force is None:
+        force = np.stack([rows @ rows.T for rows in (one.astype(float) for one in answer)])
     return Grams(
-        fit=whole[:, :split, :split],
-        force=whole[:, split:, split:],
-        cross=whole[:, split:, :split],
+        fit=flat @ flat.transpose(0, 2, 1),
+        force=np.where(finite, force, 0.0),
+        cross=(answer @ flat.astype(np.float32).transpose(0, 2, 1)).astype(float),
         samples=(length > 0).sum(axis=(1, 2)) * at.finite,
         log_scale=sum(noise[name].log_scale(length[:, c]) for c, name in enumerate(at.channels)) * at.finite,
     )
+
+
+def without_force(of: Grams, force: Float[np.ndarray, "windows knots"]) -> Grams:
+    """The inner products of r - Z f in place of r."""
+    pushed = (of.force @ force[..., None])[..., 0]
+    fit, cross = of.fit.copy(), of.cross.copy()
+    lowered = np.einsum("lk,lki->li", force, of.cross)
+    fit[:, 0, :] -= lowered
+    fit[:, :, 0] -= lowered
+    fit[:, 0, 0] += np.sum(force * pushed, axis=1)
+    cross[:, :, 0] -= pushed
+    return dataclasses.replace(of, fit=fit, cross=cross)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

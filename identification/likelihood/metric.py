@@ -36,26 +36,25 @@ class Metric:
         """Rows in the metric; zero where nothing counts."""
         white = over_noise(values, self.at, self.noise)
         flat = white.reshape(len(white), -1, white.shape[-2] * white.shape[-1])
-        flat = flat - ((flat @ self.turned) * self.shrink[:, None]) @ self.turned.transpose(0, 2, 1)
+        along = (flat.astype(np.float32) @ self.turned) * self.shrink[:, None].astype(np.float32)
+        flat = flat - along @ self.turned.transpose(0, 2, 1)
         return np.moveaxis((flat * self.root_weight[:, None, None]).reshape(white.shape), -2, -1)
 
 
 def metric(point: Point) -> Metric:
     """Of the likelihood at a point of the fit."""
-    at, root = point.linear.at, point.variances.root
+    at, root = point.at, point.variances.root
     values, vectors = np.linalg.eigh(root.T @ point.inner.force @ root)
     size = np.maximum(values, 1e-12 * np.maximum(values[:, -1:], 1e-300))
-    answer = over_noise(point.linear.answer, at, point.variances.noise).reshape(*point.linear.answer.shape[:2], -1)
     return Metric(
         at=at,
         noise=point.variances.noise,
-        turned=answer.transpose(0, 2, 1) @ (root @ vectors),
+        turned=(point.answer.transpose(0, 2, 1) @ (root @ vectors).astype(np.float32)),
         shrink=(1.0 - 1.0 / np.sqrt(1.0 + size)) / size,
         root_weight=np.sqrt(point.weight * at.finite),
     )
 
 
-def in_metric(point: Point, by: Metric) -> Linearised:
-    """The windows with residual and Jacobian in the metric."""
-    at = point.linear.at
+def in_metric(at: Linearised, by: Metric) -> Linearised:
+    """Windows with residual and Jacobian in the metric."""
     return dataclasses.replace(at, residual=by(at.residual), jacobian=by(at.jacobian))

@@ -125,9 +125,7 @@ def autoregression(autocovariance: Float[np.ndarray, " lags"]) -> Autoregression
     return Autoregression(coefficients=a, innovation=np.sqrt(variance))
 
 
-def measured(
-    segments: Sequence[Float[np.ndarray, " time"]], *, slow: float, known: float | None = None
-) -> Autoregression | None:
+def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known: float | None = None) -> Autoregression | None:
     """The noise of one channel, from stretches of residual in which only what is faster than `slow` is noise.
 
     Slower cosines are projected out, since a random force or a model that lacks something shows there. The power that noise itself has

@@ -59,9 +59,7 @@ def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
     return spacing * np.arange(int(np.ceil(span / spacing)) + 1)
 
 
-def force_response(
-    at: Linearised, mass: float, places: Float[np.ndarray, " knots"]
-) -> Float[np.ndarray, "windows knots time channels"]:
+def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "windows knots time channels"]:
     """Change of the residuals by a force of 1 N at each knot, falling to 0 at the next ones."""
     since, spacing = at.ts - at.ts[:, :1], places[1] - places[0] if len(places) > 1 else 1.0
     nothing = np.zeros_like(at.u)

@@ -9,7 +9,9 @@ FEWEST_DEGREES, MOST_DEGREES = 1.0, 1e6
 """Range of the degrees of freedom."""
 
 
-def weights(deviation: Float[np.ndarray, " windows"], samples: Float[np.ndarray, " windows"], degrees: float) -> Float[np.ndarray, " windows"]:
+def weights(
+    deviation: Float[np.ndarray, " windows"], samples: Float[np.ndarray, " windows"], degrees: float
+) -> Float[np.ndarray, " windows"]:
     """(nu + n) / (nu + d): how much each window counts, given r' V^-1 r = d of its n samples; 0 where d is infinite.
 
     Source: K. L. Lange, R. J. A. Little, J. M. G. Taylor, Robust statistical modeling using the t distribution, JASA 84 (1989) 881-896.
@@ -22,7 +24,9 @@ def loss(deviation: Float[np.ndarray, " windows"], samples: Float[np.ndarray, " 
     return 0.5 * (degrees + samples) * np.log1p(deviation / degrees)
 
 
-def log_density(deviation: Float[np.ndarray, " windows"], samples: Float[np.ndarray, " windows"], degrees: float) -> Float[np.ndarray, " windows"]:
+def log_density(
+    deviation: Float[np.ndarray, " windows"], samples: Float[np.ndarray, " windows"], degrees: float
+) -> Float[np.ndarray, " windows"]:
     """Of a window with covariance V = 1: up to half the log-determinant of V and constants that know neither d nor nu."""
     constant = gammaln(0.5 * (degrees + samples)) - gammaln(0.5 * degrees) - 0.5 * samples * np.log(0.5 * degrees)
     return constant - loss(deviation, samples, degrees)

@@ -51,7 +51,7 @@ def _alone(part: Prepared, here: Point, chosen: Int[np.ndarray, " windows"]) -> 
     variances = dataclasses.replace(here.variances, weight=here.variances.weight[chosen])
     at, damping = point(part, part.start, variances), np.full(len(chosen), 1e-3)
     for _ in range(_ITERATIONS):
-        trial = point(part, _stepped(at, damping), variances)
+        trial = point(part, _stepped(at, damping), variances, like=at)
         better = trial.deviation < at.deviation
         kept = dataclasses.replace(
             at.estimate,
@@ -59,7 +59,7 @@ def _alone(part: Prepared, here: Point, chosen: Int[np.ndarray, " windows"]) -> 
             force=np.where(better[:, None], trial.estimate.force, at.estimate.force),
         )
         gained = np.where(np.isfinite(trial.deviation) & better, np.nan_to_num(at.deviation, posinf=1e300) - trial.deviation, 0.0)
-        at = trial if better.all() else point(part, kept, variances)
+        at = trial if better.all() else point(part, kept, variances, like=at)
         damping = np.where(better, damping / 10.0, damping * 10.0)
         if np.all(gained < 1.0):
             break

@@ -18,7 +18,7 @@ from identification.likelihood.marginal import Grams, Marginal, estimated_force,
 from identification.likelihood.noise import Autoregression
 from identification.likelihood.random_force import RandomForce
 
-_EVALUATIONS = 40
+_EVALUATIONS = 24
 _FAR_WORSE = 3.0
 """Median weight over that of a window from which it does not count in the size of the force: it has settled wrongly."""
 _SIZES, _MEMORIES = (-2.5, 0.0, 2.5), 4
@@ -60,14 +60,12 @@ class Linear:
         estimate: where it is linearised.
         active: what is estimated.
         at: windows, with r and J.
-        answer: Z; (windows, knots, time, channels).
     """
 
     layout: Layout
     estimate: Estimate
     active: Active
     at: Linearised
-    answer: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -118,9 +116,7 @@ def posterior(of: Linear, inner: Grams, variances: Variances) -> Posterior:
     shared, nuisances, states = block_arrow.solve(reduced, found, of.estimate)
     step = np.concatenate([np.broadcast_to(shared, (len(weight), len(shared))), nuisances[of.at.record], states], axis=1)
     force, _ = estimated_force(inner, by, step)
-    return Posterior(
-        marginal=by, equations=found, reduced=reduced, step=step, force=force, step_length=_length(reduced, shared)
-    )
+    return Posterior(marginal=by, equations=found, reduced=reduced, step=step, force=force, step_length=_length(reduced, shared))
 
 
 def restricted_likelihood(of: Linear, inner: Grams, variances: Variances) -> float:
@@ -183,15 +179,16 @@ def _stretches(flags: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def estimated(of: Linear, inner: Grams, start: Variances, *, rounds: int = 2) -> tuple[Variances, Posterior]:
+def estimated(of: Linear, inner: Grams, start: Variances, *, rounds: int = 2, coarse: bool = True) -> tuple[Variances, Posterior]:
     """Random force and weights of the windows by restricted maximum likelihood, at the noise as it is.
 
-    Size and memory of the force are found together from the windows that are not far worse than most; the weights follow.
+    Size and memory of the force are found together from the windows that are not far worse than most; the weights follow. `coarse`:
+    whether a coarse grid is tried first, since the likelihood may have several maxima.
     """
     found = start
-    for _ in range(rounds):
+    for turn in range(rounds):
         found = _weighed(found, inner, posterior(of, inner, found), of)
-        found = dataclasses.replace(found, force=_force(of, inner, found))
+        found = dataclasses.replace(found, force=_force(of, inner, found, coarse=coarse and turn == 0))
     found = _weighed(found, inner, posterior(of, inner, found), of)
     return found, posterior(of, inner, found)
 
@@ -208,8 +205,8 @@ def orderly(of: Variances) -> Variances:
     return dataclasses.replace(of, weight=np.where(of.weight >= np.median(of.weight) / _FAR_WORSE, of.weight, 0.0))
 
 
-def _force(of: Linear, inner: Grams, at: Variances) -> RandomForce:
-    """Size and memory of greatest restricted likelihood: the best of a coarse grid, then a simplex."""
+def _force(of: Linear, inner: Grams, at: Variances, *, coarse: bool) -> RandomForce:
+    """Size and memory of greatest restricted likelihood, by a simplex."""
     at = orderly(at)
     low, high = np.log(at.places[1] / 3.0), np.log(_LONGEST_MEMORY * at.places[-1])
 
@@ -218,8 +215,8 @@ def _force(of: Linear, inner: Grams, at: Variances) -> RandomForce:
         return -restricted_likelihood(of, inner, dataclasses.replace(at, force=force))
 
     here = np.array([np.log(at.force.std), np.clip(np.log(at.force.memory), low + 0.1, high - 0.1)])
-    others = [(here[0] + size, memory) for size in _SIZES for memory in np.linspace(low, high, _MEMORIES + 2)[1:-1]]
-    start = min([here, *np.array(others)], key=cost)
+    others = [] if not coarse else [(here[0] + size, memory) for size in _SIZES for memory in np.linspace(low, high, _MEMORIES + 2)[1:-1]]
+    start = min([here, *map(np.array, others)], key=cost) if others else here
     simplex = np.stack([start, start + [0.7, 0.0], start + [0.0, 0.7 if start[1] + 0.7 < high else -0.7]])
     limits = [(None, None), (low, high)]
     options = {"maxfev": _EVALUATIONS, "xatol": 0.02, "fatol": 0.05, "initial_simplex": simplex}

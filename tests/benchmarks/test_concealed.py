@@ -10,10 +10,10 @@ from benchmarks.concealed.jobs import Draw, jobs
 from benchmarks.concealed.outcome import outcome
 from benchmarks.concealed.prediction import displacement_error, impact_peaks, peak_error, sealed_errors
 from benchmarks.concealed.summary import summary
-from benchmarks.concealed.table import effects_table, methods_table, time_table
+from benchmarks.concealed.table import effects_table, methods_table, time_table, verdicts_table
 from benchmarks.concealed.trial import trial, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
-from benchmarks.simulator.case import WITHOUT
+from benchmarks.simulator.case import WITHOUT, truth
 from identification.experiment import load_experiment
 from identification.nominal import nominal_model
 
@@ -68,11 +68,51 @@ def test_shares_are_those_of_the_contract():
     assert (result["pairs_alone"]["count"], result["pairs_alone"]["of"]) == (1, 1)
 
 
+def test_names_of_what_is_not_there_are_counted_in_all_cases_with_a_verdict():
+    wrong = summary(TRIALS)["wrong_names"]
+    assert (wrong["count"], wrong["of"]) == (4, 9)
+    low, high = wrong["ci95"]
+    assert low < 4 / 9 < high
+
+
+def test_each_verdict_is_counted():
+    nothing = dict.fromkeys(("adequate", "restless", "unlisted", "missing", "failure"), 0)
+    found = summary([*TRIALS, case("i", "pair", ("gap_drift", "hysteresis"), said("restless"))])["verdicts"]
+    assert found["null"] == nothing | {"adequate": 1, "missing": 1, "failure": 1}
+    assert found["listed"] == nothing | {"missing": 2, "unlisted": 1, "failure": 1}
+    assert found["off-list"] == nothing | {"missing": 1, "unlisted": 1}
+    assert found["pair"] == nothing | {"missing": 1, "restless": 1}
+    assert found["weak"] == nothing | {"adequate": 1}
+
+
+@pytest.mark.parametrize("unrest", ["unrest", "colour", "scatter", None])
+def test_restless_is_right_on_a_rig_that_is_so(unrest):
+    rig = {name: 0.01 if name == unrest else None for name in ("unrest", "corner", "colour", "scatter")}
+    found = [
+        case("null-0", "null", (), said("restless"), **rig),
+        case("null-1", "null", (), said("adequate"), **rig),
+        case("null-2", "null", (), said("unlisted"), **rig),
+        case("a", "off-list", ("x_magnet",), said("restless"), **rig),
+        case("b", "off-list", ("x_magnet",), said("unlisted"), **rig),
+        case("c", "off-list", ("x_magnet",), said("missing", "back_stop"), **rig),
+        case("d", "off-list", ("x_magnet",), said("unlisted", "back_stop"), **rig),
+        case("e", "listed", ("back_stop",), said("restless"), **rig),
+    ]
+    result, right = summary(found), unrest is not None
+    assert (result["false_alarm"]["count"], result["false_alarm"]["of"]) == (1 if right else 2, 3)
+    assert (result["unlisted_counts"]["count"], result["unlisted_counts"]["of"]) == (2 if right else 1, 4)
+    assert result["detail"]["off_list"]["x_magnet"]["refrained"] == result["unlisted"] == (0.5 if right else 0.25)
+    assert (result["wrong_names"]["count"], result["wrong_names"]["of"]) == (2, 8)
+    assert result["confusion"]["none"] == {"restless": 1, "adequate": 1, "unlisted": 1}
+    assert result["named"] == 0.0
+
+
 def test_detail_tells_strength_and_effect():
     detail = summary(TRIALS)["detail"]
     assert detail["effect"]["back_stop"]["of"] == 2
     assert detail["effect"]["back_stop"]["named"] == 0.5
-    assert detail["strength"]["0 to 0.4"] == {"of": 1, "detected": 0.0, "named": 0.0, "named_or_twin": 0.0, "unlisted": 0.0}
+    shares = dict.fromkeys(("detected", "named", "named_or_twin", "unlisted", "refrained"), 0.0)
+    assert detail["strength"]["0 to 0.4"] == {"of": 1} | shares
     assert detail["strength"]["0.4 to 0.7"]["named"] == 1.0
     assert detail["weak"]["0.1"]["detected"] == 0.0
 
@@ -137,6 +177,7 @@ def test_tables_hold_every_truth_and_method():
     result = summary(TRIALS)
     assert effects_table(result).row_count == len(result["confusion"])
     assert methods_table(result).row_count == 2
+    assert verdicts_table(result).row_count == 5
 
 
 def test_jobs_cover_what_is_asked_for():
@@ -158,6 +199,14 @@ def test_a_case_does_not_depend_on_what_else_is_drawn():
     few, many = (jobs(Draw(null=count, per_effect=1, effects=names)) for count, names in ((1, ("gap_drift",)), (5, tuple(LISTED))))
     assert few[0] == many[0]
     assert next(job for job in many if job.key == few[1].key).seed == few[1].seed
+
+
+def test_unrest_acts_in_every_case_and_leaves_the_rest_as_it_is():
+    quiet, restless = (jobs(Draw(null=2, per_effect=1, unrest=unrest)) for unrest in ((), ("scatter", "force", "force")))
+    assert {job.order.unrest for job in restless} == {("force", "scatter")}
+    assert [(job.key, job.seed) for job in quiet] == [(job.key, job.seed) for job in restless]
+    assert all("unrest" not in job.settings["order"] for job in quiet)
+    assert all(job.settings["order"]["unrest"] == ("force", "scatter") for job in restless)
 
 
 def test_series_share_no_seed():
@@ -221,6 +270,19 @@ def test_trial_asks_the_program_and_scores_sealed_records(program):
     assert set(found["baselines"]) == {"bic", "sindy"}
 
 
+def test_a_trial_keeps_what_unrest_was_drawn(program):
+    (job,) = jobs(Draw(null=1, samples=SMALL, unrest=("force", "scatter")))
+    found = json.loads(json.dumps(trial(job, baselines=False)))
+    known = truth(draw_case(job.rng(), job.order))
+    assert 0.002 <= found["unrest"] <= 0.02 and 0.001 <= found["scatter"] <= 0.005
+    assert {name: found[name] for name in ("unrest", "corner", "colour", "scatter")} == {
+        name: known[name] for name in ("unrest", "corner", "colour", "scatter")
+    }
+    assert found["colour"] is None
+    assert outcome(found).unrest
+    assert not outcome(json.loads(json.dumps(trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=False)))).unrest
+
+
 def test_a_case_whose_hammer_runs_away_is_drawn_anew(tmp_path, monkeypatch):
     def fails_once(rng, order):
         drawn.append(rng.bit_generator.state["state"]["state"])
@@ -273,7 +335,7 @@ def test_resuming_keeps_what_is_done_and_repeats_failures(tmp_path, monkeypatch,
     assert ran == [["null-0000", "null-0001"], ["null-0001", "null-0002"], ["null-0000"]]
     result = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
     assert result["false_alarm"]["of"] == 1
-    assert result["settings"]["noise"] == [2.0]
+    assert (result["settings"]["noise"], result["settings"]["unrest"]) == ([2.0], [])
     capsys.readouterr()
 
 

@@ -38,7 +38,7 @@ def test_the_interval_of_a_share_is_that_of_clopper_and_pearson():
 @pytest.mark.parametrize("rig", RIGS)
 def test_one_small_trial(rig):
     found = trial(Experiment(rig=rig, seed=0, index=1, samples=(1201, 1201)))
-    assert "failure" not in found
+    assert "failure" not in found, found["failure"]
     json.dumps(found)
     assert (found["unrest"] is not None, found["colour"] is not None) == (rig == "force", rig == "colour")
     assert {r["name"] for r in found["rows"]} >= {"k_i", "n", "lambda_i", "zeta", "f_n", "gap_error", "base_amplitude", "base_phase"}

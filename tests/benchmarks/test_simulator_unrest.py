@@ -39,7 +39,7 @@ def test_random_force_has_its_size_and_half_its_power_at_the_corner(corner):
     lag = round(1.0 / (2.0 * np.pi * corner) / step)
     assert np.mean(values[lag:] * values[:-lag]) / 0.09 == pytest.approx(np.exp(-2.0 * np.pi * corner * lag * step), abs=0.03)
     frequency, power = welch(values, 1.0 / step, nperseg=16384)
-    flat = power[(frequency > 0.0) & (frequency < 0.2 * corner)].mean() * 25.0 * np.arctan(0.2) / 5.0
+    flat = power[(frequency > 0.0) & (frequency < 0.2 * corner)].mean() / (5.0 * np.arctan(0.2))
     near = np.abs(frequency - corner) < 0.05 * corner
     assert power[near].mean() / flat == pytest.approx(0.5, rel=0.15)
 

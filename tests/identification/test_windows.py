@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.discrepancy.robust import SHORT
+from identification.likelihood.short_windows import SHORT
 from identification.experiment import Record
 from identification.held_back import LONG
 from identification.kinematics import Kinematics

@@ -7,8 +7,10 @@ from pathlib import Path
 def prepare_jax() -> None:
     """Switch JAX to float64 and keep compiled programs on disk. Call before anything that makes an array is imported.
 
-    A cache folder already set in JAX (`JAX_COMPILATION_CACHE_DIR`) stays as it is.
+    A cache folder already set in JAX (`JAX_COMPILATION_CACHE_DIR`) stays as it is. NumPy's linear algebra is kept to one thread, unless
+    `OPENBLAS_NUM_THREADS` says otherwise: it is asked for many small products while JAX's own threads keep every core busy.
     """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import jax
 
     jax.config.update("jax_enable_x64", True)

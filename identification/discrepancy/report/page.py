@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Diagnosis
+from identification.discrepancy.diagnosis import MISSING, Asserted, Diagnosis
 from identification.discrepancy.report import rows, words
 from identification.discrepancy.report.equation import equation_html
 from identification.report.channel_labels import spoken
@@ -28,7 +28,7 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
     """
     return page_template("identification.discrepancy.report", {"equation": equation_html}).render(
         diagnosis=diagnosis,
-        adequate=diagnosis.verdict == ADEQUATE,
+        adequate=diagnosis.is_complete,
         missing=diagnosis.verdict == MISSING,
         headline=words.headline(diagnosis),
         place=_place(diagnosis),

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis, Disagreement, Number
+from identification.discrepancy.diagnosis import Considered, Diagnosis, Disagreement, Number
 from identification.discrepancy.report.words import beside, chance_text, effect_words, plain_name
 from identification.report.channel_labels import spoken
 from identification.report.numbers import NONE, rounded, significant, unit_text
@@ -101,7 +101,7 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
     """Every parameter of either model, before and after."""
     before = {one.name: one for one in diagnosis.nominal.parameters}
     after = {one.name: one for one in _as_told(diagnosis)}
-    if diagnosis.verdict == ADEQUATE:
+    if diagnosis.is_complete:
         after = before
     meanings = {p.name: p.meaning for model in (diagnosis.nominal_model, diagnosis.model) for p in (MASS, *model.parameters)}
     return [
@@ -162,7 +162,7 @@ def candidate_rows(diagnosis: Diagnosis, most: int | None = None) -> list[Candid
 
 def strongest(diagnosis: Diagnosis) -> tuple[Considered, ...]:
     """Candidates in the order of the diagnosis; where nothing is missing, the least likely by chance first."""
-    if diagnosis.verdict == ADEQUATE:
+    if diagnosis.is_complete:
         return tuple(sorted(diagnosis.considered, key=lambda one: one.chance))
     return diagnosis.considered
 

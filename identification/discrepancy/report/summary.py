@@ -5,7 +5,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from identification.discrepancy.diagnosis import ADEQUATE, UNLISTED, Diagnosis
+from identification.discrepancy.diagnosis import UNLISTED, Diagnosis
 from identification.discrepancy.report.rows import candidate_rows, change_rows, error_rows, notices, number_rows, symbol_and_name, warnings
 from identification.discrepancy.report.words import effect_words, headline, listed, plain_name, probability_text, where
 from identification.report.numbers import NONE, compact, with_unit
@@ -51,18 +51,18 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
     if diagnosis.verdict == UNLISTED and diagnosis.free_form:
         lines.append(Text(f"  learned in its place: {diagnosis.free_form}"))
     if diagnosis.ambiguous_with and not any(name in said for said in diagnosis.sentences for name in diagnosis.ambiguous_with):
-        lines.append(Text(f"  these records cannot tell it from {listed([effect_words(name) for name in diagnosis.ambiguous_with])}"))
+        lines.append(Text(f"  these records cannot separate it from {listed([effect_words(name) for name in diagnosis.ambiguous_with])}"))
     return lines
 
 
 def _errors(diagnosis: Diagnosis) -> Text:
-    same = diagnosis.verdict == ADEQUATE
+    same = diagnosis.is_complete
     told = [f"{row.name} {compact(row.before)}" + ("" if same else f" -> {compact(row.after)}") for row in error_rows(diagnosis)]
     return Text("; ".join(told))
 
 
 def _parameters(diagnosis: Diagnosis) -> Table:
-    if diagnosis.verdict == ADEQUATE:
+    if diagnosis.is_complete:
         table = _table("parameter", "value", "unit", right=(1,))
         for row in change_rows(diagnosis):
             table.add_row(symbol_and_name(row.symbol, row.name), compact(row.before), row.unit)
@@ -77,7 +77,7 @@ def _considered(diagnosis: Diagnosis) -> list[RenderableType]:
     rows = candidate_rows(diagnosis, _CANDIDATES)
     if not rows:
         return []
-    columns = {"promised": "gain", "chance": "chance", "drop": "drop", "BIC": "bic", "left out": "held_out"}
+    columns = {"expected": "gain", "chance": "chance", "gain": "drop", "BIC": "bic", "left out": "held_out"}
     columns = {heading: name for heading, name in columns.items() if any(getattr(row, name) != NONE for row in rows)}
     table = _table("considered", "beside", *columns, right=(2, 3, 4, 5, 6))
     for row in rows:

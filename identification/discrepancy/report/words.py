@@ -3,7 +3,7 @@
 import dataclasses
 import math
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, Asserted, Considered, Diagnosis
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Considered, Diagnosis
 from identification.report.channel_labels import spoken
 from identification.report.numbers import significant
 from vibrojax.effects import EFFECTS
@@ -85,6 +85,8 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words."""
     if diagnosis.verdict == ADEQUATE:
         return "Nothing is missing beyond the noise"
+    if diagnosis.verdict == RESTLESS:
+        return "Nothing is missing, but a random force acts on the hammer"
     if diagnosis.verdict == MISSING:
         return f"Missing: {listed([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
     return "Something is missing that no listed effect explains"

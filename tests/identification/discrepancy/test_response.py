@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from identification.discrepancy.look import blank
+from identification.discrepancy.scored import blank
 from identification.likelihood.response import response
 from identification.discrepancy.signature import signatures
 from identification.fit import as_arrays, integrator_for, on_device

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from identification.discrepancy.diagnosis import ADEQUATE, Diagnosis
+from identification.discrepancy.diagnosis import Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, DASHED, Picture
 from identification.discrepancy.report.figures.stretch import Stretch, stretches
 from identification.report.channel_labels import label
@@ -28,7 +28,7 @@ _EDGE = 4
 def before_after(diagnosis: Diagnosis) -> Iterator[Picture]:
     """One picture for each record that gains, the largest gains if there are many; where nothing is missing there is only a before."""
     found = stretches(diagnosis)
-    adequate = diagnosis.verdict == ADEQUATE
+    adequate = diagnosis.is_complete
     worth = [one for one in found if adequate or _chi2(one.before, one.channel) > _WORTH * _chi2(one.after, one.channel)]
     chosen = sorted(worth or found[:1], key=lambda one: -_gain(one, adequate))[:_MOST]
     for one in sorted(chosen, key=lambda one: one.number):

@@ -1,4 +1,4 @@
-"""What each candidate promised and delivered; or, where nothing is missing, how likely noise alone promises as much."""
+"""Expected and found gain of each candidate; or, where nothing is missing, how likely chance alone gives as much."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from identification.discrepancy.calibration import ALPHA as FALSE_ALARM
-from identification.discrepancy.diagnosis import ADEQUATE, Considered, Diagnosis
+from identification.discrepancy.diagnosis import Considered, Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, BEFORE_BAND, Picture
 from identification.discrepancy.report.rows import spoken_detail, strongest
 from identification.discrepancy.report.words import beside, chance_text, plain_name
@@ -29,28 +29,26 @@ def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
     figure = new_figure(height)
     axes = figure.add_axes((0.4, 0.43 / height, 0.57, 1 - 0.65 / height))
     places = -np.arange(len(shown), dtype=float)
-    adequate = diagnosis.verdict == ADEQUATE
+    adequate = diagnosis.is_complete
     (_chances if adequate else _gains)(axes, places, shown)
     axes.set_yticks(places, [_name(one, everywhere=adequate) for one in shown])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(places[-1] - 0.7, 0.7)
     axes.xaxis.set_minor_locator(NullLocator())
     if adequate:
-        caption = "Chance that noise alone promises as much, for the strongest candidates. One is worth a refit only below"
+        caption = "Probability that chance alone explains as much, for the strongest candidates. One is fitted in full only below"
         caption += f" {_LIMIT}, left of the dashed line."
         told = [f"{plain_name(one.name)} {chance_text(one.chance)}" for one in shown]
     else:
-        caption = (
-            "Drop of chi-square that each candidate promises beside the model named (pale) and, where everything was fitted again with"
-        )
-        caption += " it, delivers (dark)."
+        caption = "Improvement of twice the log-likelihood that is expected of each candidate beside the model named (pale) and, where"
+        caption += " everything was fitted with it, found (dark)."
         told = [f"{plain_name(one.name)} {significant(one.gain if one.drop is None else one.drop, 2)}" for one in shown]
     yield Picture(
         name="candidates",
         section="considered",
         record=None,
         caption=caption,
-        alt=("Chances of noise: " if adequate else "Drop of chi-square: ") + "; ".join(told) + ".",
+        alt=("Chances of noise: " if adequate else "Gain: ") + "; ".join(told) + ".",
         figure=figure,
     )
 
@@ -59,11 +57,11 @@ def _gains(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> Non
     gains = np.maximum(np.nan_to_num([one.gain for one in shown]), 1.0)
     drops = np.maximum([np.nan if one.drop is None else one.drop for one in shown], 1.0)
     least = 0.5 * float(np.nanmin(np.concatenate([gains, drops])))
-    axes.barh(places, gains - least, left=least, height=0.62, color=BEFORE_BAND, label="promised")
+    axes.barh(places, gains - least, left=least, height=0.62, color=BEFORE_BAND, label="expected")
     axes.barh(places, drops - least, left=least, height=0.28, color=AFTER, label="delivered")
     axes.set_xscale("log")
     axes.set_xlim(least, 1.5 * float(np.nanmax(np.concatenate([gains, drops]))))
-    axes.set_xlabel("drop of chi-square")
+    axes.set_xlabel("gain of twice the log-likelihood")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=2, borderpad=0.1)
 
 
@@ -74,7 +72,7 @@ def _chances(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> N
     axes.axvline(FALSE_ALARM, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
     axes.set_xscale("log")
     axes.set_xlim(0.3 * min(float(chances.min()), FALSE_ALARM), 1.6)
-    axes.set_xlabel("chance that noise alone promises as much")
+    axes.set_xlabel("probability that chance alone explains as much")
 
 
 def _name(one: Considered, *, everywhere: bool) -> str:

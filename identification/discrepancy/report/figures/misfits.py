@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from identification.discrepancy.diagnosis import ADEQUATE, Diagnosis
+from identification.discrepancy.diagnosis import Diagnosis
 from identification.discrepancy.report.figures.base import AFTER, BEFORE, Picture
 from identification.report.channel_labels import spoken
 from identification.report.numbers import significant
@@ -22,7 +22,7 @@ def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
     shown = _worst(diagnosis)
     if not shown:
         return
-    same = diagnosis.verdict == ADEQUATE
+    same = diagnosis.is_complete
     yield Picture(
         name="misfits",
         section="errors",

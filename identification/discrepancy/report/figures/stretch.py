@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from identification.discrepancy.diagnosis import ADEQUATE, Diagnosis
+from identification.discrepancy.diagnosis import Diagnosis
 from identification.report.record_view import impacts, residual
 from identification.report.rows import recorded
 from identification.result import RecordFit
@@ -34,7 +34,7 @@ def stretches(diagnosis: Diagnosis) -> list[Stretch]:
 
 
 def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: RecordFit) -> Stretch:
-    adequate = diagnosis.verdict == ADEQUATE
+    adequate = diagnosis.is_complete
     gains = {}
     for channel in before.chi2_reduced:
         gain = residual(before, channel) ** 2 - (0.0 if adequate else residual(after, channel) ** 2)
