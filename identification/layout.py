@@ -138,7 +138,7 @@ def layout_of(
 
 
 def free_nuisances(records: list[Record], layout: Layout, *, any_contact: np.ndarray) -> np.ndarray:
-    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, zeros, variations, all of effects'.
+    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, and all of the rest.
 
     A channel that drives the model is taken as it is, with its zero.
     """

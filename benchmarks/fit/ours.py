@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.estimate import degrees_of_freedom
 from identification.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
 from identification.layout import Estimate
 from identification.levenberg_marquardt import Outcome
@@ -37,7 +36,6 @@ def our_fit(prepared: Prepared, *, repeats: int) -> OurFit:
     first, outcome = timed(lambda: fit(prepared))
     seconds = tuple(timed(lambda: fit(prepared))[0] for _ in range(repeats))
     active = free_unknowns(prepared)
-    degrees = degrees_of_freedom(prepared, active)
     spread = uncertainty(outcome.equations, outcome.estimate, active)
     return OurFit(outcome=outcome, seconds=seconds, first_seconds=first, sigma=spread.stderr[: prepared.layout.shared])
 

@@ -188,8 +188,8 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
         if measure_noise:
             noise = measured_noise(here.at, before.places[1], declared_channels(here.prepared))
         here = here.under(dataclasses.replace(before, noise=noise))
-        variances, _ = estimated(here.linear, here.inner, here.variances, coarse=turn == 0)
-        here = here.under(variances)
+        variances, found = estimated(here.linear, here.inner, here.variances, coarse=turn == 0)
+        here = here.moved(found.step, found.force, variances)
         if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
             break
     here = find(here)

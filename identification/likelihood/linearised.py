@@ -101,7 +101,7 @@ def disturbed(groups: tuple[Windows, ...], estimate: Estimate, places: Float[np.
 def linearised(
     prepared: Prepared, integrator: Landing, estimate: Estimate, places: Float[np.ndarray, " knots"] | None = None
 ) -> Linearised:
-    """Integrate every window with a tangent for each number of its vector; under the estimated force, if the `places` of its knots are given."""
+    """Integrate every window with a tangent for each number of its vector; with the `places` of its knots, under the estimated force."""
     model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
     groups = prepared.groups if places is None else disturbed(prepared.groups, estimate, places)
     chunks = chunked(groups, CHUNK)

@@ -134,7 +134,7 @@ def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known:
     Args:
         segments: without gaps; each stretch counts by its length, but a loud one no more than `_LOUD` times the median.
         slow: frequency, cycles a sample.
-        known: declared standard deviation, which what the model lacks must not raise by more than `_WRONGLY_DECLARED`; None where it is not.
+        known: declared standard deviation; more than `_WRONGLY_DECLARED` times that is no noise. None where it is not declared.
 
     Returns:
         The autoregression; None where the stretches are too short to tell.

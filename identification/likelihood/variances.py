@@ -19,6 +19,8 @@ from identification.likelihood.noise import Autoregression
 from identification.likelihood.random_force import RandomForce
 
 _EVALUATIONS = 24
+_NOTHING = 1e-4
+"""Expected squares of all residuals of a window by a force that is none, over their noise."""
 _FAR_WORSE = 3.0
 """Median weight over that of a window from which it does not count in the size of the force: it has settled wrongly."""
 _SIZES, _MEMORIES = (-2.5, 0.0, 2.5), 4
@@ -209,16 +211,18 @@ def _force(of: Linear, inner: Grams, at: Variances, *, coarse: bool) -> RandomFo
     """Size and memory of greatest restricted likelihood, by a simplex."""
     at = orderly(at)
     low, high = np.log(at.places[1] / 3.0), np.log(_LONGEST_MEMORY * at.places[-1])
+    least = 0.5 * float(np.log(_NOTHING / np.max(np.trace(inner.force, axis1=1, axis2=2))))
 
     def cost(logarithms: np.ndarray) -> float:
         force = RandomForce(std=float(np.exp(logarithms[0])), memory=float(np.exp(logarithms[1])))
         return -restricted_likelihood(of, inner, dataclasses.replace(at, force=force))
 
-    here = np.array([np.log(at.force.std), np.clip(np.log(at.force.memory), low + 0.1, high - 0.1)])
+    here = np.array([max(np.log(at.force.std), least), np.clip(np.log(at.force.memory), low + 0.1, high - 0.1)])
     others = [] if not coarse else [(here[0] + size, memory) for size in _SIZES for memory in np.linspace(low, high, _MEMORIES + 2)[1:-1]]
     start = min([here, *map(np.array, others)], key=cost) if others else here
+    start[0] = max(start[0], least)
     simplex = np.stack([start, start + [0.7, 0.0], start + [0.0, 0.7 if start[1] + 0.7 < high else -0.7]])
-    limits = [(None, None), (low, high)]
+    limits = [(least, None), (low, high)]
     options = {"maxfev": _EVALUATIONS, "xatol": 0.02, "fatol": 0.05, "initial_simplex": simplex}
     best = minimize(cost, start, method="Nelder-Mead", bounds=limits, options=options).x
     return RandomForce(std=float(np.exp(best[0])), memory=float(np.exp(best[1])))

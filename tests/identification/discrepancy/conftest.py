@@ -6,24 +6,40 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from identification.likelihood.linearised import Linearised, linearised
-from identification.likelihood.response import Perturbation, response
-from identification.discrepancy.robust import SHORT, Tolerance
 from identification.discrepancy.signature import Course, courses
-from identification.fit import integrator_for
 from identification.layout import Estimate
+from identification.likelihood.fitted import Fitted, first_point
+from identification.likelihood.joint import Point
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import Perturbation, response
+from identification.likelihood.short_windows import SHORT
 from identification.prepare import Prepared, prepare
 from tests.identification.conftest import TRUTH, cropped
+from tests.identification.discrepancy import made_fit
 
 
 @dataclasses.dataclass(frozen=True)
 class Motion:
     """The example's nominal model, its motion, and what any misfit would look like there."""
 
-    prepared: Prepared
-    estimate: Estimate
-    at: Linearised
+    point: Point
+    """Where a fit in the whole likelihood would begin."""
     courses: tuple[Course, ...]
+
+    @property
+    def prepared(self) -> Prepared:
+        """Windows and model."""
+        return self.point.prepared
+
+    @property
+    def estimate(self) -> Estimate:
+        """With the true parameters, and no random force."""
+        return self.point.estimate
+
+    @property
+    def at(self) -> Linearised:
+        """The windows, with the residuals of the records."""
+        return self.point.at
 
     @property
     def mass(self) -> float:
@@ -50,6 +66,10 @@ class Motion:
         kept = np.array([name not in names for name in at.channels])
         return dataclasses.replace(at, weight=at.weight * kept, residual=at.residual * kept, jacobian=at.jacobian * kept)
 
+    def fitted(self, at: Linearised, **variances) -> Fitted:
+        """The nominal model, fitted where these are the residuals."""
+        return made_fit.fitted(self.point, at, **variances)
+
 
 def _without_initial_states(motion: Motion, residual: np.ndarray) -> np.ndarray:
     """What is left when every window has chosen its initial state anew, as the fit would."""
@@ -65,17 +85,11 @@ def motion(example) -> Motion:
     prepared = prepare(cropped(example, 3000, (0, 1, 2, 3)), window=SHORT)
     layout = prepared.layout
     estimate = dataclasses.replace(prepared.start, shared=layout.internal(layout.physical(prepared.start.shared) | TRUTH))
-    at = linearised(prepared, integrator_for(prepared), estimate)
-    return Motion(prepared, estimate, at, courses(prepared, at, estimate))
+    point = first_point(prepared, estimate)
+    return Motion(point, courses(prepared, point.at, point.estimate))
 
 
 @pytest.fixture(scope="session")
 def friction(motion) -> Callable[[float], np.ndarray]:
     """Dry friction along the motion, N, of a given size."""
     return lambda size: -size * np.tanh(motion.at.v / 2e-3)
-
-
-@pytest.fixture(scope="session")
-def allowed(motion) -> Tolerance:
-    """For all channels of all windows."""
-    return Tolerance(samples=(motion.at.weight > 0).sum(axis=(1, 2)), cut=25.0)
