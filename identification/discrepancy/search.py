@@ -103,8 +103,8 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
         if time.monotonic() > deadline:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
-        varied = _varied(model, progress)
         rivals = _fitted_in_full(scored, progress)
+        varied = _varied(model, rivals[0].gain if rivals else 0.0, progress)
         if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
             model = varied
             continue
@@ -120,10 +120,13 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         model = lengthened(best) or best
 
 
-def _varied(model: Fitted, progress: Progress) -> Fitted | None:
-    """The model with the parameter that varies most surely between records; None where chance scatters them as much."""
+def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
+    """The model with the parameter that varies most surely between records; None where chance scatters them as much.
+
+    None, too, where an effect has `gained` more than that could.
+    """
     one = next(iter(variations(model)), None)
-    if one is None or one.std == 0.0 or one.chance * len(model.prepared.layout.parameters) > ALPHA:
+    if one is None or one.chi2 < gained or one.std == 0.0 or one.chance * len(model.prepared.layout.parameters) > ALPHA:
         return None
     progress(f"fitting {one.name} that varies between records beside {model.title}")
     prepared = with_variation(model, one)
@@ -154,7 +157,7 @@ def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
         nuisances=there.nuisances[:, : model.estimate.nuisances.shape[1]],
         states=there.states[:, : model.estimate.states.shape[1]],
     )
-    again = fitted(point(prepared, start, model.variances), rounds=1, measure_noise=False, iterations=6)
+    again = fitted(point(prepared, start, model.variances), rounds=1, measure_noise=False, iterations=6, settle=False)
     return again if again.log_likelihood > model.log_likelihood - 0.5 * np.log(ALPHA) else model
 
 

@@ -171,7 +171,7 @@ def first_point(prepared: Prepared, estimate: Estimate) -> Point:
     return point(prepared, dataclasses.replace(estimate, force=np.zeros((len(at.record), len(places)))), variances)
 
 
-def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterations: int = 12) -> Fitted:
+def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterations: int = 12, settle: bool = True) -> Fitted:
     """From a point on: mode and variances in turn, windows that have settled wrongly settled anew, until both are there.
 
     Args:
@@ -179,10 +179,12 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
         rounds: at most.
         measure_noise: whether the sensors' noise is estimated anew with the model as it is.
         iterations: of the mode in each round, at most.
+        settle: whether windows that have settled wrongly are settled anew, in the first round and the last.
     """
     here, find = start, JointMode(most_iterations=iterations)
     for turn in range(rounds):
-        here = settled(find(here))
+        here = find(here)
+        here = settled(here) if settle and turn == 0 else here
         before = here.variances
         noise = before.noise
         if measure_noise:
@@ -192,7 +194,7 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
         here = here.moved(found.step, found.force, variances)
         if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
             break
-    here = find(here)
+    here = find(settled(here) if settle else here)
     variances, found = estimated(here.linear, here.inner, here.variances, rounds=1, coarse=False)
     length = float(np.sqrt(np.max(found.step_length, initial=0.0)))
     return Fitted(point=here.under(variances), posterior=found, converged=length < 0.3)

@@ -99,7 +99,7 @@ class Point:
         return dataclasses.replace(self.at, residual=self.at.residual - lowered)
 
     def _answer(self) -> Float[np.ndarray, "windows knots time channels"]:
-        return force_response(self.at, float(self.prepared.model.mass), self.variances.places)
+        return _answer(self.prepared, self.at, self.variances)
 
 
 def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like: "Point | None" = None, refinement: float = 1.0) -> Point:
@@ -116,8 +116,14 @@ def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like:
     if like is not None and like.variances.noise is variances.noise:
         answer, known = like.answer, like.inner.force if np.array_equal(like.at.finite, at.finite) else None
     else:
-        answer, known = white_answer(at, force_response(at, float(prepared.model.mass), variances.places), variances.noise), None
+        answer, known = white_answer(at, _answer(prepared, at, variances), variances.noise), None
     return _weighed(prepared, estimate, at, answer, variances, known)
+
+
+def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[np.ndarray, "windows knots time channels"]:
+    """What 1 N at each knot does to the residuals; nothing where the hammer is led along a prescribed motion."""
+    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
+    return force_response(at, float(prepared.model.mass), variances.places) * free[:, None, None, None]
 
 
 def _weighed(
@@ -176,8 +182,8 @@ class JointMode:
             elif not fresh:
                 here, fresh = here.renewed(), True
             else:
-                damping, growth = damping * growth, growth * 2.0
-                if damping > 1e8:
+                damping, growth = damping * growth, growth * 4.0
+                if damping > 1e6:
                     break
         return here
 

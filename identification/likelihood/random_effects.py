@@ -25,11 +25,13 @@ class Variation:
     Attributes:
         name: of the parameter.
         std: of the variation, in the parameter's internal coordinate (relative where that is a logarithm).
-        chance: that errors alone scatter the records' own estimates as much.
+        chi2: scatter of the records' own estimates over their errors: about what the variation may gain in twice the log-likelihood.
+        chance: that errors alone scatter them as much.
     """
 
     name: str
     std: float
+    chi2: float
     chance: float
 
 
@@ -45,7 +47,8 @@ def variations(fitted: Fitted) -> tuple[Variation, ...]:
         value, stderr = shift[known, index], sigma[known, index]
         weight = stderr**-2.0
         chi2 = float(np.sum(weight * (value - np.sum(weight * value) / np.sum(weight)) ** 2))
-        found.append(Variation(name=p.name, std=variation_std(value, stderr), chance=float(chdtrc(int(known.sum()) - 1, chi2))))
+        chance = float(chdtrc(int(known.sum()) - 1, chi2))
+        found.append(Variation(name=p.name, std=variation_std(value, stderr), chi2=chi2, chance=chance))
     return tuple(sorted(found, key=lambda one: one.chance))
 
 

@@ -14,15 +14,15 @@ from identification.prepare import Prepared, windows_of
 
 _WORSE = 4.0
 """Squared residual over the median of the windows from which one has settled wrongly."""
-_MOST = 0.5
+_MOST = 0.2
 """Share of the windows that may be settled anew: where more are bad, the model is."""
-_ITERATIONS = 6
+_ITERATIONS = 4
 
 
 def settled(here: Point) -> Point:
     """The same parameters, with every window that is fitted far worse than most in the best of several motions.
 
-    Starts are its own state, the recorded one, and where the window before ends; the force begins at zero and as it is.
+    Starts are its own state, the recorded one, and where the window before ends; the force begins at zero.
     """
     each = here.deviation / np.maximum(here.inner.samples, 1)
     bad = np.flatnonzero(each > _WORSE * max(float(np.median(each)), 1.0))
@@ -33,7 +33,7 @@ def settled(here: Point) -> Point:
     read = np.concatenate([initial_states(group, prepared.motions) for group in part.groups])
     read = np.concatenate([read, estimate.states[bad, read.shape[1] :]], axis=1)
     nothing = np.zeros_like(estimate.force[bad])
-    starts = [(estimate.states[bad], nothing), (read, nothing), (read, estimate.force[bad]), (_continued(here)[bad], nothing)]
+    starts = [(estimate.states[bad], nothing), (read, nothing), (_continued(here)[bad], nothing)]
     states, force, best = estimate.states.copy(), estimate.force.copy(), here.deviation[bad]
     for trial_states, trial_force in starts:
         trial = dataclasses.replace(estimate, states=trial_states, force=trial_force)

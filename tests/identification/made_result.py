@@ -6,7 +6,18 @@ from pathlib import Path
 import numpy as np
 
 from identification.experiment import Experiment, Record, Sensor, Suspension
-from identification.result import NOT_IDENTIFIABLE, OK, Derived, FitResult, Nuisance, ParameterEstimate, RecordFit, StartOutcome
+from identification.likelihood.unrest import Unrest
+from identification.result import (
+    NOT_IDENTIFIABLE,
+    OK,
+    Derived,
+    FitResult,
+    Nuisance,
+    ParameterEstimate,
+    RecordFit,
+    SensorNoise,
+    StartOutcome,
+)
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Linear
@@ -21,7 +32,12 @@ MODEL = Model(
 
 
 def made_result(
-    *, misfit: float = 0.0, channels: tuple[str, ...] = tuple(NOISE), samples: int = 1500, notices: tuple[str, ...] = ()
+    *,
+    misfit: float = 0.0,
+    channels: tuple[str, ...] = tuple(NOISE),
+    samples: int = 1500,
+    notices: tuple[str, ...] = (),
+    unrest: Unrest | None = None,
 ) -> FitResult:
     """A fit that explains its records to the noise, or with the force wrong by `misfit` of its value in the second record."""
     records = (
@@ -46,6 +62,8 @@ def made_result(
         iterations=5,
         discretisation=0.012,
         warnings=(),
+        unrest=unrest,
+        noise={name: SensorNoise(scale=1.02, order=order) for order, name in enumerate(channels)},
         seed=7,
         seconds={"fit": 1.5},
     )

@@ -5,15 +5,15 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
-from tests.identification.discrepancy.made_search import round_of
+from tests.identification.discrepancy import made_fit
 from vibrojax.contact import HuntCrossley
 
 FRONT = HuntCrossley(2e6, 1.5, 0.4)
 
 
-def with_loops(motion, allowed, law_of, *, too_small: float = 0.0, load_cell: bool = True):
+def with_loops(motion, law_of, *, too_small: float = 0.0, load_cell: bool = True):
     """Loops of the law that `law_of` makes of the deepest indentation, and noise; all gaps set so much too small."""
-    one, experiment = round_of(motion, 0.5 * allowed.samples, {"deep_stop": 1.0, "coulomb_friction": 1.0}), motion.prepared.experiment
+    experiment = motion.prepared.experiment
     pairs = list(zip(experiment.records, motion.prepared.motions, strict=True))
     law = law_of(max(float(m.u.max()) - r.gap for r, m in pairs if m.touching.any()))
     forces = [_force(law, m.u - r.gap, m.v) for r, m in pairs]
@@ -28,9 +28,10 @@ def with_loops(motion, allowed, law_of, *, too_small: float = 0.0, load_cell: bo
         shown.append(dataclasses.replace(seen, touching=touching, **({"force": noisy} if load_cell else by_inertia)))
     records = tuple(dataclasses.replace(record, gap=record.gap - too_small) for record in experiment.records)
     prepared = dataclasses.replace(
-        one.scored.fitted.prepared, motions=tuple(shown), experiment=dataclasses.replace(experiment, records=records)
+        motion.prepared, motions=tuple(shown), experiment=dataclasses.replace(experiment, records=records)
     )
-    return dataclasses.replace(one.scored, fitted=dataclasses.replace(one.scored.fitted, prepared=prepared))
+    found = made_fit.scored(motion.fitted(motion.shown()), motion.courses, *map(made_fit.candidate, ("deep_stop", "coulomb_friction")))
+    return dataclasses.replace(found, fitted=made_fit.with_prepared(found.fitted, prepared))
 
 
 def _force(law, indentation, rate) -> np.ndarray:

@@ -28,7 +28,7 @@ def deepest_of(scored) -> dict[str, float]:
     return {record.file: float(motion.u.max()) - record.gap for record, motion in pairs if motion.touching.any()}
 
 
-def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(motion, allowed):
+def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(motion):
     at = []
 
     def bent(deepest: float) -> Backed:
@@ -36,7 +36,7 @@ def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(m
         return Backed(FRONT, 5e7, at[0], 0.5)
 
     for too_small in (0.0, 3e-4):
-        scored = with_loops(motion, allowed, bent, too_small=too_small)
+        scored = with_loops(motion, bent, too_small=too_small)
         found = bend(scored)
         beyond = [file for file, reached in deepest_of(scored).items() if reached - too_small > found.depth]
         assert found.depth == pytest.approx(at[0], rel=0.03)
@@ -44,8 +44,8 @@ def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(m
         assert 0 < len(beyond) < len(found.files)
 
 
-def test_both_laws_are_those_of_the_samples(motion, allowed):
-    found = bend(with_loops(motion, allowed, lambda deepest: Backed(FRONT, 5e7, 0.85 * deepest, 0.5)))
+def test_both_laws_are_those_of_the_samples(motion):
+    found = bend(with_loops(motion, lambda deepest: Backed(FRONT, 5e7, 0.85 * deepest, 0.5)))
     beyond = found.indentation > found.depth
     rms = {name: np.sqrt(np.mean((getattr(found, name) - found.force)[beyond] ** 2)) for name in ("straight", "bent")}
     assert rms["bent"] < 0.3 * rms["straight"]
@@ -53,8 +53,8 @@ def test_both_laws_are_those_of_the_samples(motion, allowed):
 
 
 @pytest.mark.parametrize("law", [FRONT, HuntCrossley(2e7, 2.2, 0.8)])
-def test_a_law_of_the_kind_that_was_fitted_does_not_bend(motion, allowed, law):
-    assert bend(with_loops(motion, allowed, lambda deepest: law)) is None
+def test_a_law_of_the_kind_that_was_fitted_does_not_bend(motion, law):
+    assert bend(with_loops(motion, lambda deepest: law)) is None
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_a_law_of_the_kind_that_was_fitted_does_not_bend(motion, allowed, law):
     [(0.45, False, False), (0.55, False, True), (0.55, True, False), (1.01, False, False)],
     ids=["shallow", "deep", "passed by all", "passed by none"],
 )
-def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, allowed, monkeypatch, depth, all_pass, told):
+def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, monkeypatch, depth, all_pass, told):
     """Loops that show a bend just there; only some records come to half of the deepest indentation, but for the deepest alone."""
 
     def shown_at(self, effect):
@@ -75,7 +75,7 @@ def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, allowed, mo
         return Shown(straight=straight, bent=dataclasses.replace(straight, values=loops.values | at))
 
     monkeypatch.setattr(SeenLoops, "shown", shown_at)
-    found = bend(with_loops(motion, allowed, lambda deepest: FRONT))
+    found = bend(with_loops(motion, lambda deepest: FRONT))
     assert (found is not None) == told
 
 

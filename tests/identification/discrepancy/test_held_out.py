@@ -1,20 +1,38 @@
 """Errors on windows that were left out of the fit."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from identification.discrepancy import held_out
-from identification.discrepancy.refit import windows_of
-from tests.identification.discrepancy.made_search import settled
+from identification.prepare import windows_of
+from tests.identification.discrepancy import made_fit
 
 
 def test_every_window_counts_once_however_many_are_integrated_side_by_side(motion, monkeypatch):
     """Five windows fill one chunk of four and a part of another."""
     prepared = windows_of(motion.prepared, np.arange(5))
-    fitted, local = settled(prepared, prepared.start, np.zeros(5)), prepared.start.local(prepared.record) * 1.001
+    fitted, local = made_fit.fitted_to_nothing(motion.point, prepared), prepared.start.local(prepared.record) * 1.001
     errors = []
     for side_by_side in (4, 1):
         monkeypatch.setattr(held_out, "CHUNK", side_by_side)
         errors.append(held_out._nrmse(fitted, local))
     assert errors[0] == pytest.approx(errors[1], rel=1e-9)
     assert errors[0] > 0.0
+
+
+def test_a_wrong_model_predicts_worse(motion):
+    """A spring a hundredth too hard, which the initial states of windows cannot make up for."""
+    harder = motion.prepared.layout.physical(motion.estimate.shared)
+    harder["f_n"] *= 1.01
+    estimate = dataclasses.replace(motion.estimate, shared=motion.prepared.layout.internal(harder))
+    right, wrong = (
+        motion.fitted(motion.at),
+        made_fit.fitted(dataclasses.replace(motion.point, estimate=estimate), dataclasses.replace(motion.at, residual=0.0 * motion.at.residual)),
+    )
+    assert held_out.held_out(wrong) > 2.0 * held_out.held_out(right) > 0.0
+
+
+def test_of_a_single_window_nothing_can_be_left_out(motion):
+    assert np.isnan(held_out.held_out(made_fit.fitted_to_nothing(motion.point, windows_of(motion.prepared, np.arange(1)))))

@@ -3,44 +3,43 @@
 import dataclasses
 import re
 
-import numpy as np
 import pytest
 
 from identification.discrepancy.next_experiment import next_experiment
-from identification.discrepancy.refit import Fitted, extended
-from identification.discrepancy.score import Candidate
-from identification.discrepancy.search import EXPLAINED, Search
-from identification.discrepancy.short_list import Rival
-from identification.fit import evaluator, integrator_for
-from identification.levenberg_marquardt import Outcome
-from tests.identification.discrepancy.made_search import fitted, round_of
+from identification.discrepancy.refit import extended
+from identification.discrepancy.search import COMPLETE, Rival, Search, Step
+from tests.identification.discrepancy import made_fit
 from vibrojax.effects import AbstractEffect, CoulombFriction, QuadraticDrag
 
 FRICTION, DRAG = CoulombFriction(friction_force=0.05), QuadraticDrag(drag_coefficient=0.5)
 
 
 @pytest.fixture(scope="module")
-def rival(motion, allowed):
+def beside(motion):
+    """The model without either of them."""
+    return motion.fitted(motion.shown(noise=False))
+
+
+@pytest.fixture(scope="module")
+def rival(motion, beside):
     """The example with an effect more, where the fit has left it."""
-    before = fitted(motion, 0.5 * allowed.samples.astype(float))
 
     def of(effect: AbstractEffect) -> Rival:
-        candidate = Candidate(members=(effect,), factors=np.ones(1), gain=100.0, degrees=1)
-        prepared = extended(before, candidate, motion.courses)
-        equations = evaluator(prepared, integrator_for(prepared))(prepared.start)
-        outcome = Outcome(estimate=prepared.start, equations=equations, cost=0.0, converged=True, iterations=1, decrement=0.0)
-        return Rival(candidate=candidate, fitted=Fitted(prepared=prepared, outcome=outcome), cost=100.0)
+        one = made_fit.candidate(effect)
+        fitted = made_fit.fitted_to_nothing(motion.point, extended(beside, one, motion.courses))
+        return made_fit.rival(fitted, one, 100.0)
 
     return of
 
 
 @pytest.fixture(scope="module")
-def asked(motion, allowed):
+def asked(motion, beside):
     """The sentence where one of two rivals was chosen."""
 
     def of(first: Rival, second: Rival, ambiguous: tuple[str, ...]) -> str:
-        one = dataclasses.replace(round_of(motion, 0.5 * allowed.samples.astype(float), {}), rivals=(first, second))
-        return next_experiment(Search(rounds=(one,), fitted=first.fitted, last=one.scored, ended=EXPLAINED), ambiguous, allowed)
+        scored = made_fit.scored(beside, motion.courses)
+        step = Step(scored=scored, rivals=(first, second))
+        return next_experiment(Search(steps=(step,), last=scored, refused=(), ended=COMPLETE), ambiguous)
 
     return of
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from identification.discrepancy.scored import blank
-from identification.likelihood.response import response
 from identification.discrepancy.signature import signatures
 from identification.fit import as_arrays, integrator_for, on_device
 from identification.layout import Estimate, layout_of
+from identification.likelihood.response import response
 from identification.residual import residuals
 from vibrojax.effects import EFFECTS, StopCompliance
 

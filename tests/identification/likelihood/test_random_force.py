@@ -1,0 +1,59 @@
+"""The covariance of the random force, and where its knots lie."""
+
+import numpy as np
+import pytest
+
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.random_force import KNOTS_PER_PERIOD, MOST_KNOTS, RandomForce, knots
+from tests.identification.likelihood.made_windows import blank
+
+DT = 1.0 / 4000.0
+
+
+def windows(samples: int) -> Linearised:
+    """Two windows of a record, the second shorter by half and padded."""
+    nothing = np.zeros((2, samples, 1))
+    lengths = np.array([samples, samples // 2])
+    ts = DT * (np.arange(samples) + np.array([[0], [samples]]))
+    return blank(
+        lengths=lengths,
+        ts=ts,
+        weight=nothing,
+        channels=("hammer_displacement",),
+        residual=nothing,
+        jacobian=nothing[:, None],
+        finite=np.ones(2, bool),
+    )
+
+
+@pytest.mark.parametrize("memory", [1e-4, 3e-3, 2.0])
+def test_root_is_that_of_the_exponential_covariance(memory):
+    """Also where the knots are not evenly spaced."""
+    places = np.cumsum(np.random.default_rng(0).uniform(1e-3, 5e-3, 12))
+    root = RandomForce(std=3.0, memory=memory).root(places)
+    np.testing.assert_array_equal(root, np.tril(root))
+    expected = 9.0 * np.exp(-np.abs(places[:, None] - places) / memory)
+    np.testing.assert_allclose(root @ root.T, expected, rtol=1e-10, atol=1e-13)
+    np.testing.assert_allclose(root, np.linalg.cholesky(expected), rtol=1e-8, atol=1e-12)
+
+
+def test_knots_are_even_and_reach_to_the_end_of_the_longest_window():
+    places = knots(windows(400), 20.0)
+    assert places[0] == 0.0
+    np.testing.assert_allclose(np.diff(places), places[1], rtol=1e-12)
+    assert places[-2] < 399 * DT <= places[-1] * (1 + 1e-12)
+
+
+def test_spacing_follows_the_fastest_vibration():
+    assert knots(windows(400), 20.0)[1] == pytest.approx(1.0 / (20.0 * KNOTS_PER_PERIOD), rel=1e-12)
+
+
+@pytest.mark.parametrize("fastest", [0.0, 1e4])
+def test_no_knot_is_nearer_to_the_next_than_four_samples(fastest):
+    """Where nothing vibrates, and where it vibrates faster than the record shows."""
+    assert knots(windows(200), fastest)[1] == pytest.approx(4 * DT, rel=1e-12)
+
+
+@pytest.mark.parametrize("samples", [619, 2000, 20000])
+def test_a_long_window_has_no_more_knots_than_allowed(samples):
+    assert len(knots(windows(samples), 50.0)) == MOST_KNOTS
