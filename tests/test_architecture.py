@@ -49,6 +49,18 @@ def test_imports_go_one_way(module):
         assert not packages & {"tests", "benchmarks", "data"}, f"{module} imports what is not installed with it"
 
 
+@pytest.mark.parametrize("module", [module for module in MODULES if module.parts[:2] == ("identification", "likelihood")], ids=str)
+def test_the_likelihood_knows_of_no_diagnosis(module):
+    """`discrepancy` builds on it, and the fit states both: neither comes back."""
+    above = ("identification.discrepancy", "identification.diagnose", "identification.estimate", "identification.result")
+    assert not [name for name in imported(parse(module)) if name.startswith(above)]
+
+
+def test_the_diagnosis_builds_on_the_likelihood():
+    modules = [module for module in MODULES if module.parts[:2] == ("identification", "discrepancy")]
+    assert any(name.startswith("identification.likelihood") for module in modules for name in imported(parse(module)))
+
+
 def test_tests_share_through_plain_modules():
     """A module of tests that is imported for its helpers runs whatever else it holds, and hides who uses them."""
     tests = sorted((ROOT / "tests").rglob("*.py"))

@@ -27,8 +27,8 @@ _SHORT_LIST = 5
 """Candidates that are fitted in full in one step, at most."""
 _WORTH_A_FIT = 0.1
 """Share of the largest expected gain from which a candidate is fitted."""
-_CLOSE = 0.4
-"""The same once another candidate has gained as much as was expected of it."""
+_CLOSE, _LITTLE = 0.4, 0.1
+"""The same once another candidate has gained as much as was expected of it, and leaves so little of the misfit."""
 _STOPS = 3
 """Candidates without a derivative that are fitted."""
 _BAD = 0.02
@@ -168,7 +168,7 @@ def _fitted_in_full(scored: Scored, progress: Progress) -> list[Rival]:
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     with ThreadPoolExecutor(1) as ahead:
         for index, (candidate, prepared) in enumerate(queue):
-            done = any(rival.gain >= rival.candidate.gain > 0 for rival in rivals)
+            done = any(_explains(rival, scored.fitted) for rival in rivals)
             if rivals and done and candidate.gain < _CLOSE * best and not candidate.members[0].is_stop:
                 continue
             for _, following in queue[index + 1 : index + 2]:
@@ -178,10 +178,16 @@ def _fitted_in_full(scored: Scored, progress: Progress) -> list[Rival]:
     return sorted(rivals, key=lambda rival: rival.fitted.criterion)
 
 
+def _explains(rival: Rival, beside: Fitted) -> bool:
+    """Whether a candidate has gained what was expected of it, and leaves little of the misfit."""
+    left = (rival.fitted.chi2_reduced - 1.0) / max(beside.chi2_reduced - 1.0, 1e-300)
+    return rival.gain >= rival.candidate.gain > 0 and left < _LITTLE
+
+
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
     """The candidate fitted; empty where it cannot be integrated."""
     try:
-        found = fitted(point(prepared, prepared.start, beside.variances), measure_noise=False)
+        found = fitted(point(prepared, prepared.start, beside.variances), rounds=3, measure_noise=False)
     except (NoConvergenceError, np.linalg.LinAlgError):
         return []
     gain = 2.0 * (found.log_likelihood - beside.log_likelihood)

@@ -30,7 +30,7 @@ def chance_of_force(gain: float) -> float:
     return 0.5 * float(chdtrc(1, max(gain, 0.0))) if gain > 0 else 1.0
 
 
-def criterion(log_likelihood: float, numbers: int, samples: float) -> float:
+def criterion(log_likelihood: float, numbers: int, samples: int) -> float:
     """Bayesian information criterion: -2 log L + k ln n, the lower the better.
 
     Source: G. Schwarz, Ann. Stat. 6 (1978) 461-464.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.fft import dct, idct
+from scipy.signal import detrend
 
 HIGHEST_ORDER = 6
 """Order up to which autoregressions are tried; an anti-alias filter of two poles takes some four to eight."""
@@ -14,7 +15,7 @@ _LOUD = 2.0
 """Power of a stretch over the median of all from which it counts less."""
 _WRONGLY_DECLARED = 1.5
 """Standard deviation over the declared one above which what is measured is no noise."""
-_COMPLETIONS, _NODES, _BINS = 8, 32, 400
+_COMPLETIONS, _COMPLETE, _NODES, _BINS = 100, 1e-4, 32, 400
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -146,7 +147,7 @@ def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known:
         removed = int(np.ceil(2.0 * slow * len(values))) + 1
         if len(values) < max(4 * removed, 4 * HIGHEST_ORDER):
             continue
-        spectrum = dct(values, norm="ortho")
+        spectrum = dct(detrend(values), norm="ortho")
         spectrum[:removed] = 0.0
         fast = idct(spectrum, norm="ortho")
         products.append([fast[lag:] @ fast[: len(fast) - lag] for lag in range(HIGHEST_ORDER + 1)])
@@ -169,7 +170,9 @@ def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known:
     found = best
     for order in range(HIGHEST_ORDER + 1):
         for _ in range(_COMPLETIONS):
-            found = autoregression((seen + _slow_autocovariance(found, slow))[: order + 1])
+            before, found = found, autoregression((seen + _slow_autocovariance(found, slow))[: order + 1])
+            if abs(found.std - before.std) < _COMPLETE * found.std:
+                break
         model = found.density(place)
         criterion = float(np.sum(count * (np.log(model) + level / model))) + 2.0 * (order + 1)
         if criterion < lowest:

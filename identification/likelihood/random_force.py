@@ -56,7 +56,7 @@ def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
     span = float((last - at.ts[:, 0]).max())
     spacing = 1.0 / (KNOTS_PER_PERIOD * fastest_hz) if fastest_hz > 0 else 0.0
     spacing = max(spacing, _LEAST_SAMPLES * dt, span / (MOST_KNOTS - 1))
-    return spacing * np.arange(int(np.ceil(span / spacing)) + 1)
+    return spacing * np.arange(int(np.ceil(span / spacing * (1.0 - 1e-12))) + 1)
 
 
 def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "windows knots time channels"]:

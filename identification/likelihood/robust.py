@@ -1,7 +1,7 @@
 """Windows that nothing explains: a multivariate t distribution, by which each has a scale of its own."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Real
 from scipy.optimize import minimize_scalar
 from scipy.special import gammaln
 
@@ -10,9 +10,7 @@ FEWEST_DEGREES, MOST_DEGREES = 1.0, 1e6
 """Range of the degrees of freedom."""
 
 
-def weights(
-    deviation: Windows, samples: Windows, degrees: float
-) -> Windows:
+def weights(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
     """(nu + n) / (nu + d): how much each window counts, given r' V^-1 r = d of its n samples; 0 where d is infinite.
 
     Source: K. L. Lange, R. J. A. Little, J. M. G. Taylor, Robust statistical modeling using the t distribution, JASA 84 (1989) 881-896.
@@ -20,20 +18,18 @@ def weights(
     return np.where(np.isfinite(deviation), (degrees + samples) / (degrees + np.where(np.isfinite(deviation), deviation, 0.0)), 0.0)
 
 
-def loss(deviation: Windows, samples: Windows, degrees: float) -> Windows:
+def loss(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
     """(nu + n) / 2 ln(1 + d / nu), less what it is at d = 0; d / 2 in the limit of many degrees of freedom."""
     return 0.5 * (degrees + samples) * np.log1p(deviation / degrees)
 
 
-def log_density(
-    deviation: Windows, samples: Windows, degrees: float
-) -> Windows:
+def log_density(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
     """Of a window with covariance V = 1: up to half the log-determinant of V and constants that know neither d nor nu."""
     constant = gammaln(0.5 * (degrees + samples)) - gammaln(0.5 * degrees) - 0.5 * samples * np.log(0.5 * degrees)
     return constant - loss(deviation, samples, degrees)
 
 
-def degrees_of_freedom(deviation: Windows, samples: Windows) -> float:
+def degrees_of_freedom(deviation: Windows, samples: Real[np.ndarray, " windows"]) -> float:
     """The degrees of freedom of greatest likelihood; large where all windows are alike."""
     counted = samples > 0
 

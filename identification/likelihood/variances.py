@@ -153,7 +153,7 @@ def log_determinant(matrices: Float[np.ndarray, "*stack n n"]) -> Float[np.ndarr
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     values = np.linalg.eigvalsh(matrices / (scale[..., :, None] * scale[..., None, :]))
-    return np.log(np.maximum(values, 1e-12)).sum(axis=-1) + 2.0 * np.log(scale).sum(axis=-1)
+    return np.asarray(np.log(np.maximum(values, 1e-12)).sum(axis=-1) + 2.0 * np.log(scale).sum(axis=-1))
 
 
 def measured_noise(at: Linearised, spacing: float, declared: frozenset[str] = frozenset()) -> dict[str, Autoregression]:

@@ -1,17 +1,16 @@
 """The whole way from records to a verdict; what was concealed was made by a simulator that shares no line with the program."""
 
+import dataclasses
 import json
 import re
 
 import numpy as np
 import pytest
 
-from identification import diagnose
-from identification.diagnose import diagnose_experiment, ordinary, overlooks
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
-from identification.discrepancy.robust import robust_fit
+from benchmarks.simulator import Case, Order, draw_case, write_case
+from identification.diagnose import diagnose_experiment
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Diagnosis
 from identification.experiment import load_experiment
-from identification.prepare import prepare
 from tests.identification.conftest import cropped
 
 
@@ -29,32 +28,63 @@ def test_nothing_is_claimed_missing_from_a_complete_model(complete):
     assert complete.model is complete.nominal_model
 
 
-@pytest.mark.parametrize(("mild", "arrives"), [(10.0, True), (0.5, False)])
-def test_a_fit_that_is_slow_may_take_its_time_only_near_the_records(small, monkeypatch, mild, arrives):
-    monkeypatch.setattr(diagnose, "_MOST_ITERATIONS", 1)
-    monkeypatch.setattr(diagnose, "_MILD", mild)
-    found = ordinary(prepare(small))
-    assert (found is not None) is arrives
-    assert found is None or found.outcome.converged
+def diagnosed(folder, seed: int, order: Order) -> tuple[Diagnosis, Case]:
+    """A drop test and one driven record of a random rig, and what is said of them."""
+    rng = np.random.default_rng(seed)
+    case = draw_case(rng, order)
+    write_case(folder / "rig", case, rng)
+    return diagnose_experiment(load_experiment(folder / "rig"), budget_minutes=np.inf), case
 
 
-@pytest.mark.parametrize(("tolerant", "plain", "does"), [(0.9, 0.36, True), (0.9, 0.85, False), (0.3, 0.1, False)])
-def test_a_tolerant_fit_overlooks_what_only_an_ordinary_one_describes(tolerant, plain, does):
-    assert overlooks(tolerant, plain) is does
+def assert_recovered(found: Diagnosis, case: Case) -> None:
+    """The parameters of the nominal model, each within four standard errors."""
+    numbers = {p.name: p for p in found.augmented.parameters if p.name in case.rig.fitted}
+    assert set(numbers) == {"k_i", "n", "lambda_i", "zeta", "f_n"}
+    for name, one in numbers.items():
+        assert one.stderr is not None and abs(one.value - case.rig.fitted[name]) < 4.0 * one.stderr, name
 
 
-@pytest.mark.parametrize(("tolerant", "plain", "sound"), [(0.9, 0.3, True), (0.2, 0.1, False)])
-def test_the_search_starts_from_the_fit_that_describes_the_motion(small, monkeypatch, tolerant, plain, sound):
-    nominal, short = ordinary(prepare(small)), robust_fit(prepare(small))
-    assert nominal is not None
-    errors = {id(nominal): plain, id(short[0]): tolerant}
-    monkeypatch.setattr(diagnose, "_MILD", 0.5)
-    monkeypatch.setattr(diagnose, "ordinary", lambda prepared: nominal)
-    monkeypatch.setattr(diagnose, "robust_fit", lambda prepared: short)
-    monkeypatch.setattr(diagnose, "_fits", lambda fitted: errors[id(fitted)])
-    monkeypatch.setattr(diagnose, "_rms_nrmse", lambda error: error)
-    ground = diagnose._ground(small, None, lambda stage: None)
-    assert (ground.fitted, ground.sound) == ((nominal, True) if sound else (short[0], False))
+SMALL = Order(kind="soft", driven=1, samples=(1601, 4001))
+
+
+def test_a_complete_quiet_rig_is_adequate(tmp_path):
+    found, case = diagnosed(tmp_path, 1, SMALL)
+    assert (found.verdict, found.effects, found.unrest, found.location) == (ADEQUATE, (), None, None)
+    assert found.warnings == ()
+    assert found.nominal.chi2_reduced == pytest.approx(1.0, abs=0.05)
+    assert_recovered(found, case)
+
+
+def test_a_complete_rig_under_a_random_force_is_restless(tmp_path):
+    found, case = diagnosed(tmp_path, 1, dataclasses.replace(SMALL, unrest=("force",)))
+    assert (found.verdict, found.effects, found.location) == (RESTLESS, (), None)
+    assert found.is_complete and found.model is found.nominal_model
+    assert_recovered(found, case)
+    assert found.unrest is not None and case.unrest.share is not None
+    (rms, stderr), (memory, of_memory) = found.unrest.force_rms, found.unrest.memory
+    true = case.unrest.share * case.rig.k * case.rig.base_amplitude
+    assert stderr is not None and abs(rms - true) < 3.0 * stderr
+    assert rms == pytest.approx(true, rel=0.3)
+    assert found.unrest.share == pytest.approx(case.unrest.share, rel=0.3)
+    assert of_memory is not None and abs(memory - 1.0 / (2.0 * np.pi * case.unrest.corner)) < 3.0 * of_memory
+    assert "a random force acts on the hammer" in found.sentences[0]
+    document = json.loads(json.dumps(found.document()))
+    assert document["unrest"]["force_rms"] == {"value": rms, "stderr": stderr, "unit": "N"}
+
+
+def test_dry_friction_is_named_alone_under_random_force_and_coloured_noise(tmp_path):
+    order = dataclasses.replace(SMALL, effects=(("coulomb_friction", 1.0),), unrest=("force", "colour"))
+    found, case = diagnosed(tmp_path, 1, order)
+    assert (found.verdict, [one.effect.name for one in found.effects]) == (MISSING, ["coulomb_friction"])
+    assert found.ambiguous_with == ()
+    assert found.effects[0].probability > 0.99
+    (friction,) = found.effects[0].parameters
+    true = case.parts[0].numbers()["motion"]["friction_force"]
+    assert friction.stderr is not None and abs(friction.value - true) < 4.0 * friction.stderr
+    assert_recovered(found, case)
+    assert found.location is not None
+    assert (found.location.phase, found.location.coordinate) == ("free flight", "velocity")
+    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
 
 
 def test_the_document_holds_plain_json(complete):

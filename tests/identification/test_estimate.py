@@ -26,6 +26,9 @@ def test_example_is_recovered(fitted, truth):
     """Every parameter within three standard errors, and within 2 %; no misfit; no warning."""
     assert fitted.converged
     assert fitted.warnings == ()
+    assert fitted.unrest is None
+    assert set(fitted.noise) == set(fitted.experiment.records[0].channels)
+    assert all(one.scale == pytest.approx(1.0, abs=0.03) for one in fitted.noise.values())
     assert 0.98 < fitted.chi2_reduced < 1.02
     for parameter in fitted.parameters:
         true = truth[parameter.spec.name]

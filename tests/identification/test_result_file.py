@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from identification.likelihood.unrest import Unrest
 from identification.plain_dataclass import from_plain, to_plain
 from identification.reference import read_reference
 from identification.report import write_report
@@ -22,8 +23,9 @@ PROVENANCE = {"seed": 7, "sha256": {"drop.csv": "ab"}, "versions": {"python": "3
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
-    """A fit with what a page can show: a misfit, an undetermined parameter, missing samples, a held-back record, a reference."""
-    result = with_unknown(made_result(misfit=0.05, notices=("one <odd> sample",), samples=1000), "zeta")
+    """A fit with what a page can show: a misfit, an undetermined parameter, missing samples, a random force, a held-back record, a reference."""
+    force = Unrest(force_rms=(0.021, None), memory=(8.2e-3, 9e-4), share=0.0123, gain=412.0)
+    result = with_unknown(made_result(misfit=0.05, notices=("one <odd> sample",), samples=1000, unrest=force), "zeta")
     gappy = dataclasses.replace(result.records[0], measured={k: v.copy() for k, v in result.records[0].measured.items()})
     gappy.measured["impact_force"][3:9] = np.nan
     apart = dataclasses.replace(result.records[1], file="märz/späteres.csv", nrmse={"impact_force": float("nan")})

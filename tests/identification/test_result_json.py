@@ -4,6 +4,7 @@ import json
 import numpy as np
 import pytest
 
+from identification.likelihood.unrest import Unrest
 from identification.result_json import fit_json, plain, write_fit_json
 from tests.identification.made_result import made_result, with_unknown
 
@@ -31,6 +32,18 @@ def test_the_document_is_what_others_rely_on(result):
     record = document["records"][1]
     assert (record["file"], set(record["nrmse"])) == ("cart1.csv", set(result.records[1].measured))
     assert record["nuisances"]["gap_error"] == {"value": 1e-6, "stderr": 2e-7, "unit": "m"}
+
+
+def test_noise_and_random_force_are_those_that_were_found(result):
+    document = fit_json(result)
+    assert document["unrest"] is None
+    assert document["noise"]["impact_force"] == {"scale": 1.02, "order": 3}
+    force = Unrest(force_rms=(0.02, None), memory=(8e-3, 1e-3), share=0.012, gain=40.0)
+    assert fit_json(dataclasses.replace(result, unrest=force))["unrest"] == {
+        "force_rms": {"value": 0.02, "stderr": None, "unit": "N"},
+        "memory": {"value": 8e-3, "stderr": 1e-3, "unit": "s"},
+        "share": 0.012,
+    }
 
 
 def test_provenance_tells_versions_inputs_seed_and_time(result):

@@ -8,7 +8,7 @@ import pytest
 
 from identification.discrepancy.signature import Course, courses
 from identification.layout import Estimate
-from identification.likelihood.fitted import Fitted, first_point
+from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import Point
 from identification.likelihood.linearised import Linearised
 from identification.likelihood.response import Perturbation, response
@@ -87,6 +87,12 @@ def motion(example) -> Motion:
     estimate = dataclasses.replace(prepared.start, shared=layout.internal(layout.physical(prepared.start.shared) | TRUTH))
     point = first_point(prepared, estimate)
     return Motion(point, courses(prepared, point.at, point.estimate))
+
+
+@pytest.fixture(scope="session")
+def recovered(motion) -> Fitted:
+    """The nominal model fitted to its records."""
+    return fitted(motion.point)
 
 
 @pytest.fixture(scope="session")

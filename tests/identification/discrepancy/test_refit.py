@@ -104,8 +104,8 @@ def test_windows_may_be_taken_more_than_once(motion):
     assert windows_of(prepared, np.arange(count)) is prepared
 
 
-def test_short_windows_are_given_up_for_ordinary_ones_that_the_model_gets_near(motion):
-    found = lengthened(motion.fitted(motion.at))
+def test_short_windows_are_given_up_for_ordinary_ones_that_the_model_gets_near(recovered):
+    found = lengthened(recovered)
     assert found is not None
-    assert len(found.prepared.record) < len(motion.prepared.record)
+    assert len(found.prepared.record) < len(recovered.prepared.record)
     assert lengthened(found) is None

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
 from identification.discrepancy.report import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.discrepancy.report.equation import equation_html
 from identification.discrepancy.report.figures.stretch import stretches
@@ -23,7 +23,7 @@ from tests.identification.report.page_reader import read
 from vibrojax.effects import EFFECTS, GainError, MainsHum
 from vibrojax.effects.free_form import FreeForm
 
-VERDICTS = (MISSING, UNLISTED, ADEQUATE)
+VERDICTS = (MISSING, UNLISTED, ADEQUATE, RESTLESS)
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,8 @@ def test_every_picture_is_drawn_and_legible(made):
     }
     assert {image.name for image in draw(made[MISSING])} == expected
     assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "bend"}
-    assert {image.name for image in draw(made[ADEQUATE])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
+    for verdict in (ADEQUATE, RESTLESS):
+        assert {image.name for image in draw(made[verdict])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
     for image in draw(made[UNLISTED]):
         with Image.open(io.BytesIO(image.png)) as opened:
             assert opened.size[0] > 300
@@ -96,7 +97,7 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
         "force = −Fc sign(u′)",
         "> 99.9 %",
         "Coulomb 1785",
-        "cannot tell it from drag that grows with the square of the velocity",
+        "cannot separate it from drag that grows with the square of the velocity",
         "Before and after",
         "0.187",
         "0.0123",
@@ -123,10 +124,19 @@ def test_a_parameter_that_will_not_hold_still_is_shown_with_the_records_furthest
 def test_nothing_missing_is_said_plainly_and_nothing_is_asserted(pages):
     text = read(pages[ADEQUATE][0]).text
     assert "Nothing is missing beyond the noise" in text
-    assert "none does more than noise would" in text
+    assert "none explains more than chance would" in text
     assert "0.24" in text
     for piece in ("Where it acts", "What it is", "augmented", "The shift is"):
         assert piece not in text.partition("Provenance")[0], piece
+
+
+def test_a_restless_rig_lacks_nothing_and_its_random_force_is_told(made, pages):
+    text = read(pages[RESTLESS][0]).text
+    assert "Nothing is missing, but a random force acts on the hammer" in text
+    assert "random force of 0.021 N rms" in text and "memory of 8.2 ms" in text
+    for piece in ("Where it acts", "What it is", "What was learned", "augmented", "The shift is"):
+        assert piece not in text.partition("Provenance")[0], piece
+    assert "a random force acts on the hammer" in told(made[RESTLESS])
 
 
 def test_an_unlisted_cause_shows_what_was_learned(made, pages):
@@ -156,7 +166,7 @@ def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
     assert "mostly below 1.00 m/s" in read(write_diagnosis_report(odd, tmp_path)[0]).text
 
 
-@pytest.mark.parametrize("verdict", [ADEQUATE, MISSING, UNLISTED])
+@pytest.mark.parametrize("verdict", VERDICTS)
 def test_json_has_every_key_that_programs_read(made, verdict):
     """The names are a promise; a value that is not known is null, never left out."""
     document = made[verdict].document({"seed": 0})
@@ -168,7 +178,10 @@ def test_json_has_every_key_that_programs_read(made, verdict):
         assert {"name", "probability", "parameters"} <= effect.keys()
         assert all(number.keys() == {"value", "stderr", "unit"} for number in effect["parameters"].values())
     places = {"channel", "records", "phase", "coordinate", "interval", "time", "record", "sentence"}
-    assert document["location"] is None if verdict == ADEQUATE else places <= document["location"].keys()
+    assert document["location"] is None if verdict in (ADEQUATE, RESTLESS) else places <= document["location"].keys()
+    of_force = {"force_rms", "memory", "share"}
+    assert document["unrest"] is None if verdict != RESTLESS else of_force == document["unrest"].keys()
+    assert verdict != RESTLESS or document["unrest"]["force_rms"] == {"value": 0.021, "stderr": 0.0015, "unit": "N"}
     if verdict == UNLISTED:
         assert document["location"]["bend"] == {"depth": 5e-5, "records": [made[verdict].nominal.records[-1].file]}
 
@@ -268,7 +281,7 @@ def test_little_is_known(made, tmp_path):
         next_experiment="",
     )
     text = read(write_diagnosis_report(bare, tmp_path)[0]).text
-    assert "No candidate was tried" in text
+    assert "There was no candidate" in text
     assert told(bare)
 
 

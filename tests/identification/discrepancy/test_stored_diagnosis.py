@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, UNLISTED
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
 from identification.discrepancy.report import diagnosis_provenance, write_diagnosis_json, write_diagnosis_report
 from identification.discrepancy.report.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
 from identification.netcdf_file import DIAGNOSIS, read_netcdf
@@ -16,7 +16,7 @@ from tests.identification.discrepancy.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.errors import InputError
 
-VERDICTS = (MISSING, UNLISTED, ADEQUATE)
+VERDICTS = (MISSING, UNLISTED, ADEQUATE, RESTLESS)
 
 
 @pytest.fixture(scope="module", params=VERDICTS)
@@ -26,7 +26,7 @@ def stored(request, tmp_path_factory):
     apart = dataclasses.replace(result.records[1], file="später.csv", nrmse={"impact_force": float("nan")})
     diagnosis = made_diagnosis(result, request.param)
     side = dataclasses.replace(diagnosis.nominal, held_back=(apart,), held_out_nrmse=float("nan"))
-    both = {"nominal": side} | ({"augmented": side} if request.param == ADEQUATE else {})
+    both = {"nominal": side} | ({"augmented": side} if request.param in (ADEQUATE, RESTLESS) else {})
     if diagnosis.location is not None:
         both |= {"location": dataclasses.replace(diagnosis.location, interval=(float("-inf"), 1.0))}
     diagnosis = dataclasses.replace(diagnosis, **both)
@@ -43,7 +43,8 @@ def test_every_number_comes_back_as_it_was(stored, tmp_path):
         write_diagnosis_json(one.diagnosis, tmp_path / "diagnosis.json", one.provenance)
         texts.append((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
     assert texts[0] == texts[1]
-    assert (after.diagnosis.augmented is after.diagnosis.nominal) == (before.diagnosis.verdict == ADEQUATE)
+    assert (after.diagnosis.augmented is after.diagnosis.nominal) == before.diagnosis.is_complete
+    assert after.diagnosis.unrest == before.diagnosis.unrest
     assert [record.file for record in after.diagnosis.nominal.held_back] == ["später.csv"]
     old, new = before.diagnosis.location, after.diagnosis.location
     assert (old is None) == (new is None)
