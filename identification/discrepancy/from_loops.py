@@ -30,7 +30,7 @@ def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: SeenLoops) -> t
     effect = probe.members[0]
     read = dataclasses.replace(effect, **{p.field: loops.values[f"{effect.name}.{p.name}"] for p in effect.parameters})
     candidate = dataclasses.replace(probe, members=(read,), factors=np.ones(1))
-    prepared = extended(scored.fitted, candidate, scored.courses)
+    prepared = extended(scored.fitted, candidate, scored.courses, is_small=False)
     shared = prepared.layout.internal(prepared.layout.physical(prepared.start.shared) | loops.values)
     nuisances, column = prepared.start.nuisances.copy(), NUISANCES.index("gap_error")
     told = seen.touched & free_unknowns(prepared).nuisances[:, column]

@@ -143,7 +143,7 @@ def _missing(
     if found is None or (alone and (loudest in _OF_ONE_SENSOR or _contradicted(prepared, at, loudest, residuals))):
         index = at.channels.index(loudest)
         others = dataclasses.replace(at, residual=np.where(np.arange(len(at.channels)) == index, 0.0, at.residual))
-        return _residual(at, window_weights(prepared, others), index), residuals[loudest]
+        return _residual(at, window_weights(others), index), residuals[loudest]
     force = Missing(quantity="force", value=found[0], stderr=found[1], share=share)
     return (residuals[loudest], residuals[loudest]) if loudest.startswith("cart_") else (force, force)
 

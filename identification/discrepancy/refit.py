@@ -26,13 +26,14 @@ _ROOM = 3.0
 """Scale of an effect's own state over its root mean square in the windows."""
 
 
-def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Prepared:
-    """The fitted model and its windows with one more effect, at the strength that the score test asks for.
+def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], *, is_small: bool = True) -> Prepared:
+    """The fitted model and its windows with one more effect, at the strength that the candidate has.
 
-    Everything else starts where it is then, to first order: the random force that has stood for the effect above all.
+    Everything else starts where it is beside the effect, to first order: the random force that has stood for it above all. Unless the
+    effect `is_small`, that tells nothing, and all starts as it is.
     """
     effect, of_records = strengthened(candidate, records=len(courses))
-    before, estimate = fitted.prepared, fitted.estimate if effect.is_stop else _beside(fitted, candidate, courses)
+    before, estimate = fitted.prepared, _beside(fitted, candidate, courses) if is_small else fitted.estimate
     model = fitted.prepared.model.replace(before.layout.physical(estimate.shared))
     model = dataclasses.replace(model, effects=(*model.effects, effect))
     own = own_states(effect, courses)

@@ -17,6 +17,7 @@ from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.linearised import linearised
+from identification.likelihood.nominal import is_near
 from identification.likelihood.random_effects import variations, with_variation
 from identification.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
@@ -144,9 +145,10 @@ def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
 def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
     """The model itself, or a better fit of it that the numbers of the best alternative lead to.
 
-    A fit that has ended in a wrong place may be led out of it by any effect: that is no evidence for the effect.
+    A fit that has ended in a wrong place may be led out of it by any effect: that is no evidence for the effect. One that has converged
+    near the recorded motion is in no such place.
     """
-    if not rivals:
+    if not rivals or (model.converged and is_near(model)):
         return model
     progress(f"fitting {model.title} again")
     there, prepared = rivals[0].fitted.estimate, model.prepared
@@ -204,7 +206,7 @@ def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     listed = {one.name for one in short}
     stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed][:_STOPS] if resist else []
     shown = [one for one in scored.found if one.members[0].shown_by(scored.known) and one.name not in listed]
-    begun = [(one, extended(scored.fitted, _startable(one, scored), scored.courses)) for one in [*short, *stops, *shown]]
+    begun = [(one, _extended(one, scored)) for one in [*short, *stops, *shown]]
     return [*begun, *(from_loops(scored) if resist or stops else [])]
 
 
@@ -214,11 +216,16 @@ def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
     return [candidate, *others[: candidate.members[0].tries - 1]]
 
 
-def _startable(candidate: Candidate, scored: Scored) -> Candidate:
-    """A stop begins as it was proposed, and so does what the records show: along a motion without it no derivative tells its strength."""
+def _extended(candidate: Candidate, scored: Scored) -> Prepared:
+    """Windows with the candidate at the strength of the score test.
+
+    A stop begins as it was proposed, and so does what the records show: along a motion without it no derivative tells its strength.
+    """
     effect = candidate.members[0]
-    as_proposed = effect.is_stop or effect.shown_by(scored.known)
-    return dataclasses.replace(candidate, factors=np.ones(len(candidate.members))) if as_proposed else candidate
+    if not (effect.is_stop or effect.shown_by(scored.known)):
+        return extended(scored.fitted, candidate, scored.courses)
+    as_proposed = dataclasses.replace(candidate, factors=np.ones(len(candidate.members)))
+    return extended(scored.fitted, as_proposed, scored.courses, is_small=False)
 
 
 def _compiled(prepared: Prepared, beside: Fitted) -> None:

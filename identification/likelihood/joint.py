@@ -79,14 +79,18 @@ class Point:
         return dataclasses.replace(self, variances=variances).renewed()
 
     def moved(self, step: Float[np.ndarray, "windows size"], force: Float[np.ndarray, "windows knots"], variances: Variances) -> "Point":
-        """Where all windows have moved by a step of the linear model, with the force as that model has it then, under other variances."""
+        """Where all windows have moved by a step of the linear model, with the force as that model has it then, under other variances.
+
+        As it is, where that costs more.
+        """
         layout, estimate, record = self.prepared.layout, self.estimate, self.at.record
         shared, count = step[0, : layout.shared], layout.size - layout.states
         nuisances = np.zeros_like(estimate.nuisances)
         nuisances[record] = step[:, layout.shared : count]
         moved = estimate.moved(np.clip(estimate.shared + shared, *bounds(self.prepared)) - estimate.shared, nuisances, step[:, count:])
         moved = dataclasses.replace(moved, force=np.where(self.at.finite[:, None], np.nan_to_num(force), 0.0))
-        return point(self.prepared, moved, variances, like=self)
+        here, there = self.under(variances), point(self.prepared, moved, variances, like=self)
+        return there if there.cost < here.cost else here
 
     def renewed(self) -> "Point":
         """The same with the answer to the force worked out here."""

@@ -40,8 +40,8 @@ def over_noise(
 def white_answer(
     at: Linearised, answer: Float[np.ndarray, "windows knots time channels"], noise: Mapping[str, Autoregression]
 ) -> Float[np.ndarray, "windows knots samples"]:
-    """Z over the noise, in single precision: it only steers the force, whose cost is worked out from the integrated motion."""
-    return over_noise(answer, at, noise).reshape(*answer.shape[:2], -1).astype(np.float32)
+    """Z over the noise."""
+    return over_noise(answer, at, noise).reshape(*answer.shape[:2], -1)
 
 
 def grams(
@@ -61,11 +61,11 @@ def grams(
     flat[~at.finite] = 0.0
     finite = at.finite[:, None, None]
     if force is None:
-        force = np.stack([rows @ rows.T for rows in (one.astype(float) for one in answer)])
+        force = answer @ answer.transpose(0, 2, 1)
     return Grams(
         fit=flat @ flat.transpose(0, 2, 1),
         force=np.where(finite, force, 0.0),
-        cross=(answer @ flat.astype(np.float32).transpose(0, 2, 1)).astype(float),
+        cross=answer @ flat.transpose(0, 2, 1),
         samples=(length > 0).sum(axis=(1, 2)) * at.finite,
         log_scale=sum(noise[name].log_scale(length[:, c]) for c, name in enumerate(at.channels)) * at.finite,
     )

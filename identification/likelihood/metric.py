@@ -36,7 +36,7 @@ class Metric:
         """Rows in the metric; zero where nothing counts."""
         white = over_noise(values, self.at, self.noise)
         flat = white.reshape(len(white), -1, white.shape[-2] * white.shape[-1])
-        along = (flat.astype(np.float32) @ self.turned) * self.shrink[:, None].astype(np.float32)
+        along = (flat @ self.turned) * self.shrink[:, None]
         flat = flat - along @ self.turned.transpose(0, 2, 1)
         return np.moveaxis((flat * self.root_weight[:, None, None]).reshape(white.shape), -2, -1)
 
@@ -49,7 +49,7 @@ def metric(point: Point) -> Metric:
     return Metric(
         at=at,
         noise=point.variances.noise,
-        turned=(point.answer.transpose(0, 2, 1) @ (root @ vectors).astype(np.float32)),
+        turned=point.answer.transpose(0, 2, 1) @ (root @ vectors),
         shrink=(1.0 - 1.0 / np.sqrt(1.0 + size)) / size,
         root_weight=np.sqrt(point.weight * at.finite),
     )

@@ -89,7 +89,7 @@ class Autoregression:
     def log_scale(self, run: Int[np.ndarray, "... time"]) -> Float[np.ndarray, "..."]:
         """Half the log-determinant of the covariance of each stretch: sum of the logarithms of the innovations."""
         scale = np.concatenate([[0.0], np.log(self.innovation)])
-        return scale[np.minimum(run, self.order + 1)].sum(axis=-1)
+        return np.asarray(scale[np.minimum(run, self.order + 1)].sum(axis=-1))
 
 
 def white(std: float = 1.0) -> Autoregression:

@@ -74,7 +74,7 @@ def _errors(fitted: Fitted) -> tuple[float | None, float | None]:
     """Standard errors of size and memory from the curvature of the restricted likelihood in their logarithms."""
     force = fitted.variances.force
 
-    def at(size: float, memory: float) -> float:
+    def at(size: int, memory: int) -> float:
         return _likelihood(fitted, RandomForce(std=force.std * np.exp(_STEP * size), memory=force.memory * np.exp(_STEP * memory)))
 
     middle = at(0, 0)

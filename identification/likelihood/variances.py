@@ -211,7 +211,7 @@ def _force(of: Linear, inner: Grams, at: Variances, *, coarse: bool) -> RandomFo
     """Size and memory of greatest restricted likelihood, by a simplex."""
     at = orderly(at)
     low, high = np.log(at.places[1] / 3.0), np.log(_LONGEST_MEMORY * at.places[-1])
-    least = 0.5 * float(np.log(_NOTHING / np.max(np.trace(inner.force, axis1=1, axis2=2))))
+    least = 0.5 * float(np.log(_NOTHING / max(float(np.max(np.trace(inner.force, axis1=1, axis2=2))), _NOTHING)))
 
     def cost(logarithms: np.ndarray) -> float:
         force = RandomForce(std=float(np.exp(logarithms[0])), memory=float(np.exp(logarithms[1])))

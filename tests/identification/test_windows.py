@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.likelihood.short_windows import SHORT
 from identification.experiment import Record
 from identification.held_back import LONG
 from identification.kinematics import Kinematics
+from identification.likelihood.short_windows import SHORT
 from identification.windows import WindowLength, cut
 
 

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from vibrojax.excitation.base import AbstractAppliedForce
 from vibrojax.excitation.unforced import Unforced
-from vibrojax.shapes import Scalars, Value
+from vibrojax.shapes import Scalars
 
 
 class PiecewiseLinearForce(AbstractAppliedForce):
@@ -24,8 +24,8 @@ class PiecewiseLinearForce(AbstractAppliedForce):
         (2.0, 3.0)
     """
 
-    start: Value
-    spacing: Value
+    start: float | Float[Array | np.ndarray, "*batch"]
+    spacing: float | Float[Array | np.ndarray, "*batch"]
     values: Float[Array | np.ndarray, "*batch knots"]
     beside: AbstractAppliedForce = Unforced()
 
@@ -34,5 +34,5 @@ class PiecewiseLinearForce(AbstractAppliedForce):
         last = self.values.shape[-1] - 1
         place = jnp.clip((t - self.start) / self.spacing, 0.0, last)
         left = jnp.clip(jnp.floor(place).astype(int), 0, max(last - 1, 0))
-        part = place - left
+        part = place - left.astype(place.dtype)
         return self.beside.force(t) + (1.0 - part) * self.values[left] + part * self.values[jnp.minimum(left + 1, last)]

@@ -27,9 +27,7 @@ def with_loops(motion, law_of, *, too_small: float = 0.0, load_cell: bool = True
         touching = (seen.u > record.gap) & seen.touching
         shown.append(dataclasses.replace(seen, touching=touching, **({"force": noisy} if load_cell else by_inertia)))
     records = tuple(dataclasses.replace(record, gap=record.gap - too_small) for record in experiment.records)
-    prepared = dataclasses.replace(
-        motion.prepared, motions=tuple(shown), experiment=dataclasses.replace(experiment, records=records)
-    )
+    prepared = dataclasses.replace(motion.prepared, motions=tuple(shown), experiment=dataclasses.replace(experiment, records=records))
     found = made_fit.scored(motion.fitted(motion.shown()), motion.courses, *map(made_fit.candidate, ("deep_stop", "coulomb_friction")))
     return dataclasses.replace(found, fitted=made_fit.with_prepared(found.fitted, prepared))
 

@@ -23,10 +23,10 @@ def test_every_window_counts_once_however_many_are_integrated_side_by_side(motio
 
 
 def test_a_wrong_model_predicts_worse(recovered):
-    """A spring that is held two hundredths too hard, which the initial states of windows cannot make up for."""
+    """A spring that is held a twentieth too hard in frequency, which the initial states of windows cannot make up for."""
     layout, values = recovered.prepared.layout, recovered.prepared.layout.physical(recovered.estimate.shared)
-    harder = dataclasses.replace(recovered.estimate, shared=layout.internal(values | {"f_n": 1.02 * values["f_n"]}))
-    held = dataclasses.replace(recovered.prepared, fixed={"f_n": 1.02 * values["f_n"]})
+    harder = dataclasses.replace(recovered.estimate, shared=layout.internal(values | {"f_n": 1.05 * values["f_n"]}))
+    held = dataclasses.replace(recovered.prepared, fixed={"f_n": 1.05 * values["f_n"]})
     wrong = dataclasses.replace(recovered, point=dataclasses.replace(recovered.point, prepared=held, estimate=harder))
     assert held_out.held_out(wrong) > 2.0 * held_out.held_out(recovered) > 0.0
 

@@ -33,7 +33,9 @@ def column(motion):
 def unpulled(motion):
     """The example without what is known of its gaps beforehand, which no draw of noise contains."""
     nuisances = motion.estimate.nuisances * np.array([1.0, 1.0, 0.0])
-    return dataclasses.replace(motion, point=dataclasses.replace(motion.point, estimate=dataclasses.replace(motion.estimate, nuisances=nuisances)))
+    return dataclasses.replace(
+        motion, point=dataclasses.replace(motion.point, estimate=dataclasses.replace(motion.estimate, nuisances=nuisances))
+    )
 
 
 def drawn(motion, rng, *, force: RandomForce | None, coloured: bool):
@@ -51,7 +53,9 @@ def drawn(motion, rng, *, force: RandomForce | None, coloured: bool):
     return dataclasses.replace(motion.at, residual=residual)
 
 
-@pytest.mark.parametrize(("force", "coloured"), [(None, False), (RANDOM, False), (RANDOM, True)], ids=["white", "force", "force and colour"])
+@pytest.mark.parametrize(
+    ("force", "coloured"), [(None, False), (RANDOM, False), (RANDOM, True)], ids=["white", "force", "force and colour"]
+)
 def test_what_the_likelihood_knows_of_gives_gains_of_chi_square(unpulled, column, force, coloured):
     rng, gains = np.random.default_rng(11), []
     noise = dict.fromkeys(unpulled.at.channels, COLOURED if coloured else white())

@@ -17,7 +17,9 @@ def test_only_gains_that_chance_would_hardly_give_are_significant():
 
 
 def test_channels_are_kinds_of_their_own_best_first():
-    found = [candidate(GainError(factor=1.1, of_channel=name), gain) for name, gain in (("impact_force", 50.0), ("cart_displacement", 60.0))]
+    found = [
+        candidate(GainError(factor=1.1, of_channel=name), gain) for name, gain in (("impact_force", 50.0), ("cart_displacement", 60.0))
+    ]
     assert list(best_of_each(found)) == ["gain_error cart_displacement", "gain_error impact_force"]
 
 

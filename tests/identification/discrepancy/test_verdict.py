@@ -42,7 +42,12 @@ def test_a_random_force_is_told_beside_a_cause_as_well(made, verdict):
 
 def test_what_is_missing_comes_first_then_where_then_what_it_does_to_the_error(made):
     text = said(made[MISSING], ambiguous=("quadratic_drag",))
-    in_order = ["Dry friction in the suspension (F_c = ", "free flight", "falls from 19 % to 1.2 %", "cannot separate it from quadratic_drag"]
+    in_order = [
+        "Dry friction in the suspension (F_c = ",
+        "free flight",
+        "falls from 19 % to 1.2 %",
+        "cannot separate it from quadratic_drag",
+    ]
     places = [text.find(piece) for piece in in_order]
     assert -1 not in places and places == sorted(places)
 
