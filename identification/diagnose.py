@@ -11,7 +11,7 @@ from identification.discrepancy.assertion import asserted, considered, twins
 from identification.discrepancy.bend import bend
 from identification.discrepancy.between_records import disagreements
 from identification.discrepancy.calibration import ALPHA, RELEVANT
-from identification.discrepancy.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
+from identification.discrepancy.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.discrepancy.errors import numbers
 from identification.discrepancy.free_form import Learned, learn
 from identification.discrepancy.held_out import SIGNAL, held_out
@@ -29,10 +29,11 @@ from identification.likelihood.nominal import nominal_fit
 from identification.likelihood.unrest import unrest
 from identification.records import record_fits
 from identification.result import RecordFit
+from identification.settling import settled_without_force
 
 Progress = Callable[[str], None]
 _ENDED = {
-    BUDGET: "not finished: the budget ended the search before all candidates were fitted; allow more minutes",
+    BUDGET: f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes",
     MOST: "the search stopped after as many effects as it adds to one model: more may be missing",
 }
 
@@ -111,7 +112,8 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Co
         advice = next_experiment(found, ambiguous)
         lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         restless = unrest(after, alpha=ALPHA)
-        said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, restless, lost)
+        finished = found.ended != BUDGET
+        said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, restless, lost, finished=finished)
     return Diagnosis(
         experiment=experiment,
         verdict=verdict,
@@ -169,7 +171,7 @@ def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side
 
 def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
     """Every record beside the model, as it was fitted."""
-    prepared, estimate = fitted.prepared, fitted.estimate
+    prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)
     return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
 
 

@@ -21,6 +21,7 @@ from identification.multistart import Multistart
 from identification.prepare import Prepared, prepare
 from identification.records import record_fits
 from identification.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, FitResult, ParameterEstimate, SensorNoise, StartOutcome
+from identification.settling import settled_without_force
 from identification.uncertainty import Uncertainty, interval, uncertainty
 
 Progress = Callable[[str], None]
@@ -61,7 +62,8 @@ def fit_experiment(
     clock.lap("errors")
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
-    records = record_fits(prepared, integrator_for(prepared), found.estimate, _nuisance_errors(prepared, spread, active))
+    shown = settled_without_force(prepared, found.estimate)
+    records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
     values = prepared.layout.physical(found.estimate.shared)
     model, restless = prepared.model.replace(values), unrest(found, alpha=FORCE_BY_CHANCE)

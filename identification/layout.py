@@ -96,8 +96,8 @@ class Estimate:
     """(records, nuisances)"""
     states: np.ndarray
     """(windows, states)"""
-    force: np.ndarray | None = None
-    """(windows, knots): random force, N; None where it is not estimated."""
+    force: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((0, 0)))
+    """(windows, knots): random force, N; empty where it is not estimated."""
 
     def local(self, record: np.ndarray) -> np.ndarray:
         """Vector of every window, (windows, size)."""

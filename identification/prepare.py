@@ -144,6 +144,6 @@ def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
         if len(mine):
             groups.append(jax.tree.map(lambda leaf, mine=mine: leaf[mine], group))
     start = prepared.start
-    force = None if start.force is None else start.force[chosen]
+    force = start.force[chosen] if len(start.force) else start.force
     start = dataclasses.replace(start, states=start.states[chosen], force=force)
     return dataclasses.replace(prepared, groups=tuple(groups), start=start)

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from identification.fit import CHUNK, evaluator
+from identification.fit import CHUNK, evaluator, integrator_for
 from identification.layout import Estimate
 from identification.levenberg_marquardt import settle
 from identification.prepare import Prepared
@@ -32,3 +32,9 @@ def _beginning(group: Windows, share: float) -> Windows:
     lengths = np.ceil(share * group.lengths).astype(group.lengths.dtype)
     counts = np.arange(group.weight.shape[1]) < lengths[:, None]
     return dataclasses.replace(group, lengths=lengths, weight=np.where(counts[..., None], group.weight, 0.0))
+
+
+def settled_without_force(prepared: Prepared, estimate: Estimate) -> Estimate:
+    """The same parameters, with the windows' states that fit best where no random force acts: what the model itself predicts."""
+    without = dataclasses.replace(estimate, force=np.zeros((0, 0)))
+    return settle(evaluator(prepared, integrator_for(prepared)), without, iterations=4)[0]

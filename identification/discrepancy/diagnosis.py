@@ -11,6 +11,8 @@ from identification.result import RecordFit
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
+NOT_FINISHED = "not finished"
+"""Begin of the warning of a search that the budget has ended."""
 ADEQUATE, RESTLESS, MISSING, UNLISTED = "adequate", "restless", "missing", "unlisted"
 
 
@@ -247,6 +249,11 @@ class Diagnosis:
     next_experiment: str
     warnings: tuple[str, ...]
     seconds: dict[str, float]
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the search ended before the budget did."""
+        return not any(warning.startswith(NOT_FINISHED) for warning in self.warnings)
 
     @property
     def is_complete(self) -> bool:

@@ -22,6 +22,7 @@ from vibrojax.parameters import Parameter
 
 _FAR = 0.7
 """Longest step of a shared parameter, in its internal coordinate."""
+_NO_FORCE = np.zeros((0, 0))
 _ROOM = 3.0
 """Scale of an effect's own state over its root mean square in the windows."""
 
@@ -67,7 +68,7 @@ def _beside(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -
     )
 
 
-def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray, force: np.ndarray | None = None) -> Prepared:
+def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray, force: np.ndarray = _NO_FORCE) -> Prepared:
     """The same windows under another model, starting from its own numbers.
 
     What is searched for is held where it is new; where it had been set free, it stays so.

@@ -62,6 +62,10 @@ class Projector:
     columns: np.ndarray
     """(windows, unknowns of a window): where each stands among all."""
 
+    def lightened(self) -> "Projector":
+        """Without what only further columns need, which is large."""
+        return dataclasses.replace(self, white=self.at, metric=dataclasses.replace(self.metric, turned=np.zeros((0, 0, 0))))
+
     @property
     def inverse(self) -> Float[np.ndarray, "windows states states"]:
         """Of the windows' own blocks."""

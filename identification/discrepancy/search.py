@@ -116,8 +116,8 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             continue
         if not rivals or not _has_evidence(rivals[0], model, scored):
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
-        steps.append(Step(scored=scored, rivals=tuple(rivals)))
         best = fitted(rivals[0].fitted.point)
+        steps.append(_kept(scored, rivals))
         model = lengthened(best) or best
 
 
@@ -140,6 +140,12 @@ def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
     numbers = max(best.fitted.unknowns - beside.unknowns, 1)
     by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
     return by_chance < ALPHA and best.fitted.criterion < beside.criterion
+
+
+def _kept(scored: Scored, rivals: list[Rival]) -> Step:
+    """A step without the large arrays that nothing needs any more."""
+    scored = dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened())
+    return Step(scored=scored, rivals=tuple(dataclasses.replace(one, fitted=one.fitted.lightened()) for one in rivals))
 
 
 def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:

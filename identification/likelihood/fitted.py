@@ -134,9 +134,9 @@ class Fitted:
         degrees = self.samples - self.unknowns - layout.states * int(finite.sum())
         return float((inner[finite, 0, 0] - taken).sum() / max(degrees, 1))
 
-    def force(self) -> tuple[Float[np.ndarray, "windows knots"], float]:
-        """Estimated force, N, and the rms inertia of the hammer in flight, N."""
-        return self.estimate.force, inertia(self.point)
+    def lightened(self) -> "Fitted":
+        """Without the answers of all windows to the force, which are large, and needed to go on from here only."""
+        return dataclasses.replace(self, point=dataclasses.replace(self.point, answer=np.zeros((0, 0, 0))))
 
 
 def inertia(at: Point) -> float:

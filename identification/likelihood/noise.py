@@ -147,9 +147,9 @@ def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known:
         removed = int(np.ceil(2.0 * slow * len(values))) + 1
         if len(values) < max(4 * removed, 4 * HIGHEST_ORDER):
             continue
-        spectrum = dct(detrend(values), norm="ortho")
+        spectrum = np.asarray(dct(detrend(values), norm="ortho"))
         spectrum[:removed] = 0.0
-        fast = idct(spectrum, norm="ortho")
+        fast = np.asarray(idct(spectrum, norm="ortho"))
         products.append([fast[lag:] @ fast[: len(fast) - lag] for lag in range(HIGHEST_ORDER + 1)])
         counts.append(len(values))
         spectra.append((0.5 * np.arange(removed, len(values)) / len(values), spectrum[removed:] ** 2))

@@ -1,5 +1,7 @@
 """Windows that nothing explains: a multivariate t distribution, by which each has a scale of its own."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float, Real
 from scipy.optimize import minimize_scalar
@@ -37,4 +39,5 @@ def degrees_of_freedom(deviation: Windows, samples: Real[np.ndarray, " windows"]
         return -float(np.sum(log_density(deviation[counted], samples[counted], np.exp(logarithm))))
 
     limits = np.log(FEWEST_DEGREES), np.log(MOST_DEGREES)
-    return float(np.exp(minimize_scalar(cost, bounds=limits, method="bounded").x))
+    found: Any = minimize_scalar(cost, bounds=limits, method="bounded")
+    return float(np.exp(found.x))

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from jaxtyping import Float
+from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize
 
 from identification import block_arrow
@@ -166,7 +167,7 @@ def measured_noise(at: Linearised, spacing: float, declared: frozenset[str] = fr
     """
     dt = float(np.median(np.diff(at.ts[:, :2], axis=1)))
     margin = max(2, round(0.5 * spacing / dt))
-    contact = np.apply_along_axis(np.convolve, 1, at.in_contact.astype(float), np.ones(2 * margin + 1), "same") > 0.5
+    contact = maximum_filter1d(at.in_contact.astype(int), 2 * margin + 1, axis=1) > 0
     found = {}
     for channel, name in enumerate(at.channels):
         flying = (at.weight[..., channel] > 0) & ~contact & at.finite[:, None]

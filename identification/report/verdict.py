@@ -71,13 +71,18 @@ class Verdict:
 
 
 def judge(result: FitResult) -> Verdict:
-    """Weigh the reduced chi-square of all records together, and of each channel of each record in flight and in contact."""
+    """Weigh the reduced chi-square of all records together, and of each channel of each record in flight and in contact.
+
+    Where a random force has been found, that is what the model leaves.
+    """
     found = list(parts(result))
     worst = max(found, key=lambda part: part.excess, default=None)
     times = math.sqrt(result.chi2_reduced) if result.chi2_reduced >= 0 else math.nan
     overall = f"reduced chi-square {significant(result.chi2_reduced)}"
     remarks = _remarks(result, found)
-    if not result.chi2_reduced <= chi2_limit(result.degrees, OVERALL):
+    if result.unrest is not None:
+        sentence, level, worst = f"The model explains the records to a random force on the hammer ({overall} without it)", PARTLY, None
+    elif not result.chi2_reduced <= chi2_limit(result.degrees, OVERALL):
         sentence = f"The model does NOT explain the records: the misfit is {_times(times)} the noise ({overall})"
         level = POOR
     elif worst is not None and worst.excess > 1.0:
@@ -115,12 +120,12 @@ def parts(result: FitResult) -> Iterator[Part]:
 
 def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
     remarks = []
-    coloured = [part for part in found if part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
+    is_white = result.unrest is None and all(one.order == 0 for one in result.noise.values())
+    coloured = [part for part in found if is_white and part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
     if coloured:
         most = max(coloured, key=lambda part: part.neighbours)
         remarks.append(
-            f"Residuals are not white: neighbouring ones of {most.words} correlate by {most.neighbours:.2f}."
-            " Either something systematic is left, or that sensor's noise is coloured."
+            f"Residuals are not white: neighbouring ones of {most.words} correlate by {most.neighbours:.2f}. Something systematic is left."
         )
     if result.chi2_reduced < 0.5:
         remarks.append("The misfit is well below the stated noise: the noise is stated too large, and the standard errors with it.")

@@ -83,6 +83,8 @@ def plain_name(name: str) -> str:
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words."""
+    if not diagnosis.is_finished:
+        return "Not finished: the budget ended the search"
     if diagnosis.verdict == ADEQUATE:
         return "Nothing is missing beyond the noise"
     if diagnosis.verdict == RESTLESS:

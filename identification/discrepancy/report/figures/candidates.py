@@ -58,7 +58,7 @@ def _gains(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> Non
     drops = np.maximum([np.nan if one.drop is None else one.drop for one in shown], 1.0)
     least = 0.5 * float(np.nanmin(np.concatenate([gains, drops])))
     axes.barh(places, gains - least, left=least, height=0.62, color=BEFORE_BAND, label="expected")
-    axes.barh(places, drops - least, left=least, height=0.28, color=AFTER, label="delivered")
+    axes.barh(places, drops - least, left=least, height=0.28, color=AFTER, label="found")
     axes.set_xscale("log")
     axes.set_xlim(least, 1.5 * float(np.nanmax(np.concatenate([gains, drops]))))
     axes.set_xlabel("gain of twice the log-likelihood")
