@@ -53,7 +53,7 @@ def fit_experiment(
     degrees = degrees_of_freedom(prepared, active)
     outcome, tried = _optimum(prepared, degrees, starts, seed, clock, progress)
     progress("estimating sensor noise and random force")
-    found = fitted(first_point(prepared, outcome.estimate))
+    found = fitted(first_point(prepared, outcome.estimate), iterations=25)
     clock.lap("likelihood")
     progress("standard errors and intervals")
     spread = uncertainty(found.posterior.equations, found.estimate, active)

@@ -22,6 +22,10 @@ from vibrojax.model import Model
 _FIRST_FORCE, _FIRST_MEMORY = 1e-2, 4.0
 """Random force to begin with, over the rms inertia in flight; and its memory, over the distance of knots."""
 _FIRST_DEGREES = 4.0
+_THERE = 0.5
+"""Fall of the cost by another step, nats, that is none."""
+_FLAT = 1e-5
+"""The same over the cost, which is large where the model is wrong."""
 _STEADY = 0.05
 """Change of the logarithm of the force's size from one round to the next at which the variances are there."""
 
@@ -33,7 +37,7 @@ class Fitted:
     Attributes:
         point: mode, with the variances.
         posterior: of the linear model there.
-        converged: whether steps had become shorter than 0.3 standard errors and the variances steady.
+        converged: whether another step would lower the cost by no more than chance does.
     """
 
     point: Point
@@ -146,6 +150,12 @@ def inertia(at: Point) -> float:
     return float(at.prepared.model.mass) * float(np.sqrt(np.mean(values**2))) if values.size else 1.0
 
 
+def fastest_hz(prepared: Prepared, estimate: Estimate) -> float:
+    """Highest of natural and excitation frequencies."""
+    natural = prepared.layout.physical(estimate.shared).get("f_n", 0.0)
+    return max([float(group.frequency_hz.max()) for group in prepared.groups] + [natural])
+
+
 def declared_channels(prepared: Prepared) -> frozenset[str]:
     """Channels whose noise the experiment states."""
     return frozenset(name for name, sensor in prepared.experiment.sensors.items() if sensor.noise is not None)
@@ -154,15 +164,12 @@ def declared_channels(prepared: Prepared) -> frozenset[str]:
 def first_point(prepared: Prepared, estimate: Estimate) -> Point:
     """Where a fit in the whole likelihood begins: no force yet, noise as the flights show it, and room for a small force."""
     at = linearised(prepared, integrator_for(prepared), estimate)
-    fastest = max(
-        [float(group.frequency_hz.max()) for group in prepared.groups] + [prepared.layout.physical(estimate.shared).get("f_n", 0.0)]
-    )
-    places = knots(at, fastest)
+    places = knots(at, fastest_hz(prepared, estimate))
     flight = at.inside & ~at.in_contact & at.finite[:, None]
     accelerations = at.acceleration[flight]
     size = float(prepared.model.mass) * float(np.sqrt(np.mean(accelerations**2))) if accelerations.size else 1.0
     variances = Variances(
-        noise=measured_noise(at, places[1], declared_channels(prepared)),
+        noise=measured_noise(at, places[1], fastest_hz(prepared, estimate), declared_channels(prepared)),
         force=RandomForce(std=_FIRST_FORCE * max(size, 1e-300), memory=_FIRST_MEMORY * places[1]),
         places=places,
         weight=np.ones(len(at.record)),
@@ -188,16 +195,17 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
         before = here.variances
         noise = before.noise
         if measure_noise:
-            noise = measured_noise(here.at, before.places[1], declared_channels(here.prepared))
+            fastest = fastest_hz(here.prepared, here.estimate)
+            noise = measured_noise(here.at, before.places[1], fastest, declared_channels(here.prepared))
         here = here.under(dataclasses.replace(before, noise=noise))
         variances, found = estimated(here.linear, here.inner, here.variances, coarse=turn == 0)
         here = here.moved(found.step, found.force, variances)
         if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
             break
     here = find(settled(here) if settle else here)
+    converged = find.to_go(here) < max(_THERE, _FLAT * here.cost)
     variances, found = estimated(here.linear, here.inner, here.variances, rounds=1, coarse=False)
-    length = float(np.sqrt(np.max(found.step_length, initial=0.0)))
-    return Fitted(point=here.under(variances), posterior=found, converged=length < 0.3)
+    return Fitted(point=here.under(variances), posterior=found, converged=converged)
 
 
 def covariance_of(of: Fitted) -> Float[np.ndarray, "unknowns unknowns"]:

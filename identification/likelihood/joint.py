@@ -171,7 +171,7 @@ class JointMode:
         """The mode that is reached from a point; the cost never rises."""
         here, cost, damping, growth, fresh = start, start.cost, 1e-4, 2.0, True
         for _ in range(self.most_iterations):
-            if self._to_go(here) < self.tolerance:
+            if self.to_go(here) < self.tolerance:
                 if fresh:
                     break
                 here, fresh = here.renewed(), True
@@ -191,7 +191,7 @@ class JointMode:
                     break
         return here
 
-    def _to_go(self, here: Point) -> float:
+    def to_go(self, here: Point) -> float:
         """Fall of the cost that an undamped step would bring, nats."""
         found = here.equations
         return 0.5 * block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, here.linear.active, 0.0), found)

@@ -20,6 +20,8 @@ from identification.likelihood.noise import Autoregression
 from identification.likelihood.random_force import RandomForce
 
 _EVALUATIONS = 24
+_OF_THE_VIBRATION = 4.0
+"""Frequency over that of the fastest vibration of the rig from which on residuals may be noise alone."""
 _NOTHING = 1e-4
 """Expected squares of all residuals of a window by a force that is none, over their noise."""
 _FAR_WORSE = 3.0
@@ -157,12 +159,15 @@ def log_determinant(matrices: Float[np.ndarray, "*stack n n"]) -> Float[np.ndarr
     return np.asarray(np.log(np.maximum(values, 1e-12)).sum(axis=-1) + 2.0 * np.log(scale).sum(axis=-1))
 
 
-def measured_noise(at: Linearised, spacing: float, declared: frozenset[str] = frozenset()) -> dict[str, Autoregression]:
-    """Noise of every channel from the flights, faster than any force between knots so far apart; white as stated where they are too short.
+def measured_noise(at: Linearised, spacing: float, fastest: float, declared: frozenset[str] = frozenset()) -> dict[str, Autoregression]:
+    """Noise of every channel from the flights, faster than any force between knots so far apart.
+
+    White as stated where flights are too short, or knots too far apart for what is faster to be noise.
 
     Args:
         at: windows with residuals of the model as it is.
         spacing: from knot to knot, s.
+        fastest: highest of natural and excitation frequencies, Hz.
         declared: channels of which the size was declared.
     """
     dt = float(np.median(np.diff(at.ts[:, :2], axis=1)))
@@ -172,7 +177,8 @@ def measured_noise(at: Linearised, spacing: float, declared: frozenset[str] = fr
     for channel, name in enumerate(at.channels):
         flying = (at.weight[..., channel] > 0) & ~contact & at.finite[:, None]
         segments = [at.residual[w, a:b, channel] for w in range(len(flying)) for a, b in _stretches(flying[w])]
-        noise = sensor.measured(segments, slow=0.5 * dt / spacing, known=1.0 if name in declared else None)
+        resolved = _OF_THE_VIBRATION * fastest * spacing < 0.5
+        noise = sensor.measured(segments, slow=0.5 * dt / spacing, known=1.0 if name in declared else None) if resolved else None
         found[name] = sensor.white() if noise is None else noise
     return found
 

@@ -338,13 +338,13 @@ def test_noise_is_measured_in_flight_and_below_what_was_declared(declared):
         in_contact=contact,
         finite=np.arange(windows) != 3,
     )
-    noise = measured_noise(at, 40 * DT, frozenset(CHANNELS[:1]) if declared else frozenset())
+    noise = measured_noise(at, 40 * DT, 1.0 / (400 * DT), frozenset(CHANNELS[:1]) if declared else frozenset())
     assert list(noise) == [CHANNELS[0]]
     assert noise[CHANNELS[0]].std == pytest.approx(1.5 if declared else 2.0, rel=1e-9 if declared else 0.03)
 
 
 def test_noise_is_white_as_stated_where_flights_are_too_short():
-    noise = measured_noise(made_windows(1, samples=23), 5e-3)
+    noise = measured_noise(made_windows(1, samples=23), 5e-3, 1.0)
     assert list(noise) == list(CHANNELS)
     for one in noise.values():
         assert one.order == 0 and one.std == 1.0
