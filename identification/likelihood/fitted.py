@@ -22,7 +22,7 @@ from vibrojax.model import Model
 _FIRST_FORCE, _FIRST_MEMORY = 1e-2, 4.0
 """Random force to begin with, over the rms inertia in flight; and its memory, over the distance of knots."""
 _FIRST_DEGREES = 4.0
-_THERE = 0.5
+_THERE = 1.0
 """Fall of the cost by another step, nats, that is none."""
 _FLAT = 1e-5
 """The same over the cost, which is large where the model is wrong."""
