@@ -120,8 +120,7 @@ def parts(result: FitResult) -> Iterator[Part]:
 
 def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
     remarks = []
-    is_white = result.unrest is None and all(one.order == 0 for one in result.noise.values())
-    coloured = [part for part in found if is_white and part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
+    coloured = [part for part in found if result.unrest is None and part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
     if coloured:
         most = max(coloured, key=lambda part: part.neighbours)
         remarks.append(
