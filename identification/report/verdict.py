@@ -124,7 +124,8 @@ def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
     if coloured:
         most = max(coloured, key=lambda part: part.neighbours)
         remarks.append(
-            f"Residuals are not white: neighbouring ones of {most.words} correlate by {most.neighbours:.2f}. Something systematic is left."
+            f"Residuals are not white: neighbouring ones of {most.words} correlate by {most.neighbours:.2f}."
+            " Either something systematic is left, or that sensor's noise is coloured."
         )
     if result.chi2_reduced < 0.5:
         remarks.append("The misfit is well below the stated noise: the noise is stated too large, and the standard errors with it.")
