@@ -79,7 +79,7 @@ def fit_experiment(
         derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=found.chi2_reduced,
+        chi2_reduced=2.0 * outcome.cost / max(degrees, 1),
         degrees=degrees,
         records=records,
         starts=tried,
