@@ -19,7 +19,7 @@ from identification.discrepancy.locate import locate
 from identification.discrepancy.next_experiment import next_experiment
 from identification.discrepancy.restitution import lost_in_contacts
 from identification.discrepancy.scored import Scored
-from identification.discrepancy.search import BUDGET, MOST, Search, search
+from identification.discrepancy.search import BUDGET, MOST, Search, search, share_added
 from identification.discrepancy.verdict import sentences
 from identification.experiment import Experiment
 from identification.fit import integrator_for
@@ -83,14 +83,14 @@ def diagnose_experiment(
     with course.stage("search"):
         found = search(start, deadline=course.deadline, progress=progress)
     with course.stage("model"):
-        term = learn(found.last, deadline=course.deadline, progress=progress)
+        term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
     return _concluded(experiment, found, _cause(found, term), course)
 
 
 def _cause(found: Search, term: Learned | None) -> _Cause:
     """Listed effects if a free-form term adds little to them; else that term; else a random force, if there is one."""
     nominal, model = found.first.fitted, found.fitted
-    if term is not None and term.gain > RELEVANT * 2.0 * (term.fitted.log_likelihood - nominal.log_likelihood):
+    if term is not None and share_added(nominal, model, term.fitted) > RELEVANT:
         return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
     if model.names:
         return _Cause(verdict=MISSING, fitted=model)

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.discrepancy.errors import errors
 from identification.discrepancy.free_form_formula import common_phase, formula
-from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, reading_groups, select
+from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, lines, reading_groups, select
 from identification.discrepancy.refit import with_model
 from identification.discrepancy.score import Projector, projector
 from identification.discrepancy.scored import Scored
@@ -83,6 +83,12 @@ def learn(
     return None if effect is None else _described(model, scored.fitted, gain)
 
 
+def strongest_line(scored: Scored) -> float:
+    """Expected gain of the strongest steady line of a force, at a frequency that the excitation need not have; 0 where chance gives it."""
+    groups = lines(scored.fitted.prepared, scored.by, scored.courses, float(scored.fitted.model.mass))
+    return select(scored.by, groups, scored.fitted.samples, 1).gain
+
+
 def _fit(prepared: Prepared, beside: Fitted) -> Fitted:
     return fitted(point(prepared, prepared.start, beside.variances), measure_noise=False)
 
@@ -97,7 +103,7 @@ def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple
     """The best choice of terms: of a force, or of what one channel adds."""
     mass, samples = float(fitted.model.mass), fitted.samples
     used = {base for term in effect.terms for base, _ in factors(term)} if effect else set()
-    lines = LINES - sum(base.startswith("sine_") for base in used)
+    room_for_lines = LINES - sum(base.startswith("sine_") for base in used)
     taken = frozenset(used & {"near", "settled"})
     room = most - (len(effect.terms) if effect else 0)
     channels = [name for index, name in enumerate(by.at.channels) if (by.at.weight[..., index] > 0).any()]
@@ -106,7 +112,7 @@ def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple
     for home in homes:
         groups = reading_groups(by, along, mass, home) if home else force_groups(fitted.prepared, by, along, mass)
         fresh = [group for group in groups if effect is None or group.members[0].terms[0] not in effect.terms]
-        choices.append(select(by, fresh, samples, room, lines, taken))
+        choices.append(select(by, fresh, samples, room, room_for_lines, taken))
     return max(choices, key=lambda choice: choice.worth)
 
 

@@ -103,7 +103,7 @@ def force_groups(prepared: Prepared, by: Projector, courses: tuple[Course, ...],
     near = [FreeForm(terms=("near",), c1=1.0, d=part * amplitude) for part in _REACHES]
     found = [_group(by, courses, mass, one, len(plain)) for one in plain]
     found += [_group(by, courses, mass, one, len(plain) * len(near), "near") for one in near]
-    return [*found, *_settling(by, courses, mass, "", len(plain)), *_lines(prepared, by, courses, mass)]
+    return [*found, *_settling(by, courses, mass, "", len(plain)), *lines(prepared, by, courses, mass)]
 
 
 def reading_groups(by: Projector, courses: tuple[Course, ...], mass: float, channel: str) -> list[Group]:
@@ -158,7 +158,7 @@ def along(at: Linearised, courses: tuple[Course, ...], effect: FreeForm) -> np.n
     return whole
 
 
-def _lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: float) -> list[Group]:
+def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: float) -> list[Group]:
     """Strongest lines in the missing force, alone and in proportion to u, every record with its own phase."""
     missing = missing_force(prepared, by.at, mass)
     if missing is None:

@@ -7,7 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from identification.discrepancy.calibration import ALPHA, MOST_EFFECTS
+from identification.discrepancy.calibration import ALPHA, MOST_EFFECTS, RELEVANT
+from identification.discrepancy.free_form import Learned, learn, strongest_line
 from identification.discrepancy.from_loops import from_loops
 from identification.discrepancy.refit import extended, lengthened
 from identification.discrepancy.score import Candidate
@@ -69,12 +70,14 @@ class Search:
         last: all candidates beside the final model.
         refused: candidates that were fitted beside the final model, and gained too little.
         ended: `COMPLETE`, `MOST` or `BUDGET`.
+        learned: a free-form term beside the final model that has more evidence than any listed effect.
     """
 
     steps: tuple[Step, ...]
     last: Scored
     refused: tuple[Rival, ...]
     ended: str
+    learned: Learned | None = None
 
     @property
     def fitted(self) -> Fitted:
@@ -104,7 +107,10 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
         if time.monotonic() > deadline:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
-        rivals = _fitted_in_full(scored, progress)
+        line = _line(scored, deadline, progress)
+        rivals = _fitted_in_full(scored, line, progress)
+        if line is not None and not (rivals and rivals[0].fitted.criterion < line.fitted.criterion):
+            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE, learned=line)
         varied = _varied(model, rivals[0].gain if rivals else 0.0, progress)
         if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
             model = varied
@@ -114,11 +120,20 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         if again is not model and not _has_evidence(rivals[0], again, scored):
             model = again
             continue
-        if not rivals or not _has_evidence(rivals[0], model, scored):
+        if not rivals or not _has_evidence(rivals[0], model, scored) or share_added(start, model, rivals[0].fitted) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         best = fitted(rivals[0].fitted.point)
         steps.append(_kept(scored, rivals))
         model = lengthened(best) or best
+
+
+def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
+    """A free-form term, where a steady line of a force has a larger expected gain than any listed effect.
+
+    A mode that rings undamped with a phase of its own in every window imitates such a line.
+    """
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    return learn(scored, deadline=deadline, progress=progress) if strongest_line(scored) > best else None
 
 
 def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
@@ -140,6 +155,12 @@ def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
     numbers = max(best.fitted.unknowns - beside.unknowns, 1)
     by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
     return by_chance < ALPHA and best.fitted.criterion < beside.criterion
+
+
+def share_added(nominal: Fitted, model: Fitted, more: Fitted) -> float:
+    """Of the misfit of the nominal model that more than a model explains, the share that the model itself does not."""
+    whole = nominal.chi2_reduced - more.chi2_reduced
+    return (model.chi2_reduced - more.chi2_reduced) / whole if whole > 0 else 1.0
 
 
 def _kept(scored: Scored, rivals: list[Rival]) -> Step:
@@ -169,8 +190,13 @@ def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
     return again if again.log_likelihood > model.log_likelihood - 0.5 * np.log(ALPHA) else model
 
 
-def _fitted_in_full(scored: Scored, progress: Progress) -> list[Rival]:
-    """The most promising candidates, each fitted with everything else; the greatest evidence first."""
+def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Rival]:
+    """The most promising candidates, each fitted with everything else; the greatest evidence first.
+
+    None is fitted where a line, of which more was expected, leaves little of the misfit.
+    """
+    if line is not None and _left(line.fitted, scored.fitted) < _LITTLE:
+        return []
     queue = _queue(scored)
     rivals: list[Rival] = []
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
@@ -188,8 +214,12 @@ def _fitted_in_full(scored: Scored, progress: Progress) -> list[Rival]:
 
 def _explains(rival: Rival, beside: Fitted) -> bool:
     """Whether a candidate has gained what was expected of it, and leaves little of the misfit."""
-    left = (rival.fitted.chi2_reduced - 1.0) / max(beside.chi2_reduced - 1.0, 1e-300)
-    return rival.gain >= rival.candidate.gain > 0 and left < _LITTLE
+    return rival.gain >= rival.candidate.gain > 0 and _left(rival.fitted, beside) < _LITTLE
+
+
+def _left(found: Fitted, beside: Fitted) -> float:
+    """Share of the misfit that is left of what it was."""
+    return (found.chi2_reduced - 1.0) / max(beside.chi2_reduced - 1.0, 1e-300)
 
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:

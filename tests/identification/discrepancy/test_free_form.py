@@ -71,7 +71,7 @@ def recorded(motion, effect) -> Fitted:
     noise = np.random.default_rng(3).standard_normal(group.measured.shape) / np.where(group.weight > 0, group.weight, np.inf)
     heard = dataclasses.replace(group, measured=np.where(group.weight > 0, np.asarray(predicted) + noise, group.measured))
     start = dataclasses.replace(prepared, groups=(heard,), start=motion.estimate)
-    return fitted(first_point(start, dataclasses.replace(motion.estimate, force=None)))
+    return fitted(first_point(start, dataclasses.replace(motion.estimate, force=np.zeros((0, 0)))))
 
 
 def test_learns_a_damping_and_its_error(motion):
