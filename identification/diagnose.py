@@ -90,7 +90,7 @@ def diagnose_experiment(
 def _cause(found: Search, term: Learned | None) -> _Cause:
     """Listed effects if a free-form term adds little to them; else that term; else a random force, if there is one."""
     nominal, model = found.first.fitted, found.fitted
-    if term is not None and share_added(nominal, model, term.fitted) > RELEVANT:
+    if term is not None and share_added(nominal.chi2_reduced, model.chi2_reduced, term.fitted.chi2_reduced) > RELEVANT:
         return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
     if model.names:
         return _Cause(verdict=MISSING, fitted=model)

@@ -7,7 +7,8 @@ ALPHA = 1e-4
 """Chance of noise and random force alone passing for one kind of effect, for a free-form term, for a random force, and for a parameter that
 varies between records. Some thirty are tried in a diagnosis."""
 RELEVANT = 0.01
-"""Share of the misfit of the nominal model, as chi-square, from which what explains it matters: a further effect beside those already in the
-model, and a free-form term that says that named effects are not the whole cause. That is a tenth of its root mean square."""
+"""Share of the nominal model's misfit, as chi-square, from which a further effect, or a free-form term beside named effects, matters.
+
+It is a tenth of the root mean square."""
 MOST_EFFECTS = 3
 """Listed effects in one model."""

@@ -8,17 +8,19 @@ import numpy as np
 
 from identification.discrepancy.errors import errors
 from identification.discrepancy.free_form_formula import common_phase, formula
-from identification.discrepancy.free_form_terms import Choice, common_amplitude, force_groups, lines, reading_groups, select
-from identification.discrepancy.refit import with_model
+from identification.discrepancy.free_form_terms import Choice, change_by, common_amplitude, force_groups, lines, reading_groups, select
+from identification.discrepancy.refit import beside, with_model
 from identification.discrepancy.score import Projector, projector
 from identification.discrepancy.scored import Scored
 from identification.discrepancy.signature import Course, courses
+from identification.layout import Estimate
 from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
 from identification.prepare import Prepared
 from identification.uncertainty import Uncertainty
 from vibrojax.effects.free_form import LINES, MOST_TERMS, FreeForm, factors
 from vibrojax.errors import NoConvergenceError
+from vibrojax.model import Model
 
 _ROUNDS = 2
 _SIGNIFICANT = 3.0
@@ -70,7 +72,8 @@ def learn(
         if not choice.groups:
             break
         try:
-            new = _significant(_fit(_extended(model, effect, choice), model))
+            start = beside(model, change_by(choice, at[0].at, at[1], float(model.model.mass)))
+            new = _significant(_fit(_extended(model, effect, choice, start), model))
         except NoConvergenceError:
             break
         if new is None or not new.criterion < model.criterion:
@@ -116,9 +119,10 @@ def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple
     return max(choices, key=lambda choice: choice.worth)
 
 
-def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice) -> Prepared:
-    """The model with the chosen terms added to those that it has, at their strengths to first order."""
-    model, records = fitted.model, len(fitted.estimate.nuisances)
+def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice, start: Estimate) -> Prepared:
+    """The model with the chosen terms added to those that it has, at their strengths to first order, and all else as `start` has it."""
+    model = fitted.prepared.model.replace(fitted.prepared.layout.physical(start.shared))
+    records = len(start.nuisances)
     of_channel = choice.groups[0].members[0].of_channel
     terms = list(effect.terms) if effect else []
     values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters} if effect else {}
@@ -142,12 +146,12 @@ def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice) -> Prepar
         values[f"c{len(terms)}"] = strength
     learned = FreeForm(terms=tuple(terms), of_channel=of_channel, scales=tuple(scales), **values)
     others = model.effects[:-1] if effect else model.effects
-    return _restated(fitted, dataclasses.replace(model, effects=(*others, learned)), phases)
+    return _restated(fitted, start, dataclasses.replace(model, effects=(*others, learned)), phases)
 
 
-def _restated(fitted: Fitted, model, phases: Mapping[str, np.ndarray]) -> Prepared:
+def _restated(fitted: Fitted, estimate: Estimate, model: Model, phases: Mapping[str, np.ndarray]) -> Prepared:
     """The same windows under a model with another free-form term; what each record has of its own is kept by name."""
-    estimate, layout = fitted.estimate, fitted.prepared.layout
+    layout = fitted.prepared.layout
     kept = {name: estimate.nuisances[:, index] for index, name in enumerate(layout.nuisances)} | dict(phases)
     names = (*layout.nuisances[: len(layout.nuisances) - len(layout.record_parameters)], *(p.name for p in model.record_parameters))
     return with_model(fitted.prepared, model, np.stack([kept[name] for name in names], axis=1), estimate.states, estimate.force)
@@ -163,7 +167,7 @@ def _significant(model: Fitted) -> Fitted | None:
         if not kept:
             return None
         less = dataclasses.replace(model.model, effects=(*model.model.effects[:-1], _only(effect, kept)))
-        model = _fit(_restated(model, less, {}), model)
+        model = _fit(_restated(model, model.estimate, less, {}), model)
 
 
 def _only(effect: FreeForm, kept: list[int]) -> FreeForm:

@@ -132,7 +132,12 @@ def _powered(base: str, power: int) -> str:
 
 def column(by: Projector, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> Reduced:
     """What an effect would change in the residual, less what is fitted already."""
-    at, none = by.at, np.zeros_like(by.at.u)
+    return reduced(by, change(by.at, courses, mass, effect))
+
+
+def change(at: Linearised, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> np.ndarray:
+    """What an effect would change in the residual, to first order, (windows, time, channels)."""
+    none = np.zeros_like(at.u)
     values = along(at, courses, effect)
     perturbation = Perturbation(
         force=none if effect.channel else values,
@@ -142,7 +147,7 @@ def column(by: Projector, courses: tuple[Course, ...], mass: float, effect: Free
         base_acceleration=none,
         readings={effect.of_channel: values} if effect.channel else {},
     )
-    return reduced(by, response(at, mass, perturbation))
+    return response(at, mass, perturbation)
 
 
 def along(at: Linearised, courses: tuple[Course, ...], effect: FreeForm) -> np.ndarray:
@@ -219,6 +224,16 @@ def common_amplitude(line: Group, factors: np.ndarray) -> float:
     sine, cosine = factors.reshape(2, -1)
     known = np.array([np.sum(column.column**2) for column in line.columns]).reshape(2, -1).sum(axis=0)
     return float(np.sum(known * np.hypot(sine, cosine)) / max(known.sum(), 1e-300))
+
+
+def change_by(choice: Choice, at: Linearised, courses: tuple[Course, ...], mass: float) -> np.ndarray:
+    """What the chosen terms at their factors would change in the residual, to first order, (windows, time, channels)."""
+    whole = np.zeros_like(at.residual)
+    for group, factors in zip(choice.groups, choice.factors, strict=True):
+        for member, of_records in zip(group.members, factors.reshape(len(group.members), -1), strict=True):
+            factor = of_records[at.record] if group.shape == "sine" else of_records[[0]]
+            whole += factor[:, None, None] * change(at, courses, mass, member)
+    return whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

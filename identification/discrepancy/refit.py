@@ -34,7 +34,7 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], 
     effect `is_small`, that tells nothing, and all starts as it is.
     """
     effect, of_records = strengthened(candidate, records=len(courses))
-    before, estimate = fitted.prepared, _beside(fitted, candidate, courses) if is_small else fitted.estimate
+    before, estimate = fitted.prepared, beside(fitted, _answers(fitted, candidate, courses)) if is_small else fitted.estimate
     model = fitted.prepared.model.replace(before.layout.physical(estimate.shared))
     model = dataclasses.replace(model, effects=(*model.effects, effect))
     own = own_states(effect, courses)
@@ -46,15 +46,21 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], 
     return with_model(before, model, nuisances, states, estimate.force)
 
 
-def _beside(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> Estimate:
-    """Mode of all that the model has already beside the candidate at its strength, in the linear model."""
-    here, files = fitted.point, fitted.prepared.layout.files
-    at = here.without_force()
-    shown = [response(at, float(fitted.model.mass), signatures(at, courses, files, [member])[0]) for member in candidate.members]
+def _answers(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> np.ndarray:
+    """Change of the residual by a candidate at its strength, to first order, (windows, time, channels)."""
+    at = fitted.point.without_force()
+    files, mass = fitted.prepared.layout.files, float(fitted.model.mass)
+    shown = [response(at, mass, signatures(at, courses, files, [member])[0]) for member in candidate.members]
     per_record = any(p.per_record for p in candidate.members[0].parameters)
     factors = candidate.factors.reshape(len(shown), -1)[:, np.searchsorted(np.unique(at.record), at.record) if per_record else [0]]
-    residual = at.residual + sum(factor[:, None, None] * column for factor, column in zip(factors, shown, strict=True))
-    inner = grams(dataclasses.replace(at, residual=residual), here.answer, fitted.variances.noise, here.inner.force)
+    return np.asarray(sum(factor[:, None, None] * column for factor, column in zip(factors, shown, strict=True)))
+
+
+def beside(fitted: Fitted, change: np.ndarray) -> Estimate:
+    """Mode of all that the model has already, in the linear model, where the residual changes by so much, (windows, time, channels)."""
+    here = fitted.point
+    at = here.without_force()
+    inner = grams(dataclasses.replace(at, residual=at.residual + change), here.answer, fitted.variances.noise, here.inner.force)
     found, shared = posterior(here.linear, inner, fitted.variances), len(fitted.estimate.shared)
     step, first = found.step, np.unique(at.record, return_index=True)[1]
     width = fitted.estimate.nuisances.shape[1]

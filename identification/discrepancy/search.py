@@ -120,7 +120,7 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         if again is not model and not _has_evidence(rivals[0], again, scored):
             model = again
             continue
-        if not rivals or not _has_evidence(rivals[0], model, scored) or share_added(start, model, rivals[0].fitted) < RELEVANT:
+        if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         best = fitted(rivals[0].fitted.point)
         steps.append(_kept(scored, rivals))
@@ -157,10 +157,19 @@ def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
     return by_chance < ALPHA and best.fitted.criterion < beside.criterion
 
 
-def share_added(nominal: Fitted, model: Fitted, more: Fitted) -> float:
-    """Of the misfit of the nominal model that more than a model explains, the share that the model itself does not."""
-    whole = nominal.chi2_reduced - more.chi2_reduced
-    return (model.chi2_reduced - more.chi2_reduced) / whole if whole > 0 else 1.0
+def _adds(found: Fitted, model: Fitted, nominal: Fitted) -> float:
+    """Share of the misfit that only the model with a further effect explains."""
+    return share_added(nominal.chi2_reduced, model.chi2_reduced, found.chi2_reduced)
+
+
+def share_added(nominal: float, model: float, more: float) -> float:
+    """Of the misfit of the nominal model that more than a model explains, the share that the model itself does not; from reduced chi-squares.
+
+    Example:
+        >>> share_added(11.0, 2.0, 1.0)
+        0.1
+    """
+    return (model - more) / (nominal - more) if nominal > more else 1.0
 
 
 def _kept(scored: Scored, rivals: list[Rival]) -> Step:

@@ -18,6 +18,8 @@ from identification.prepare import Prepared
 
 _LOST = 1e6
 """Mean squared residual at which a window counts that could not be integrated."""
+_AS_EXPECTED = 0.5
+"""Share of the expected fall of the cost below which the answer to the force is taken to have changed."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -176,12 +178,14 @@ class JointMode:
                     break
                 here, fresh = here.renewed(), True
                 continue
-            trial = point(here.prepared, self._step(here, damping), here.variances, like=here)
+            expected, trial = self.to_go(here), point(here.prepared, self._step(here, damping), here.variances, like=here)
             after = trial.cost
             if after < cost:
                 fall, here, cost, fresh = cost - after, trial, after, False
                 damping, growth = max(damping / 10.0, 1e-9), 2.0
-                if fall < self.tolerance:
+                if fall < _AS_EXPECTED * expected:
+                    here, fresh = here.renewed(), True
+                elif fall < self.tolerance:
                     break
             elif not fresh:
                 here, fresh = here.renewed(), True

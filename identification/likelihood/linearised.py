@@ -20,6 +20,9 @@ from vibrojax.excitation import PiecewiseLinearForce
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
 
+_LARGEST = 1e100
+"""Residual and derivative, over the noise, beyond which a window counts as one that could not be integrated."""
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Linearised:
@@ -120,7 +123,7 @@ def linearised(
     for lanes, values in found:
         for name, array in values.items():
             whole[name][lanes] = array
-    finite = whole.pop("finite")
+    finite = whole.pop("finite") & _moderate(whole["residual"]) & _moderate(whole["jacobian"])
     whole = {name: array if array.dtype == bool else _only_finite(array, finite) for name, array in whole.items()}
     lengths = np.concatenate([group.lengths for group in groups])
     longest = int(lengths.max())
@@ -143,6 +146,12 @@ def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...])
     found = np.zeros((*values.shape[:-1], len(seen)), values.dtype)
     found[..., [seen.index(name) for name in channels]] = values
     return found
+
+
+def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
+    """Windows none of whose values has a square near the largest number there is."""
+    largest = np.abs(values).max(axis=tuple(range(1, values.ndim)), initial=0.0)
+    return ~(largest > _LARGEST)
 
 
 def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:

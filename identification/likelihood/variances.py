@@ -83,7 +83,6 @@ class Posterior:
         reduced: the same with the windows' states eliminated.
         step: mode of every window's vector less where it is linearised; (windows, size).
         force: mode of the force at its knots, N; (windows, knots).
-        step_length: squared steps of the shared parameters in their standard errors; (parameters,).
     """
 
     marginal: Marginal
@@ -91,7 +90,6 @@ class Posterior:
     reduced: block_arrow.Reduced
     step: np.ndarray
     force: np.ndarray
-    step_length: np.ndarray
 
     def deviation(self) -> Float[np.ndarray, " windows"]:
         """r' V^-1 r of every window at the mode."""
@@ -121,7 +119,7 @@ def posterior(of: Linear, inner: Grams, variances: Variances) -> Posterior:
     shared, nuisances, states = block_arrow.solve(reduced, found, of.estimate)
     step = np.concatenate([np.broadcast_to(shared, (len(weight), len(shared))), nuisances[of.at.record], states], axis=1)
     force, _ = estimated_force(inner, by, step)
-    return Posterior(marginal=by, equations=found, reduced=reduced, step=step, force=force, step_length=_length(reduced, shared))
+    return Posterior(marginal=by, equations=found, reduced=reduced, step=step, force=force)
 
 
 def restricted_likelihood(of: Linear, inner: Grams, variances: Variances) -> float:
@@ -140,15 +138,6 @@ def restricted_likelihood(of: Linear, inner: Grams, variances: Variances) -> flo
     quadratic = 2.0 * found.total(of.estimate) - block_arrow.newton_decrement(reduced, found)
     scales = np.sum(inner.log_scale[counted] - 0.5 * inner.samples[counted] * np.log(weight[counted]))
     return float(-0.5 * (quadratic + determinants) - scales)
-
-
-def _length(reduced: block_arrow.Reduced, step: Float[np.ndarray, " shared"]) -> Float[np.ndarray, " shared"]:
-    """Squared step of every parameter over its variance; 0 for what is held."""
-    part = np.flatnonzero(reduced.active)
-    variance = np.diag(block_arrow.covariance(reduced.hessian[np.ix_(part, part)]))
-    found, mine = np.zeros(len(step)), part < len(step)
-    found[part[mine]] = step[part[mine]] ** 2 / np.maximum(variance[mine], 1e-300)
-    return found
 
 
 def log_determinant(matrices: Float[np.ndarray, "*stack n n"]) -> Float[np.ndarray, "*stack"]:

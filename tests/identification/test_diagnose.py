@@ -106,7 +106,6 @@ def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared)
     assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
 
 
-@pytest.mark.skip(reason="takes minutes, and the present search has not yet been shown to learn this force")
 def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
     found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-11" / "sealed" / "truth.json").read_text())

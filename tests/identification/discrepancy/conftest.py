@@ -3,10 +3,13 @@
 import dataclasses
 from collections.abc import Callable
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from identification.discrepancy.refit import with_model
 from identification.discrepancy.signature import Course, courses
+from identification.fit import as_arrays, integrator_for, on_device
 from identification.layout import Estimate
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import Point
@@ -14,8 +17,10 @@ from identification.likelihood.linearised import Linearised
 from identification.likelihood.response import Perturbation, response
 from identification.likelihood.short_windows import SHORT
 from identification.prepare import Prepared, prepare
+from identification.residual import predict
 from tests.identification.conftest import TRUTH, cropped
 from tests.identification.discrepancy import made_fit
+from vibrojax.effects import AbstractEffect
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,6 +50,19 @@ class Motion:
     def mass(self) -> float:
         """kg"""
         return self.prepared.experiment.mass
+
+    def recorded(self, effect: AbstractEffect) -> Fitted:
+        """The nominal model, fitted to the windows as they would have been recorded with an effect and noise."""
+        prepared, model = self.prepared, dataclasses.replace(self.prepared.model.replace(TRUTH), effects=(effect,))
+        own = np.zeros((len(self.estimate.nuisances), len(model.record_parameters)))
+        true = with_model(prepared, model, np.concatenate([self.estimate.nuisances, own], axis=1), self.estimate.states)
+        (group,) = prepared.groups
+        local = jnp.asarray(true.start.local(prepared.record))
+        predicted, _ = predict(as_arrays(model), true.layout, integrator_for(true), on_device(group), local)
+        noise = np.random.default_rng(3).standard_normal(group.measured.shape) / np.where(group.weight > 0, group.weight, np.inf)
+        heard = dataclasses.replace(group, measured=np.where(group.weight > 0, np.asarray(predicted) + noise, group.measured))
+        start = dataclasses.replace(prepared, groups=(heard,), start=self.estimate)
+        return fitted(first_point(start, dataclasses.replace(self.estimate, force=np.zeros((0, 0)))))
 
     def shown(self, *, force: np.ndarray | float = 0.0, readings: dict[str, np.ndarray] | None = None, noise: bool = True) -> Linearised:
         """The same with residuals of noise, of a force on the hammer that the model leaves out, and of what sensors add."""

@@ -2,20 +2,14 @@
 
 import dataclasses
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from identification.discrepancy.free_form import learn
 from identification.discrepancy.free_form_formula import bracketed, common_phase, formula
 from identification.discrepancy.free_form_terms import column, force_groups, reading_groups, select
-from identification.discrepancy.refit import with_model
 from identification.discrepancy.score import information, projector
 from identification.discrepancy.scored import score_all
-from identification.fit import as_arrays, integrator_for, on_device
-from identification.likelihood.fitted import Fitted, first_point, fitted
-from identification.residual import predict
-from tests.identification.conftest import TRUTH
 from vibrojax.effects.free_form import FreeForm
 
 
@@ -61,21 +55,8 @@ def test_noise_teaches_nothing(motion):
     assert chosen(motion, motion.shown(), "hammer_displacement").groups == ()
 
 
-def recorded(motion, effect) -> Fitted:
-    """The nominal model, fitted to the windows as they would have been recorded with an effect and noise."""
-    prepared, model = motion.prepared, dataclasses.replace(motion.prepared.model.replace(TRUTH), effects=(effect,))
-    true = with_model(prepared, model, motion.estimate.nuisances, motion.estimate.states)
-    (group,) = prepared.groups
-    local = jnp.asarray(true.start.local(prepared.record))
-    predicted, _ = predict(as_arrays(model), true.layout, integrator_for(true), on_device(group), local)
-    noise = np.random.default_rng(3).standard_normal(group.measured.shape) / np.where(group.weight > 0, group.weight, np.inf)
-    heard = dataclasses.replace(group, measured=np.where(group.weight > 0, np.asarray(predicted) + noise, group.measured))
-    start = dataclasses.replace(prepared, groups=(heard,), start=motion.estimate)
-    return fitted(first_point(start, dataclasses.replace(motion.estimate, force=np.zeros((0, 0)))))
-
-
 def test_learns_a_damping_and_its_error(motion):
-    nominal = recorded(motion, FreeForm(terms=("|u| u'",), c1=-60.0))
+    nominal = motion.recorded(FreeForm(terms=("|u| u'",), c1=-60.0))
     learned = learn(score_all(nominal))
     assert learned is not None and learned.effect.terms == ("|u| u'",)
     assert learned.effect.c1 == pytest.approx(-60.0, rel=0.05)
@@ -86,7 +67,7 @@ def test_learns_a_damping_and_its_error(motion):
 
 
 def test_learns_nothing_from_noise(motion):
-    assert learn(score_all(recorded(motion, FreeForm(terms=("u^3",), c1=0.0)))) is None
+    assert learn(score_all(motion.recorded(FreeForm(terms=("u^3",), c1=0.0)))) is None
 
 
 def test_columns_are_linear(motion):
