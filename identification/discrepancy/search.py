@@ -163,7 +163,7 @@ def _adds(found: Fitted, model: Fitted, nominal: Fitted) -> float:
 
 
 def share_added(nominal: float, model: float, more: float) -> float:
-    """Of the misfit of the nominal model that more than a model explains, the share that the model itself does not; from reduced chi-squares.
+    """Of the misfit of the nominal model that more than a model explains, the share that the model does not; from reduced chi-squares.
 
     Example:
         >>> share_added(11.0, 2.0, 1.0)
