@@ -18,8 +18,6 @@ from identification.prepare import Prepared
 
 _LOST = 1e6
 """Mean squared residual at which a window counts that could not be integrated."""
-_AS_EXPECTED = 0.5
-"""Share of the expected fall of the cost below which the answer to the force is taken to have changed."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -129,7 +127,9 @@ def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like:
 def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[np.ndarray, "windows knots time channels"]:
     """What 1 N at each knot does to the residuals; nothing where the hammer is led along a prescribed motion."""
     free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
-    return force_response(at, float(prepared.model.mass), variances.places) * free[:, None, None, None]
+    found = force_response(at, float(prepared.model.mass), variances.places)
+    found[~free] = 0.0
+    return found
 
 
 def _weighed(
@@ -178,14 +178,12 @@ class JointMode:
                     break
                 here, fresh = here.renewed(), True
                 continue
-            expected, trial = self.to_go(here), point(here.prepared, self._step(here, damping), here.variances, like=here)
+            trial = point(here.prepared, self._step(here, damping), here.variances, like=here)
             after = trial.cost
             if after < cost:
                 fall, here, cost, fresh = cost - after, trial, after, False
                 damping, growth = max(damping / 10.0, 1e-9), 2.0
-                if fall < _AS_EXPECTED * expected:
-                    here, fresh = here.renewed(), True
-                elif fall < self.tolerance:
+                if fall < self.tolerance:
                     break
             elif not fresh:
                 here, fresh = here.renewed(), True

@@ -34,7 +34,10 @@ def over_noise(
 ) -> Float[np.ndarray, "windows *rows channels time"]:
     """Rows of residuals, each channel divided by the root of its noise's covariance."""
     length = runs((at.weight > 0).transpose(0, 2, 1))
-    return np.stack([noise[name].whitened(values[..., c], length[:, c]) for c, name in enumerate(at.channels)], axis=-2)
+    found = np.empty((*values.shape[:-2], values.shape[-1], values.shape[-2]))
+    for c, name in enumerate(at.channels):
+        found[..., c, :] = noise[name].whitened(values[..., c], length[:, c])
+    return found
 
 
 def white_answer(

@@ -63,7 +63,7 @@ def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knot
     """Change of the residuals by a force of 1 N at each knot, falling to 0 at the next ones."""
     since, spacing = at.ts - at.ts[:, :1], places[1] - places[0] if len(places) > 1 else 1.0
     nothing = np.zeros_like(at.u)
-    found = np.empty((len(at.u), len(places), *at.residual.shape[1:]))
+    found = np.moveaxis(np.empty((len(at.u), len(places), *at.residual.shape[:0:-1])), -2, -1)
     for index, place in enumerate(places):
         hat = np.clip(1.0 - np.abs(since - place) / spacing, 0.0, None)
         push = Perturbation(
