@@ -108,8 +108,9 @@ def _deviation(prepared: Prepared, at: Linearised, half: int) -> tuple[tuple[np.
 
 def _state_spread(prepared: Prepared, at: Linearised) -> np.ndarray:
     """Variance of the modelled (u, u') from that of the initial states, (windows, time, 2)."""
-    of_state = np.linalg.pinv(_states(prepared, at) @ _states(prepared, at).transpose(0, 2, 1), hermitian=True)[:, :2, :2]
-    return np.einsum("ltai,lij,ltaj->lta", at.fundamental, of_state, at.fundamental)
+    of_state = np.linalg.pinv(_states(prepared, at) @ _states(prepared, at).transpose(0, 2, 1), hermitian=True)
+    motion = at.fundamental[..., :2, :]
+    return np.einsum("ltai,lij,ltaj->lta", motion, of_state, motion)
 
 
 def _in_si(at: Linearised, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,10 @@ from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import PiecewiseLinearForce
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
+from vibrojax.system import System
 
+_SINGULAR = 1e-9
+"""Determinant, and squared singular value, of a derivative of the state that tells nothing of where it began."""
 _LARGEST = 1e100
 """Residual and derivative, over the noise, beyond which a window counts as one that could not be integrated."""
 
@@ -40,9 +43,12 @@ class Linearised:
         u, v, acceleration, push: of the hammer against the cart, its absolute acceleration, and of the stop; (windows, time).
         in_contact, approach_speed: as in `Trajectory`.
         own: states of the effects that the model has already; (windows, time, own).
-        fundamental: derivative of (u, u') in the window's initial (u, u'); (windows, time, 2, 2).
-        stiffness, damping: derivative of the push in u and u', N/m and N s/m; (windows, time).
-        restoring: derivative of the acceleration in u and u'; (windows, time, 2).
+        fundamental: derivative of the state in that at the window's begin; (windows, time, states, states). The state is u, u' and those
+            states of effects that a window begins with.
+        inverse: of `fundamental`; of a state that dies down, without what is gone.
+        push_by, restoring: derivative of the push and of the hammer's absolute acceleration in the state; (windows, time, states).
+        cart_by: derivative of the cart's displacement and acceleration in the state; (windows, time, 2, states).
+        kick: derivative of the state's rates in a force on the hammer, 1/N; (windows, time, states).
         finite: windows that could be integrated; all else is zero in the others.
     """
 
@@ -62,9 +68,11 @@ class Linearised:
     approach_speed: np.ndarray
     own: np.ndarray
     fundamental: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
+    inverse: np.ndarray
+    push_by: np.ndarray
     restoring: np.ndarray
+    cart_by: np.ndarray
+    kick: np.ndarray
     finite: np.ndarray
 
     @property
@@ -135,6 +143,7 @@ def linearised(
         weight=np.concatenate([_among(group.weight, group.channels, seen) for group in groups])[:, :longest],
         channels=seen,
         finite=finite,
+        inverse=_inverse(whole["fundamental"][:, :longest], finite),
         **{name: array[:, :, :longest] if name == "jacobian" else array[:, :longest] for name, array in whole.items()},
     )
 
@@ -146,6 +155,23 @@ def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...])
     found = np.zeros((*values.shape[:-1], len(seen)), values.dtype)
     found[..., [seen.index(name) for name in channels]] = values
     return found
+
+
+def _inverse(
+    matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
+) -> Float[np.ndarray, "windows time states states"]:
+    """Of every matrix, with states in sizes that the first one's initial value gives them; regularised (Tikhonov)."""
+    if matrices.shape[-1] == 2:
+        (a, b), (c, d) = np.moveaxis(matrices, (-2, -1), (0, 1))
+        determinant = a * d - b * c
+        adjugate = np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2)
+        return adjugate / np.where(np.abs(determinant) > _SINGULAR, determinant, np.inf)[..., None, None]
+    size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
+    size = np.where(size > 0, size, 1.0)
+    scaled = matrices * size / size[:, None]
+    transposed = np.swapaxes(scaled, -1, -2)
+    found = np.linalg.solve(transposed @ scaled + _SINGULAR * np.eye(len(size)), transposed)
+    return found * size[:, None] / size
 
 
 def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
@@ -164,29 +190,42 @@ def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
 @soon_compiled
 def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> dict[str, Array]:
     """Residual, Jacobian, motion and its derivatives of some windows."""
+    free = jnp.asarray(layout.free_own, int)
 
     def run(vector: Float[Array, "lanes size"]):
         predicted, trajectory = predict(model, layout, integrator, windows, vector)
         residual = jnp.where(windows.weight > 0, (windows.measured - predicted) * windows.weight, 0.0)
-        return (residual, trajectory.u, trajectory.v), trajectory
+        return (residual, trajectory.u, trajectory.v, trajectory.own[..., free]), trajectory
 
     def along(direction):
         return jax.jvp(run, (local,), (jnp.broadcast_to(direction, local.shape),), has_aux=True)
 
-    (residual, u, v), (jacobian, du, dv), trajectory = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
+    (residual, u, v, own), (jacobian, *moved), trajectory = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
     begin = layout.size - layout.states
+    du, dv, down = (one[:, begin:] for one in moved)
+    fundamental = jnp.concatenate([jnp.stack([du, dv], axis=-1), down], axis=-1)
 
-    def forces(u, v):
-        def at(system, *arguments):
-            found = system.forces(*arguments)
-            return found.absolute, found.push
+    def acting(state: Float[Array, "lanes time states"], force: Float[Array, ""]):
+        """Push, accelerations and rates at every instant, with a constant force beside."""
 
-        return jax.vmap(at)(systems, windows.ts, u, v, trajectory.own, trajectory.in_contact, trajectory.approach_speed)
+        def at(system: System, ts, state, own, *contact):
+            beside = PiecewiseLinearForce(start=0.0, spacing=1.0, values=jnp.stack([force, force]), beside=system.applied)
+            whole = own.at[..., free].set(state[..., 2:])
+            found = dataclasses.replace(system, applied=beside).forces(ts, state[..., 0], state[..., 1], whole, *contact)
+            cart = sum((effect.base_displacement(part) for effect, part in system.each(whole)), jnp.zeros_like(found.push))
+            rates = jnp.concatenate([jnp.stack([state[..., 1], found.acceleration], axis=-1), found.own_rates[..., free]], axis=-1)
+            return found.absolute, found.push, jnp.stack([cart, found.absolute - found.acceleration], axis=-1), rates
 
-    one, zero = jnp.ones_like(u), jnp.zeros_like(u)
-    (acceleration, push), (a_u, stiffness) = jax.jvp(forces, (u, v), (one, zero))
-    _, (a_v, damping) = jax.jvp(forces, (u, v), (zero, one))
+        return jax.vmap(at)(systems, windows.ts, state, trajectory.own, trajectory.in_contact, trajectory.approach_speed)
+
+    state, none = jnp.concatenate([jnp.stack([u, v], axis=-1), own], axis=-1), jnp.zeros(())
+    (acceleration, push, _, _), (*_, kick) = jax.jvp(acting, (state, none), (jnp.zeros_like(state), jnp.ones(())))
+
+    def by_state(direction: Float[Array, " states"]):
+        return jax.jvp(acting, (state, none), (jnp.broadcast_to(direction, state.shape), none))[1]
+
+    restoring, push_by, cart_by, _ = jax.vmap(by_state, out_axes=-1)(jnp.eye(layout.states))
     return {
         "residual": residual,
         "jacobian": jacobian,
@@ -197,9 +236,10 @@ def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Window
         "in_contact": trajectory.in_contact,
         "approach_speed": trajectory.approach_speed,
         "own": trajectory.own,
-        "fundamental": jnp.stack([jnp.moveaxis(d[:, begin : begin + 2], 1, -1) for d in (du, dv)], axis=-2),
-        "stiffness": stiffness,
-        "damping": damping,
-        "restoring": jnp.stack([a_u, a_v], axis=-1),
+        "fundamental": jnp.moveaxis(fundamental, 1, -1),
+        "push_by": push_by,
+        "restoring": restoring,
+        "cart_by": cart_by,
+        "kick": kick,
         "finite": trajectory.result == 0,
     }

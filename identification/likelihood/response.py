@@ -25,28 +25,72 @@ class Perturbation:
 def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[np.ndarray, "windows time channels"]:
     """Change of the residual, to first order.
 
-    (du, du')(t) = X(t) int X(s)^-1 (0, b(s)) ds with X the derivative of the motion in its initial state and b the added
-    acceleration; initial states are free in every window, so it starts from zero. Sampling limits its accuracy inside contacts.
+    dz(t) = X(t) int X(s)^-1 b(s) ds with z the state (u, u' and the states of effects), X its derivative in the initial one and b the
+    added rates; initial states are free in every window, so it starts from zero. Sampling limits its accuracy inside contacts.
     """
     p = perturbation
-    moved_stop = at.stiffness * p.stop_position + at.damping * p.stop_velocity
-    added = (p.force + moved_stop) / mass - p.base_acceleration
-    x = at.fundamental
-    determinant = x[..., 0, 0] * x[..., 1, 1] - x[..., 0, 1] * x[..., 1, 0]
-    safe = np.where(np.abs(determinant) > 1e-9, determinant, np.inf)
-    pulled = np.stack([-x[..., 0, 1] * added, x[..., 0, 0] * added], axis=-1) / safe[..., None]
-    dt = np.diff(at.ts, axis=1)[..., None]
-    constants = np.concatenate([np.zeros_like(pulled[:, :1]), np.cumsum(0.5 * dt * (pulled[:, 1:] + pulled[:, :-1]), axis=1)], axis=1)
-    du = x[..., 0, 0] * constants[..., 0] + x[..., 0, 1] * constants[..., 1]
-    dv = x[..., 1, 0] * constants[..., 0] + x[..., 1, 1] * constants[..., 1]
-    shown = {
-        "relative_displacement": du,
-        "hammer_displacement": du + p.base_displacement,
-        "cart_displacement": p.base_displacement,
-        "hammer_acceleration": at.restoring[..., 0] * du + at.restoring[..., 1] * dv + added + p.base_acceleration,
-        "cart_acceleration": p.base_acceleration,
-        "impact_force": at.stiffness * du + at.damping * dv - moved_stop,
+    moved_stop = at.push_by[..., 0] * p.stop_position + at.push_by[..., 1] * p.stop_velocity
+    force = p.force + moved_stop
+    rates = at.kick * force[..., None]
+    rates[..., 1] -= p.base_acceleration
+    shown = _shown(at, mass, rates[:, None], force[:, None])
+    shown["impact_force"] = shown["impact_force"] - moved_stop[:, None]
+    for name, added in (
+        ("hammer_displacement", p.base_displacement),
+        ("cart_displacement", p.base_displacement),
+        ("cart_acceleration", p.base_acceleration),
+    ):
+        shown[name] = shown[name] + added[:, None]
+    for name, added in p.readings.items():
+        shown[name] = shown[name] + added[:, None]
+    return _residual(at, shown)[:, 0]
+
+
+def force_responses(
+    at: Linearised, mass: float, forces: Float[np.ndarray, "windows forces time"]
+) -> Float[np.ndarray, "windows forces time channels"]:
+    """The same for several forces on the hammer, N."""
+    return _residual(at, _shown(at, mass, at.kick[:, None] * forces[..., None], forces))
+
+
+def _shown(
+    at: Linearised, mass: float, rates: Float[np.ndarray, "windows rows time states"], force: Float[np.ndarray, "windows rows time"]
+) -> dict[str, np.ndarray]:
+    """Change of every channel, (windows, rows or 1, time), where rates of the state are added, those of `force` among them."""
+    states = range(rates.shape[-1])
+    pushed = [j for j in states if rates[..., j].any()]
+    pulled = [sum((at.inverse[:, None, :, i, j] * rates[..., j] for j in pushed), np.zeros(rates.shape[:-1])) for i in states]
+    constants = [_integrated(at, one) for one in pulled]
+    moved = [sum(at.fundamental[:, None, :, i, j] * constants[j] for j in states) for i in states]
+
+    def seen(by: Float[np.ndarray, "windows time states"]) -> np.ndarray:
+        parts = [by[:, None, :, i] * moved[i] for i in states if by[..., i].any()]
+        return np.asarray(sum(parts)) if parts else np.zeros((len(by), 1, by.shape[1]))
+
+    cart, acceleration = seen(at.cart_by[..., 0, :]), seen(at.restoring) + force / mass
+    return {
+        "relative_displacement": moved[0],
+        "hammer_displacement": moved[0] + cart,
+        "cart_displacement": cart,
+        "hammer_acceleration": acceleration,
+        "cart_acceleration": seen(at.cart_by[..., 1, :]),
+        "impact_force": seen(at.push_by),
+        "reaction_force": -mass * acceleration,
     }
-    shown["reaction_force"] = -mass * shown["hammer_acceleration"]
-    columns = [shown[name] + p.readings.get(name, 0.0) for name in at.channels]
-    return np.where(at.weight > 0, -np.stack(columns, axis=-1) * at.weight, 0.0)
+
+
+def _residual(at: Linearised, shown: dict[str, np.ndarray]) -> Float[np.ndarray, "windows rows time channels"]:
+    """Less what is shown, over the noise; channels lie apart in memory, each in one piece."""
+    rows = max(one.shape[1] for one in shown.values())
+    found = np.moveaxis(np.empty((len(at.u), rows, len(at.channels), at.u.shape[1])), -2, -1)
+    for c, name in enumerate(at.channels):
+        np.multiply(shown[name], -at.weight[:, None, :, c], out=found[..., c])
+    return found
+
+
+def _integrated(at: Linearised, rates: Float[np.ndarray, "windows rows time"]) -> Float[np.ndarray, "windows rows time"]:
+    """From the begin of each window on, by the trapezoidal rule."""
+    found = np.zeros_like(rates)
+    steps = 0.5 * np.diff(at.ts, axis=1)[:, None]
+    np.cumsum(steps * (rates[..., 1:] + rates[..., :-1]), axis=-1, out=found[..., 1:])
+    return found

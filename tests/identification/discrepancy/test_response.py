@@ -6,12 +6,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from identification.discrepancy.refit import with_model
 from identification.discrepancy.scored import blank
 from identification.discrepancy.signature import signatures
 from identification.fit import as_arrays, integrator_for, on_device
 from identification.layout import Estimate, layout_of
+from identification.likelihood.linearised import linearised
+from identification.likelihood.random_force import force_response
 from identification.likelihood.response import response
 from identification.residual import residuals
+from tests.identification.conftest import TRUTH
 from vibrojax.effects import EFFECTS, StopCompliance
 
 SMALL = {
@@ -47,6 +51,40 @@ def test_the_first_order_answer_is_that_of_the_integrated_motion(motion, name):
     difference = np.asarray(with_effect)[:, :longest] - motion.at.residual
 
     inside = motion.at.weight > 0
+    error = np.sqrt(np.mean((difference - predicted)[inside] ** 2) / np.mean(difference[inside] ** 2))
+    assert error < 0.05
+
+
+STATEFUL = {
+    "none": {},
+    "second_mode": {"mode_mass": 0.05, "mode_frequency_hz": 25.0, "mode_damping_ratio": 0.02},
+    "cart_recoil": {"cart_mass": 2.0, "cart_frequency_hz": 40.0, "cart_damping_ratio": 0.02},
+    "hysteresis": {},
+    "stop_compliance": {"stop_stiffness": 3e6, "stop_frequency_hz": 400.0, "stop_damping_ratio": 0.2},
+}
+
+
+@pytest.mark.parametrize("name", STATEFUL)
+def test_the_answer_to_a_force_is_that_of_the_integrated_motion(motion, name):
+    """Central differences of the integrated residual; beside effects with states of their own, which the force pushes too."""
+    if name == "none":
+        prepared = motion.prepared
+    else:
+        model = motion.prepared.model.replace(TRUTH)
+        effect = dataclasses.replace(blank(EFFECTS[name]), **STATEFUL[name])
+        states = np.concatenate([motion.estimate.states, np.zeros((len(motion.estimate.states), len(effect.own_states)))], axis=1)
+        model = dataclasses.replace(model, effects=(effect,))
+        prepared = with_model(motion.prepared, model, motion.estimate.nuisances, states)
+    places, mass = motion.point.variances.places, float(prepared.model.mass)
+    none = np.zeros((len(prepared.record), len(places)))
+    start = dataclasses.replace(prepared.start if name != "none" else motion.estimate, force=none)
+    integrator = integrator_for(prepared)
+    predicted = force_response(linearised(prepared, integrator, start, places), mass, places)[:, 5]
+    pushed = none.copy()
+    pushed[:, 5] = 1e-5
+    after, before = (linearised(prepared, integrator, dataclasses.replace(start, force=f), places) for f in (pushed, -pushed))
+    difference = (after.residual - before.residual) / 2e-5
+    inside = (after.weight > 0) & (np.abs(after.residual) < 1e3) & after.finite[:, None, None]
     error = np.sqrt(np.mean((difference - predicted)[inside] ** 2) / np.mean(difference[inside] ** 2))
     assert error < 0.05
 

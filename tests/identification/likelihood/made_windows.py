@@ -60,9 +60,9 @@ def blank(**given) -> Linearised:
         "first": np.zeros(windows, int),
         "in_contact": np.zeros((windows, time), bool),
         "own": np.zeros((windows, time, 0)),
-        "fundamental": np.zeros((windows, time, 2, 2)),
-        "restoring": np.zeros((windows, time, 2)),
-        **dict.fromkeys(("u", "v", "acceleration", "push", "approach_speed", "stiffness", "damping"), nothing),
+        **dict.fromkeys(("fundamental", "inverse", "cart_by"), np.zeros((windows, time, 2, 2))),
+        **dict.fromkeys(("push_by", "restoring", "kick"), np.zeros((windows, time, 2))),
+        **dict.fromkeys(("u", "v", "acceleration", "push", "approach_speed"), nothing),
     }
     return Linearised(**zero | given)
 

@@ -247,6 +247,8 @@ class Oscillator:
             residual=np.stack(records)[..., None] / self.noise,
             jacobian=jacobian,
             fundamental=np.broadcast_to(fundamental, (*shape, 2, 2)),
+            inverse=np.broadcast_to(np.linalg.inv(fundamental), (*shape, 2, 2)),
+            kick=np.broadcast_to([0.0, 1.0 / self.mass], (*shape, 2)),
             finite=np.ones(len(records), bool),
         )
 
