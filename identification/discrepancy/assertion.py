@@ -53,6 +53,8 @@ def twins(steps: tuple[Step, ...], names: tuple[str, ...]) -> tuple[str, ...]:
     """Effects whose likelihood in the place of an asserted one is lower by no more than chance at the level `ALPHA` may make it."""
     found: list[str] = []
     for one in steps:
+        if one.rivals[0].name not in names:
+            continue
         lowest = one.rivals[0].fitted.criterion
         near = [rival.name for rival in one.rivals[1:] if rival.fitted.criterion - lowest < -2.0 * np.log(ALPHA)]
         found += [name for name in near if name not in names]

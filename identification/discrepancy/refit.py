@@ -7,7 +7,7 @@ import numpy as np
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.signature import Course, own_states, signatures
 from identification.fit import integrator_for
-from identification.layout import Estimate, Layout, layout_of
+from identification.layout import STATES, Estimate, Layout, layout_of
 from identification.likelihood.fitted import Fitted, first_point
 from identification.likelihood.marginal import grams
 from identification.likelihood.nominal import if_near
@@ -100,6 +100,18 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
         fixed=prepared.fixed | searched,
         start=Estimate(shared=_inside(layout, shared), nuisances=nuisances, states=states, force=force),
     )
+
+
+def without(fitted: Fitted, name: str) -> Prepared:
+    """The same windows under the fitted model less one effect, everything else as it is."""
+    layout, estimate, whole = fitted.prepared.layout, fitted.estimate, fitted.model
+    model = dataclasses.replace(whole, effects=tuple(effect for effect in whole.effects if effect.name != name))
+    names = (*layout.nuisances[: layout.without_effects], *(p.name for p in model.record_parameters))
+    kept = [layout.nuisances.index(one) for one in names]
+    own = [effect.name for effect in whole.effects for state in effect.own_states if state.scale > 0]
+    states = len(STATES) + np.flatnonzero([one != name for one in own])
+    begin = estimate.states[:, np.concatenate([np.arange(len(STATES)), states])]
+    return with_model(fitted.prepared, model, estimate.nuisances[:, kept], begin, estimate.force)
 
 
 def _in_size(p: Parameter, value: float) -> Parameter:

@@ -10,7 +10,7 @@ import numpy as np
 from identification.discrepancy.calibration import ALPHA, MOST_EFFECTS, RELEVANT
 from identification.discrepancy.free_form import Learned, learn, strongest_line
 from identification.discrepancy.from_loops import from_loops
-from identification.discrepancy.refit import extended, lengthened
+from identification.discrepancy.refit import extended, lengthened, without
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.scored import Scored, score_all, trials
 from identification.fit import integrator_for
@@ -124,7 +124,7 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         best = fitted(rivals[0].fitted.point)
         steps.append(_kept(scored, rivals))
-        model = lengthened(best) or best
+        model = _lessened(lengthened(best) or best, start, progress)
 
 
 def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
@@ -148,6 +148,20 @@ def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
     prepared = with_variation(model, one)
     found = fitted(point(prepared, prepared.start, model.variances), rounds=3, measure_noise=False)
     return found if found.criterion < model.criterion else None
+
+
+def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
+    """The model without the effects taken in before, where the last one explains what they had stood for (backward elimination)."""
+    for name in model.names[:-1]:
+        progress(f"fitting {model.title} without {name}")
+        less = _fitted(without(model, name), model)
+        if less is None:
+            continue
+        gain, numbers = 2.0 * (model.log_likelihood - less.log_likelihood), max(model.unknowns - less.unknowns, 1)
+        needed = chance(gain, numbers, 1) < ALPHA and model.criterion < less.criterion
+        if not needed or _adds(model, less, nominal) < RELEVANT:
+            model = less
+    return model
 
 
 def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
@@ -233,12 +247,17 @@ def _left(found: Fitted, beside: Fitted) -> float:
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
     """The candidate fitted; empty where it cannot be integrated."""
+    found = _fitted(prepared, beside)
+    gain = np.nan if found is None else 2.0 * (found.log_likelihood - beside.log_likelihood)
+    return [Rival(candidate=candidate, fitted=found, gain=gain)] if found is not None and np.isfinite(gain) else []
+
+
+def _fitted(prepared: Prepared, beside: Fitted) -> Fitted | None:
+    """From its start and the variances of another model; None where it cannot be integrated."""
     try:
-        found = fitted(point(prepared, prepared.start, beside.variances), rounds=3, measure_noise=False)
+        return fitted(point(prepared, prepared.start, beside.variances), rounds=3, measure_noise=False)
     except (NoConvergenceError, np.linalg.LinAlgError):
-        return []
-    gain = 2.0 * (found.log_likelihood - beside.log_likelihood)
-    return [Rival(candidate=candidate, fitted=found, gain=gain)] if np.isfinite(gain) else []
+        return None
 
 
 def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
