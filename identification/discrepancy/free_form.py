@@ -89,7 +89,7 @@ def learn(
 def strongest_line(scored: Scored) -> float:
     """Expected gain of the strongest steady line of a force, at a frequency that the excitation need not have; 0 where chance gives it."""
     groups = lines(scored.fitted.prepared, scored.by, scored.courses, float(scored.fitted.model.mass))
-    return select(scored.by, groups, scored.fitted.samples, 1).gain
+    return select(scored.by, groups, scored.fitted.samples, 1).gain if groups else 0.0
 
 
 def _fit(prepared: Prepared, beside: Fitted) -> Fitted:

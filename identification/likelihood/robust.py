@@ -8,8 +8,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import gammaln
 
 Windows = Float[np.ndarray, " windows"]
-FEWEST_DEGREES, MOST_DEGREES = 1.0, 1e6
-"""Range of the degrees of freedom."""
+MOST_DEGREES = 1e6
+"""Degrees of freedom from which on the distribution is Gaussian."""
 
 
 def weights(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
@@ -32,12 +32,16 @@ def log_density(deviation: Windows, samples: Real[np.ndarray, " windows"], degre
 
 
 def degrees_of_freedom(deviation: Windows, samples: Real[np.ndarray, " windows"]) -> float:
-    """The degrees of freedom of greatest likelihood; large where all windows are alike."""
+    """The degrees of freedom of greatest likelihood, at least as many as a window has samples; large where all windows are alike.
+
+    With fewer, a window that is fitted badly counts next to nothing however many there are, and a wrong model passes for a right one with
+    outliers.
+    """
     counted = samples > 0
 
     def cost(logarithm: float) -> float:
         return -float(np.sum(log_density(deviation[counted], samples[counted], np.exp(logarithm))))
 
-    limits = np.log(FEWEST_DEGREES), np.log(MOST_DEGREES)
+    limits = np.log(np.median(samples[counted])) if counted.any() else 0.0, np.log(MOST_DEGREES)
     found: Any = minimize_scalar(cost, bounds=limits, method="bounded")
     return float(np.exp(found.x))

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.discrepancy.free_form import learn
+from identification.discrepancy.free_form import learn, strongest_line
 from identification.discrepancy.free_form_formula import bracketed, common_phase, formula
 from identification.discrepancy.free_form_terms import column, force_groups, reading_groups, select
 from identification.discrepancy.score import information, projector
@@ -48,6 +48,12 @@ def test_finds_what_a_sensor_adds(motion):
     at = motion.shown(readings={"hammer_displacement": 1e-3 * motion.at.ts})
     choice = chosen(motion, at, "hammer_displacement")
     assert terms(choice)[0] == "t" and choice.worth > chosen(motion, at).worth
+
+
+def test_no_line_where_no_force_can_be_told(motion, monkeypatch):
+    """As where none of the channels that tell one was recorded."""
+    monkeypatch.setattr("identification.discrepancy.free_form.lines", lambda *given: [])
+    assert strongest_line(score_all(motion.fitted(motion.shown()))) == 0.0
 
 
 def test_noise_teaches_nothing(motion):

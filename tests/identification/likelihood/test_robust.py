@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from identification.likelihood.robust import FEWEST_DEGREES, degrees_of_freedom, log_density, loss, weights
+from identification.likelihood.robust import degrees_of_freedom, log_density, loss, weights
 
 DEGREES = [1.0, 3.5, 40.0, 1e4]
 
@@ -47,7 +47,7 @@ def test_a_window_that_could_not_be_integrated_has_no_weight():
     np.testing.assert_array_equal(weights(np.array([np.inf, 5.0]), np.array([0.0, 5.0]), 4.0), [0.0, 1.0])
 
 
-@pytest.mark.parametrize("degrees", [2.0, 8.0])
+@pytest.mark.parametrize("degrees", [60.0, 120.0])
 def test_degrees_of_freedom_come_back(degrees):
     """From 600 windows, each of its own precision."""
     rng = np.random.default_rng(7)
@@ -73,6 +73,6 @@ def test_windows_without_samples_do_not_count():
     assert more == pytest.approx(degrees_of_freedom(deviation, samples), rel=1e-9)
 
 
-def test_no_heavier_tails_than_cauchy():
+def test_at_least_as_many_as_a_window_has_samples():
     deviation = np.where(np.arange(20) % 2 == 0, 1e-3, 1e9)
-    assert degrees_of_freedom(deviation, np.full(20, 40.0)) == pytest.approx(FEWEST_DEGREES, rel=0.01)
+    assert degrees_of_freedom(deviation, np.full(20, 40.0)) == pytest.approx(40.0, rel=0.01)
