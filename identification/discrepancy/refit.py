@@ -10,7 +10,7 @@ from identification.fit import integrator_for
 from identification.layout import STATES, Estimate, Layout, layout_of
 from identification.likelihood.fitted import Fitted, first_point
 from identification.likelihood.marginal import grams
-from identification.likelihood.nominal import if_near
+from identification.likelihood.nominal import if_near, is_near
 from identification.likelihood.response import response
 from identification.likelihood.variances import posterior
 from identification.prepare import Prepared, prepare
@@ -156,7 +156,7 @@ def lengthened(of: Fitted) -> Fitted | None:
     """The model on ordinary windows, from its parameters on short ones; None where it has these already, or does not get near them."""
     experiment, model = of.prepared.experiment, of.model
     nominal = prepare(experiment, law=model.law.name)
-    if len(nominal.record) >= len(of.prepared.record):
+    if len(nominal.record) >= len(of.prepared.record) or not is_near(of):
         return None
     own = len(of.prepared.layout.free_own)
     states = np.concatenate([nominal.start.states, np.zeros((len(nominal.record), own))], axis=1)
