@@ -19,8 +19,6 @@ class Equations:
     gradient: np.ndarray
     cost: np.ndarray
     record: np.ndarray
-    onward: np.ndarray
-    onward_jacobian: np.ndarray
 
     def total(self, estimate: Estimate) -> float:
         """Cost of all windows and of the prior on the gap errors."""

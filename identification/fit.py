@@ -78,17 +78,12 @@ def evaluator(prepared: Prepared, integrator: Landing, *, side_by_side: int = CH
             return jax.tree.map(np.asarray, found)
 
         hessian, gradient, cost = np.empty((count, layout.size, layout.size)), np.empty((count, layout.size)), np.empty(count)
-        onward, onward_jacobian = np.empty((count, layout.states)), np.empty((count, layout.states, layout.size))
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             for (lanes, _), found in zip(chunks, threads.map(part, chunks), strict=True):
                 hessian[lanes], gradient[lanes], cost[lanes] = found.hessian, found.gradient, found.cost
-                onward[lanes], onward_jacobian[lanes] = found.onward, found.onward_jacobian
         lost = ~np.isfinite(cost)
         hessian[lost], gradient[lost] = 0.0, 0.0
-        found = Equations(
-            hessian=hessian, gradient=gradient, cost=cost, record=prepared.record, onward=onward, onward_jacobian=onward_jacobian
-        )
-        return with_prior(found, layout, estimate)
+        return with_prior(Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record), layout, estimate)
 
     return evaluate
 

@@ -123,8 +123,6 @@ def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, ite
             gradient=np.where(better[:, None], after.gradient, equations.gradient),
             cost=np.where(better, after.cost, equations.cost),
             record=equations.record,
-            onward=np.where(better[:, None], after.onward, equations.onward),
-            onward_jacobian=np.where(better[:, None, None], after.onward_jacobian, equations.onward_jacobian),
         )
         damping = np.where(better, damping / 10.0, damping * 10.0)
     return estimate, equations.cost

@@ -28,10 +28,6 @@ class Normal(eqx.Module):
     gradient: Float[Array, "lanes size"]
     cost: Float[Array, " lanes"]
     """Half the sum of squared residuals; infinite where the integration failed."""
-    onward: Float[Array, "lanes states"]
-    """State one sample after the window's last: where the next window of the record begins."""
-    onward_jacobian: Float[Array, "lanes states size"]
-    """Its derivatives in the window's vector."""
 
 
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
@@ -82,13 +78,13 @@ def predict(
 
 
 def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
-    """Samples of each window that are integrated: to where the next one begins, and as far as its last readings need, if padded so far."""
+    """Samples of each window that are integrated: its own, and as many more as its last readings need, if padded so far."""
     further = jnp.zeros(windows.lengths.shape)
     for effect in systems.effects:
         further = jnp.maximum(further, lax.stop_gradient(effect.looks_ahead))
     last = jnp.take_along_axis(windows.ts, windows.lengths[:, None] - 1, axis=1)
     needed = jnp.sum(windows.ts <= last + further[:, None], axis=1) + _INTERPOLATED
-    return jnp.minimum(jnp.where(further > 0, needed, windows.lengths + 1), windows.ts.shape[1])
+    return jnp.minimum(jnp.where(further > 0, needed, windows.lengths), windows.ts.shape[1])
 
 
 def weighted_residual(
@@ -98,13 +94,6 @@ def weighted_residual(
     predicted, trajectory = predict(model, layout, integrator, windows, local)
     counted = windows.weight > 0
     return jnp.where(counted, (windows.measured - predicted) * windows.weight, 0.0), trajectory
-
-
-def _onward(layout: Layout, windows: Windows, trajectory: Trajectory) -> Float[Array, "lanes states"]:
-    """State one sample after the last of each window; NaN where a window is not padded as far."""
-    own = trajectory.own[..., jnp.asarray(layout.free_own, int)]
-    states = jnp.concatenate([trajectory.u[..., None], trajectory.v[..., None], own], axis=-1)
-    return jnp.take_along_axis(states, windows.lengths[:, None, None], axis=1, mode="fill", fill_value=jnp.nan)[:, 0]
 
 
 @soon_compiled
@@ -123,12 +112,12 @@ def normal_equations(model: Model, layout: Layout, integrator: Landing, windows:
 
     def motion(vector):
         residual, trajectory = weighted_residual(model, layout, integrator, windows, vector)
-        return (residual, _onward(layout, windows, trajectory)), trajectory.result
+        return residual, trajectory.result
 
     def along(direction):
         return jax.jvp(motion, (local,), (jnp.broadcast_to(direction, local.shape),), has_aux=True)
 
-    (residual, onward), (derivative, onward_jacobian), result = jax.vmap(along, out_axes=(None, (1, 2), None))(jnp.eye(layout.size))
+    residual, derivative, result = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
     lanes = residual.shape[0]
     flat, jacobian = residual.reshape(lanes, -1), derivative.reshape(lanes, layout.size, -1)
     cost = jnp.where(result == SUCCESS, 0.5 * jnp.sum(flat**2, axis=1), jnp.inf)
@@ -136,6 +125,4 @@ def normal_equations(model: Model, layout: Layout, integrator: Landing, windows:
         hessian=jnp.einsum("lis,ljs->lij", jacobian, jacobian),
         gradient=jnp.einsum("lis,ls->li", jacobian, flat),
         cost=cost,
-        onward=onward,
-        onward_jacobian=onward_jacobian,
     )

@@ -65,8 +65,6 @@ class Tolerance:
                 gradient=np.nan_to_num(found.gradient) * weight[:, None],
                 cost=self.cost(found.cost),
                 record=found.record,
-                onward=found.onward,
-                onward_jacobian=found.onward_jacobian,
             )
 
         return tolerant

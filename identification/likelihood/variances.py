@@ -99,16 +99,13 @@ class Posterior:
 
 def equations(of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"]) -> Equations:
     """Normal equations of the windows in the metric of the whole likelihood."""
-    lanes, layout = len(weight), of.layout
     plain = Equations(
         hessian=by.gram[:, 1:, 1:] * weight[:, None, None],
         gradient=by.gram[:, 1:, 0] * weight[:, None],
         cost=0.5 * by.gram[:, 0, 0] * weight,
         record=of.at.record,
-        onward=of.estimate.states,
-        onward_jacobian=np.zeros((lanes, layout.states, layout.size)),
     )
-    return with_prior(plain, layout, of.estimate)
+    return with_prior(plain, of.layout, of.estimate)
 
 
 def posterior(of: Linear, inner: Grams, variances: Variances) -> Posterior:

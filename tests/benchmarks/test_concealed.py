@@ -239,6 +239,7 @@ class FakeResult:
             "ambiguous_with": ["gain_error"],
             "location": {"time": None},
             "warnings": [],
+            "considered": [{"chance": 1e-6, "beside": []}, {"chance": 0.5, "beside": []}, {"chance": 1e-9, "beside": ["force_lag"]}],
             "nominal": scores,
             "augmented": scores,
         }
@@ -266,6 +267,7 @@ def test_trial_asks_the_program_and_scores_sealed_records(program):
     assert [record.stem for record in experiment.records] == ["drop", "cart1", "cart2", "cart3"]
     assert outcome(found).named
     assert 0.0 < found["diagnosis"]["sealed_nominal"]["displacement"] < 10.0
+    assert found["diagnosis"]["chance"] == 1e-6
     assert found["effects"][0]["faults"][0]["kind"] == "LowPass"
     assert set(found["baselines"]) == {"bic", "sindy"}
 

@@ -23,8 +23,6 @@ def problem():
         gradient=np.einsum("lsi,ls->li", jacobian, residual),
         cost=0.5 * np.sum(residual**2, axis=1),
         record=RECORD,
-        onward=np.zeros((WINDOWS, 2)),
-        onward_jacobian=np.zeros((WINDOWS, 2, LOCAL)),
     )
     estimate = Estimate(
         shared=rng.normal(size=SHARED), nuisances=1e-3 * rng.normal(size=(RECORDS, 3)), states=rng.normal(size=(WINDOWS, 2))

@@ -31,8 +31,6 @@ def valley():
             gradient=(jacobian.T @ residual)[None],
             cost=0.5 * np.array([residual @ residual]),
             record=np.zeros(1, int),
-            onward=np.zeros((1, len(STATES))),
-            onward_jacobian=np.zeros((1, len(STATES), jacobian.shape[1])),
         )
 
     return evaluate

@@ -82,8 +82,6 @@ def test_each_record_has_one_prior_however_many_windows(machines):
         gradient=np.zeros((4, layout.size)),
         cost=np.zeros(4),
         record=record,
-        onward=np.zeros((4, layout.states)),
-        onward_jacobian=np.zeros((4, layout.states, layout.size)),
     )
     nuisances = np.array([[0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 0.0, -1.0]])
     found = with_prior(nothing, layout, Estimate(shared=np.zeros(layout.shared), nuisances=nuisances, states=np.zeros((4, layout.states))))
