@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.fft import dct, idct
-from scipy.signal import detrend, lfilter
+from scipy.ndimage import convolve1d
+from scipy.signal import detrend
 
 HIGHEST_ORDER = 6
 """Order up to which autoregressions are tried; an anti-alias filter of two poles takes some four to eight."""
@@ -73,8 +74,8 @@ class Autoregression:
         """
         wide = run.reshape(len(run), *[1] * (values.ndim - 2), run.shape[1])
         values = np.where(wide > 0, values, 0.0)
-        predicted = np.concatenate([[1.0], -self.coefficients[self.order]]) / self.innovation[self.order]
-        found = lfilter(predicted, [1.0], values, axis=-1)
+        predicted = np.concatenate([np.zeros(self.order), [1.0], -self.coefficients[self.order]]) / self.innovation[self.order]
+        found = convolve1d(values, predicted, axis=-1, mode="constant")
         for order in range(self.order):
             window, time = np.nonzero(run == order + 1)
             part = values[window, ..., time]
