@@ -24,8 +24,6 @@ _FIRST_FORCE, _FIRST_MEMORY = 1e-2, 4.0
 _FIRST_DEGREES = 4.0
 _THERE = 1.0
 """Fall of the cost by another step, nats, that is none."""
-_FLAT = 1e-5
-"""The same over the cost, which is large where the model is wrong."""
 _STEADY = 0.05
 """Change of the logarithm of the force's size from one round to the next at which the variances are there."""
 
@@ -203,7 +201,7 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
         if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
             break
     here = find(settled(here) if settle else here)
-    converged = find.to_go(here) < max(_THERE, _FLAT * here.cost)
+    converged = find.to_go(here) < _THERE
     variances, found = estimated(here.linear, here.inner, here.variances, rounds=1, coarse=False)
     return Fitted(point=here.under(variances), posterior=found, converged=converged)
 

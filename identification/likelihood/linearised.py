@@ -1,6 +1,7 @@
 """The fitted model and what it answers to a small push: all that a score test needs, from one sweep of tangents."""
 
 import dataclasses
+import functools
 import os
 from concurrent.futures import ThreadPoolExecutor
 
@@ -22,7 +23,7 @@ from vibrojax.model import Model
 from vibrojax.system import System
 
 _SINGULAR = 1e-9
-"""Determinant, and squared singular value, of a derivative of the state that tells nothing of where it began."""
+"""Squared singular value, over that of the largest, of a derivative of the state that no longer depends on where it began."""
 _LARGEST = 1e100
 """Residual and derivative, over the noise, beyond which a window counts as one that could not be integrated."""
 
@@ -45,9 +46,9 @@ class Linearised:
         own: states of the effects that the model has already; (windows, time, own).
         fundamental: derivative of the state in that at the window's begin; (windows, time, states, states). The state is u, u' and those
             states of effects that a window begins with.
-        inverse: of `fundamental`; of a state that dies down, without what is gone.
         push_by, restoring: derivative of the push and of the hammer's absolute acceleration in the state; (windows, time, states).
         cart_by: derivative of the cart's displacement and acceleration in the state; (windows, time, 2, states).
+        flow: derivative of the state's rates in the state; (windows, time, states, states).
         kick: derivative of the state's rates in a force on the hammer, 1/N; (windows, time, states).
         finite: windows that could be integrated; all else is zero in the others.
     """
@@ -68,10 +69,10 @@ class Linearised:
     approach_speed: np.ndarray
     own: np.ndarray
     fundamental: np.ndarray
-    inverse: np.ndarray
     push_by: np.ndarray
     restoring: np.ndarray
     cart_by: np.ndarray
+    flow: np.ndarray
     kick: np.ndarray
     finite: np.ndarray
 
@@ -79,6 +80,18 @@ class Linearised:
     def inside(self) -> Bool[np.ndarray, "windows time"]:
         """What is no padding."""
         return np.arange(self.u.shape[1]) < self.lengths[:, None]
+
+    @functools.cached_property
+    def quadrature(self) -> tuple[Float[np.ndarray, "windows steps states states"], Float[np.ndarray, "windows steps states states"]]:
+        """L and R of each step from sample to sample: int X^-1 b dt = L b_0 + R b_1, X the fundamental matrix, b linear in the step.
+
+        The trapezoidal rule with the derivatives at both ends, d/dt X^-1 b = X^-1 (b' - A b) with A the flow: exact for a cubic.
+        """
+        inverse, step = _inverse(self.fundamental, self.finite), np.diff(self.ts, axis=1)[..., None, None] / 12.0
+        first, last, turned = inverse[:, :-1], inverse[:, 1:], inverse @ self.flow
+        before = step * (5.0 * first + last) - 12.0 * step**2 * turned[:, :-1]
+        after = step * (first + 5.0 * last) + 12.0 * step**2 * turned[:, 1:]
+        return before, after
 
     def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
         """Values along one record, put together from its windows."""
@@ -143,7 +156,6 @@ def linearised(
         weight=np.concatenate([_among(group.weight, group.channels, seen) for group in groups])[:, :longest],
         channels=seen,
         finite=finite,
-        inverse=_inverse(whole["fundamental"][:, :longest], finite),
         **{name: array[:, :, :longest] if name == "jacobian" else array[:, :longest] for name, array in whole.items()},
     )
 
@@ -161,17 +173,14 @@ def _inverse(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
 ) -> Float[np.ndarray, "windows time states states"]:
     """Of every matrix, with states in sizes that the first one's initial value gives them; regularised (Tikhonov)."""
-    if matrices.shape[-1] == 2:
-        (a, b), (c, d) = np.moveaxis(matrices, (-2, -1), (0, 1))
-        determinant = a * d - b * c
-        adjugate = np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2)
-        return adjugate / np.where(np.abs(determinant) > _SINGULAR, determinant, np.inf)[..., None, None]
     size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
     size = np.where(size > 0, size, 1.0)
     scaled = matrices * size / size[:, None]
+    largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
+    scaled /= np.where(largest > 0, largest, 1.0)
     transposed = np.swapaxes(scaled, -1, -2)
     found = np.linalg.solve(transposed @ scaled + _SINGULAR * np.eye(len(size)), transposed)
-    return found * size[:, None] / size
+    return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
 
 
 def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
@@ -225,7 +234,7 @@ def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Window
     def by_state(direction: Float[Array, " states"]):
         return jax.jvp(acting, (state, none), (jnp.broadcast_to(direction, state.shape), none))[1]
 
-    restoring, push_by, cart_by, _ = jax.vmap(by_state, out_axes=-1)(jnp.eye(layout.states))
+    restoring, push_by, cart_by, flow = jax.vmap(by_state, out_axes=-1)(jnp.eye(layout.states))
     return {
         "residual": residual,
         "jacobian": jacobian,
@@ -240,6 +249,7 @@ def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Window
         "push_by": push_by,
         "restoring": restoring,
         "cart_by": cart_by,
+        "flow": flow,
         "kick": kick,
         "finite": trajectory.result == 0,
     }

@@ -47,7 +47,7 @@ class RandomForce:
 
 
 def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
-    """Where the force may change its slope, s from the begin of a window; the same in every window.
+    """Where the force may change its slope, s from the begin of a window: at samples; the same in every window.
 
     Args:
         at: all windows.
@@ -58,6 +58,7 @@ def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
     span = float((last - at.ts[:, 0]).max())
     spacing = 1.0 / (KNOTS_PER_PERIOD * fastest_hz) if fastest_hz > 0 else 0.0
     spacing = max(spacing, _LEAST_SAMPLES * dt, span / (MOST_KNOTS - 1))
+    spacing = dt * np.ceil(spacing / dt * (1.0 - 1e-12))
     return spacing * np.arange(int(np.ceil(span / spacing * (1.0 - 1e-12))) + 1)
 
 

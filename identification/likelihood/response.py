@@ -1,6 +1,7 @@
 """What the records would show of a small perturbation: variation of constants along the fitted motion."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -26,7 +27,8 @@ def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[n
     """Change of the residual, to first order.
 
     dz(t) = X(t) int X(s)^-1 b(s) ds with z the state (u, u' and the states of effects), X its derivative in the initial one and b the
-    added rates; initial states are free in every window, so it starts from zero. Sampling limits its accuracy inside contacts.
+    added rates, linear from sample to sample; initial states are free in every window, so it starts from zero. Sampling limits its
+    accuracy where a contact begins and ends.
     """
     p = perturbation
     moved_stop = at.push_by[..., 0] * p.stop_position + at.push_by[..., 1] * p.stop_velocity
@@ -59,8 +61,7 @@ def _shown(
     """Change of every channel, (windows, rows or 1, time), where rates of the state are added, those of `force` among them."""
     states = range(rates.shape[-1])
     pushed = [j for j in states if rates[..., j].any()]
-    pulled = [sum((at.inverse[:, None, :, i, j] * rates[..., j] for j in pushed), np.zeros(rates.shape[:-1])) for i in states]
-    constants = [_integrated(at, one) for one in pulled]
+    constants = [_integrated(at, rates, i, pushed) for i in states]
     moved = [sum(at.fundamental[:, None, :, i, j] * constants[j] for j in states) for i in states]
 
     def seen(by: Float[np.ndarray, "windows time states"]) -> np.ndarray:
@@ -88,9 +89,13 @@ def _residual(at: Linearised, shown: dict[str, np.ndarray]) -> Float[np.ndarray,
     return found
 
 
-def _integrated(at: Linearised, rates: Float[np.ndarray, "windows rows time"]) -> Float[np.ndarray, "windows rows time"]:
-    """From the begin of each window on, by the trapezoidal rule."""
-    found = np.zeros_like(rates)
-    steps = 0.5 * np.diff(at.ts, axis=1)[:, None]
-    np.cumsum(steps * (rates[..., 1:] + rates[..., :-1]), axis=-1, out=found[..., 1:])
+def _integrated(
+    at: Linearised, rates: Float[np.ndarray, "windows rows time states"], i: int, pushed: Sequence[int]
+) -> Float[np.ndarray, "windows rows time"]:
+    """Component i of int X^-1 b dt from the begin of each window on, where the components `pushed` of b are not zero."""
+    before, after = at.quadrature
+    found = np.zeros(rates.shape[:-1])
+    for j in pushed:
+        found[..., 1:] += before[:, None, :, i, j] * rates[..., :-1, j] + after[:, None, :, i, j] * rates[..., 1:, j]
+    np.cumsum(found, axis=-1, out=found)
     return found

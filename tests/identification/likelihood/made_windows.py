@@ -60,7 +60,7 @@ def blank(**given) -> Linearised:
         "first": np.zeros(windows, int),
         "in_contact": np.zeros((windows, time), bool),
         "own": np.zeros((windows, time, 0)),
-        **dict.fromkeys(("fundamental", "inverse", "cart_by"), np.zeros((windows, time, 2, 2))),
+        **dict.fromkeys(("fundamental", "cart_by", "flow"), np.zeros((windows, time, 2, 2))),
         **dict.fromkeys(("push_by", "restoring", "kick"), np.zeros((windows, time, 2))),
         **dict.fromkeys(("u", "v", "acceleration", "push", "approach_speed"), nothing),
     }

@@ -44,8 +44,10 @@ def test_knots_are_even_and_reach_to_the_end_of_the_longest_window():
     assert places[-2] < 399 * DT <= places[-1] * (1 + 1e-12)
 
 
-def test_spacing_follows_the_fastest_vibration():
-    assert knots(windows(400), 20.0)[1] == pytest.approx(1.0 / (20.0 * KNOTS_PER_PERIOD), rel=1e-12)
+def test_spacing_follows_the_fastest_vibration_in_whole_samples():
+    """A period holds 200 samples, and 28 knots would be 7.1 samples apart."""
+    assert 7.0 < 1.0 / (20.0 * KNOTS_PER_PERIOD) / DT < 8.0
+    assert knots(windows(400), 20.0)[1] == pytest.approx(8 * DT, rel=1e-12)
 
 
 @pytest.mark.parametrize("fastest", [0.0, 1e4])
@@ -56,4 +58,4 @@ def test_no_knot_is_nearer_to_the_next_than_four_samples(fastest):
 
 @pytest.mark.parametrize("samples", [619, 2000, 20000])
 def test_a_long_window_has_no_more_knots_than_allowed(samples):
-    assert len(knots(windows(samples), 50.0)) == MOST_KNOTS
+    assert MOST_KNOTS - 3 < len(knots(windows(samples), 50.0)) <= MOST_KNOTS
