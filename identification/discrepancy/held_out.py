@@ -2,22 +2,24 @@
 
 import dataclasses
 
-import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from identification.block_arrow import Equations, reduce, solve
-from identification.fit import CHUNK, as_arrays, bounds, evaluator, free_unknowns, integrator_for, on_device
-from identification.lanes import chunked
+from identification.fit import bounds, free_unknowns, integrator_for, with_prior
+from identification.layout import Estimate
 from identification.levenberg_marquardt import settle
 from identification.likelihood.fitted import Fitted
-from identification.prepare import windows_of
-from identification.residual import residuals
+from identification.likelihood.linearised import Linearised, linearised
+from identification.prepare import Prepared, windows_of
 
 FOLDS = 4
 SIGNAL = 9.0
 """Variance of a channel over that of its noise below which it holds nothing to predict."""
 _LOST = 4.0
 """Mean square error over variance at which a prediction is as bad as any."""
+_FAR = 1e6
+"""Residual over the noise beyond which it no longer matters."""
 
 
 def held_out(fitted: Fitted) -> float:
@@ -28,61 +30,69 @@ def held_out(fitted: Fitted) -> float:
     are left out one by one; of a single window nothing can be left out, and its error is not a number. The root of the mean square over
     channels and records; not below what so many samples can tell from noise.
     """
-    if len(fitted.prepared.record) < 2:
-        return float("nan")
-    prepared, estimate = fitted.prepared, fitted.estimate
-    equations, (low, high) = fitted.posterior.equations, bounds(prepared)
+    prepared, places = fitted.prepared, fitted.variances.places
     folds = min(FOLDS, len(prepared.record))
-    fold = np.arange(len(prepared.record)) % folds
-    states, shared, nuisances = estimate.states.copy(), [], []
+    if folds < 2:
+        return float("nan")
+    fold, residual = np.arange(len(prepared.record)) % folds, np.zeros_like(fitted.point.at.residual)
     for left_out in range(folds):
-        kept = _without(equations, fold == left_out)
-        step, step_nuisances, _ = solve(reduce(kept, estimate, free_unknowns(prepared), 1e-9), kept, estimate)
-        at = dataclasses.replace(estimate, shared=np.clip(estimate.shared + step, low, high), nuisances=estimate.nuisances + step_nuisances)
         mine = np.flatnonzero(fold == left_out)
-        alone = evaluator(windows_of(prepared, mine), integrator_for(prepared))
-        settled, _ = settle(alone, dataclasses.replace(at, states=at.states[mine]), iterations=2)
-        states[mine] = settled.states
-        shared.append(at.shared)
-        nuisances.append(at.nuisances)
-    local = np.stack([_vector(shared[k], nuisances[k][r], s) for k, r, s in zip(fold, prepared.record, states, strict=True)])
-    return _nrmse(fitted, local)
+        part, estimate = windows_of(prepared, mine), _fitted_without(fitted, mine)
+        settled, _ = settle(lambda at, part=part: _equations(part, _along(part, at, places), at), estimate, iterations=2)
+        at = _along(part, settled, places)
+        columns = [fitted.point.at.channels.index(name) for name in at.channels]
+        residual[np.ix_(mine, np.arange(at.ts.shape[1]), columns)] = np.where(at.finite[:, None, None], at.residual, _FAR)
+    return _nrmse(fitted, residual)
 
 
-def _without(equations: Equations, left_out: np.ndarray) -> Equations:
-    """The windows that are kept; the others' states have nothing to say."""
-    keep = ~left_out
-    return dataclasses.replace(
+def _fitted_without(fitted: Fitted, left_out: np.ndarray) -> Estimate:
+    """The fit to all windows but some, and these windows' own states, without a force."""
+    keep = ~np.isin(np.arange(len(fitted.prepared.record)), left_out)
+    equations, estimate, (low, high) = fitted.posterior.equations, fitted.estimate, bounds(fitted.prepared)
+    kept = dataclasses.replace(
         equations,
         hessian=equations.hessian * keep[:, None, None],
         gradient=equations.gradient * keep[:, None],
         cost=np.where(keep, equations.cost, 0.0),
     )
+    shared, nuisances, _ = solve(reduce(kept, estimate, free_unknowns(fitted.prepared), 1e-9), kept, estimate)
+    return dataclasses.replace(
+        estimate,
+        shared=np.clip(estimate.shared + shared, low, high),
+        nuisances=estimate.nuisances + nuisances,
+        states=estimate.states[left_out],
+        force=np.zeros_like(estimate.force[left_out]),
+    )
 
 
-def _vector(shared: np.ndarray, nuisances: np.ndarray, states: np.ndarray) -> np.ndarray:
-    return np.concatenate([shared, nuisances, states])
+def _along(part: Prepared, estimate: Estimate, places: Float[np.ndarray, " knots"]) -> Linearised:
+    return linearised(part, integrator_for(part), estimate, places)
 
 
-def _nrmse(fitted: Fitted, local: np.ndarray) -> float:
-    """From the residuals of all windows at their own vectors; the noise, as stated, is taken off."""
-    prepared, integrator = fitted.prepared, integrator_for(fitted.prepared)
-    model, layout = as_arrays(prepared.model), prepared.layout
-    squares: dict[tuple[int, str], list[np.ndarray]] = {}
-    for lanes, windows in chunked(prepared.groups, CHUNK):
-        found = np.asarray(residuals(model, layout, integrator, on_device(windows), jnp.asarray(local[lanes]))[0])
-        for lane, row in zip(*np.unique(lanes, return_index=True), strict=True):  # a chunk is filled up with copies
-            for column, channel in enumerate(windows.channels):
-                counted = windows.weight[row, :, column] > 0
-                if counted.any():
-                    squares.setdefault((int(prepared.record[lane]), channel), []).append(
-                        np.clip(found[row, counted, column], -1e6, 1e6) ** 2
-                    )
-    parts = []
-    for (index, channel), values in squares.items():
-        record, square = prepared.experiment.records[index], np.nan_to_num(np.concatenate(values), nan=1e6)
-        beyond = max(float(square.mean()) - 1.0, float(np.sqrt(2.0 / len(square))))
-        signal = float(np.nanvar(record.channels[channel])) / record.noise[channel] ** 2
-        if signal > SIGNAL:
-            parts.append(min(beyond / signal, _LOST))
+def _equations(part: Prepared, at: Linearised, estimate: Estimate) -> Equations:
+    """Normal equations of the windows under white noise."""
+    rows, residual = at.jacobian.reshape(*at.jacobian.shape[:2], -1), at.residual.reshape(len(at.record), -1)
+    found = Equations(
+        hessian=rows @ rows.transpose(0, 2, 1),
+        gradient=np.einsum("lis,ls->li", rows, residual),
+        cost=np.where(at.finite, 0.5 * np.sum(residual**2, axis=1), np.inf),
+        record=at.record,
+    )
+    return with_prior(found, part.layout, estimate)
+
+
+def _nrmse(fitted: Fitted, residual: Float[np.ndarray, "windows time channels"]) -> float:
+    """From residuals over the noise as stated, which is taken off."""
+    at, parts = fitted.point.at, []
+    for index in np.unique(at.record):
+        record = fitted.prepared.experiment.records[index]
+        for column, channel in enumerate(at.channels):
+            counted = (at.weight[..., column] > 0) & (at.record == index)[:, None]
+            if not counted.any():
+                continue
+            square = np.clip(residual[..., column][counted], -_FAR, _FAR) ** 2
+            beyond = max(float(square.mean()) - 1.0, float(np.sqrt(2.0 / len(square))))
+            signal = float(np.nanvar(record.channels[channel])) / record.noise[channel] ** 2
+            if signal > SIGNAL:
+                parts.append(min(beyond / signal, _LOST))
     return float(np.sqrt(np.mean(parts))) if parts else float("nan")

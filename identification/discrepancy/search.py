@@ -31,6 +31,8 @@ _WORTH_A_FIT = 0.1
 """Share of the largest expected gain from which a candidate is fitted."""
 _CLOSE, _LITTLE = 0.4, 0.1
 """The same once another candidate has gained as much as was expected of it, and leaves so little of the misfit."""
+_REACH = 5.0
+"""What a fit may still gain, over what its next step would bring."""
 _STOPS = 3
 """Candidates without a derivative that are fitted."""
 _BAD = 0.02
@@ -122,9 +124,10 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             continue
         if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
-        best = fitted(rivals[0].fitted.point)
+        progress(f"fitting {rivals[0].fitted.title} to the end")
+        best = lengthened(rivals[0].fitted) or fitted(rivals[0].fitted.point)
         steps.append(_kept(scored, rivals))
-        model = _lessened(lengthened(best) or best, start, progress)
+        model = _lessened(best, start, progress)
 
 
 def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
@@ -154,8 +157,10 @@ def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
     """The model without the effects taken in before, where the last one explains what they had stood for (backward elimination)."""
     for name in model.names[:-1]:
         progress(f"fitting {model.title} without {name}")
-        less = _fitted(without(model, name), model)
-        if less is None:
+        prepared = without(model, name)
+        try:
+            less = fitted(point(prepared, prepared.start, model.variances), rounds=3, measure_noise=False)
+        except (NoConvergenceError, np.linalg.LinAlgError):
             continue
         gain, numbers = 2.0 * (model.log_likelihood - less.log_likelihood), max(model.unknowns - less.unknowns, 1)
         needed = chance(gain, numbers, 1) < ALPHA and model.criterion < less.criterion
@@ -232,7 +237,20 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
                 ahead.submit(_compiled, following, scored.fitted)
             progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
             rivals += _tried(candidate, prepared, scored.fitted)
-    return sorted(rivals, key=lambda rival: rival.fitted.criterion)
+    return _finished(sorted(rivals, key=lambda rival: rival.fitted.criterion), scored.fitted, progress)
+
+
+def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[Rival]:
+    """Those that can still become the best, fitted to the end; the greatest evidence first."""
+    found, best = [], beside.criterion
+    for rival in rivals:
+        if rival.fitted.criterion - 2.0 * _REACH * rival.fitted.to_go < best:
+            progress(f"fitting {rival.fitted.title} to the end")
+            finished = fitted(rival.fitted.point, rounds=2, measure_noise=False)
+            rival = dataclasses.replace(rival, fitted=finished, gain=2.0 * (finished.log_likelihood - beside.log_likelihood))
+            best = min(best, finished.criterion)
+        found.append(rival)
+    return sorted(found, key=lambda rival: rival.fitted.criterion)
 
 
 def _explains(rival: Rival, beside: Fitted) -> bool:
@@ -246,18 +264,13 @@ def _left(found: Fitted, beside: Fitted) -> float:
 
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
-    """The candidate fitted; empty where it cannot be integrated."""
-    found = _fitted(prepared, beside)
-    gain = np.nan if found is None else 2.0 * (found.log_likelihood - beside.log_likelihood)
-    return [Rival(candidate=candidate, fitted=found, gain=gain)] if found is not None and np.isfinite(gain) else []
-
-
-def _fitted(prepared: Prepared, beside: Fitted) -> Fitted | None:
-    """From its start and the variances of another model; None where it cannot be integrated."""
+    """The candidate after one round of its fit; empty where it cannot be integrated."""
     try:
-        return fitted(point(prepared, prepared.start, beside.variances), rounds=3, measure_noise=False)
+        found = fitted(point(prepared, prepared.start, beside.variances), rounds=1, measure_noise=False)
     except (NoConvergenceError, np.linalg.LinAlgError):
-        return None
+        return []
+    gain = 2.0 * (found.log_likelihood - beside.log_likelihood)
+    return [Rival(candidate=candidate, fitted=found, gain=gain)] if np.isfinite(gain) else []
 
 
 def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:

@@ -35,12 +35,12 @@ class Fitted:
     Attributes:
         point: mode, with the variances.
         posterior: of the linear model there.
-        converged: whether another step would lower the cost by no more than chance does.
+        to_go: fall of the cost that another step would bring, nats.
     """
 
     point: Point
     posterior: Posterior
-    converged: bool
+    to_go: float
 
     @property
     def prepared(self) -> Prepared:
@@ -56,6 +56,11 @@ class Fitted:
     def variances(self) -> Variances:
         """Of noise and force."""
         return self.point.variances
+
+    @property
+    def converged(self) -> bool:
+        """Whether another step would lower the cost by no more than chance does."""
+        return self.to_go < _THERE
 
     @property
     def outcome(self) -> Outcome:
@@ -201,9 +206,9 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
         if turn and abs(np.log(variances.force.std / before.force.std)) < _STEADY:
             break
     here = find(settled(here) if settle else here)
-    converged = find.to_go(here) < _THERE
+    to_go = find.to_go(here)
     variances, found = estimated(here.linear, here.inner, here.variances, rounds=1, coarse=False)
-    return Fitted(point=here.under(variances), posterior=found, converged=converged)
+    return Fitted(point=here.under(variances), posterior=found, to_go=to_go)
 
 
 def covariance_of(of: Fitted) -> Float[np.ndarray, "unknowns unknowns"]:

@@ -16,6 +16,10 @@ from identification.likelihood.random_force import force_response
 from identification.likelihood.variances import Linear, Variances, equations
 from identification.prepare import Prepared
 
+_SLOW = 0.3
+"""Share of what a step was to bring, left after it, from which steps get on slowly."""
+_GROWTH = 10.0
+"""Of the damping after a step that failed; four times as much after each further one."""
 _LOST = 1e6
 """Mean squared residual at which a window counts that could not be integrated."""
 
@@ -59,13 +63,24 @@ class Point:
     @property
     def prior(self) -> float:
         """Cost of what is known of states, zeros and gaps without the records, nats."""
-        nothing = dataclasses.replace(self.equations, cost=np.zeros(len(self.deviation)))
+        nothing = equations(self.linear, self.marginal, np.zeros(len(self.deviation)))
         return with_prior(nothing, self.prepared.layout, self.estimate).total(self.estimate)
 
     @property
     def equations(self) -> Equations:
         """Normal equations here, in the metric of the whole likelihood."""
         return equations(self.linear, self.marginal, self.weight)
+
+    @property
+    def newton(self) -> Equations:
+        """The same with the curvature of the windows' loss."""
+        weight, gram, active = self.weight, self.marginal.gram, self.linear.active
+        own, states = active.nuisances[self.at.record], np.ones(self.estimate.states.shape, bool)
+        free = np.concatenate([np.broadcast_to(active.shared, (len(weight), len(active.shared))), own, states], axis=1)
+        gradient = gram[:, 1:, 0] * weight[:, None] * free
+        hessian = gram[:, 1:, 1:] * weight[:, None, None] * (free[:, :, None] & free[:, None, :])
+        bend = robust.bend(gradient, hessian, self.inner.samples, self.variances.degrees)
+        return equations(self.linear, self.marginal, weight, bend)
 
     @property
     def weight(self) -> Float[np.ndarray, " windows"]:
@@ -160,7 +175,9 @@ def _weighed(
 class JointMode:
     """Levenberg-Marquardt on the joint density at fixed variances: parameters and states take damped steps, the force follows them.
 
-    The answer to the force is worked out anew only where steps fail or end: it steers them, and does not enter the cost.
+    Steps hold the windows' weights (iteratively reweighted least squares, which goes down from far away); where that gets on slowly, they
+    take in the curvature of the loss (Newton). The answer to the force is worked out anew only where steps get on slowly, fail or end: it
+    steers them, and does not enter the cost.
     """
 
     most_iterations: int = 12
@@ -171,22 +188,32 @@ class JointMode:
 
     def __call__(self, start: Point) -> Point:
         """The mode that is reached from a point; the cost never rises."""
-        here, cost, damping, growth, fresh = start, start.cost, 1e-4, 2.0, True
+        here, cost, damping, growth, fresh, newton = start, start.cost, 1e-4, _GROWTH, True, False
+        ahead = self.to_go(here)
         for _ in range(self.most_iterations):
-            if self.to_go(here) < self.tolerance:
+            if ahead < self.tolerance:
                 if fresh:
                     break
                 here, fresh = here.renewed(), True
+                ahead = self.to_go(here)
                 continue
-            trial = point(here.prepared, self._step(here, damping), here.variances, like=here)
+            trial = point(here.prepared, self._step(here, damping, newton=newton), here.variances, like=here)
             after = trial.cost
             if after < cost:
                 fall, here, cost, fresh = cost - after, trial, after, False
-                damping, growth = max(damping / 10.0, 1e-9), 2.0
+                damping, growth = max(damping / 10.0, 1e-9), _GROWTH
+                before, ahead = ahead, self.to_go(here)
                 if fall < self.tolerance:
                     break
+                if ahead > _SLOW * before and newton:
+                    here, fresh = here.renewed(), True
+                    ahead = self.to_go(here)
+                newton = newton or ahead > _SLOW * before
+            elif newton:
+                newton = False
             elif not fresh:
                 here, fresh = here.renewed(), True
+                ahead = self.to_go(here)
             else:
                 damping, growth = damping * growth, growth * 4.0
                 if damping > 1e6:
@@ -195,15 +222,16 @@ class JointMode:
 
     def to_go(self, here: Point) -> float:
         """Fall of the cost that an undamped step would bring, nats."""
-        found = here.equations
+        found = here.newton
         return 0.5 * block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, here.linear.active, 0.0), found)
 
-    def _step(self, here: Point, damping: float) -> Estimate:
+    def _step(self, here: Point, damping: float, *, newton: bool) -> Estimate:
         estimate, limits = here.estimate, bounds(here.prepared)
-        found = here.equations
+        found = here.newton if newton else here.equations
         reduced = block_arrow.reduce(found, estimate, here.linear.active, damping)
         shared, nuisances, states = block_arrow.solve(reduced, found, estimate, longest=self.longest_step)
         moved = estimate.moved(np.clip(estimate.shared + shared, *limits) - estimate.shared, nuisances, states)
         step = moved.local(here.at.record) - estimate.local(here.at.record)
         force, _ = estimated_force(here.inner, here.marginal, step)
+        force = estimate.force + (force - estimate.force) / (1.0 + damping)
         return dataclasses.replace(moved, force=np.where(here.at.finite[:, None], np.nan_to_num(force), 0.0))

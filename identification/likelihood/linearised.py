@@ -185,13 +185,14 @@ def _inverse(
 
 def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
     """Windows none of whose values has a square near the largest number there is."""
-    largest = np.abs(values).max(axis=tuple(range(1, values.ndim)), initial=0.0)
-    return ~(largest > _LARGEST)
+    axes = tuple(range(1, values.ndim))
+    return ~(np.maximum(values.max(axis=axes, initial=0.0), -values.min(axis=axes, initial=0.0)) > _LARGEST)
 
 
 def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
     """Zero where a window could not be integrated, and where a derivative overflowed."""
-    values = np.nan_to_num(values, posinf=0.0, neginf=0.0)
+    if not np.isfinite(values.sum()):
+        values = np.nan_to_num(values, posinf=0.0, neginf=0.0)
     values[~finite] = 0.0
     return values
 

@@ -8,6 +8,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import gammaln
 
 Windows = Float[np.ndarray, " windows"]
+_LEAST = 0.02
+"""Share of the curvature that a window keeps along its gradient."""
 MOST_DEGREES = 1e6
 """Degrees of freedom from which on the distribution is Gaussian."""
 
@@ -23,6 +25,30 @@ def weights(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: 
 def loss(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
     """(nu + n) / 2 ln(1 + d / nu), less what it is at d = 0; d / 2 in the limit of many degrees of freedom."""
     return 0.5 * (degrees + samples) * np.log1p(deviation / degrees)
+
+
+def bend(
+    gradient: Float[np.ndarray, "windows size"],
+    hessian: Float[np.ndarray, "windows size size"],
+    samples: Real[np.ndarray, " windows"],
+    degrees: float,
+) -> Windows:
+    """2 / (nu + n): with g the gradient of a window's loss and H = w J' V^-1 J, the curvature of that loss is H less this times g g'.
+
+    Less where that would leave the window less than `_LEAST` of H along g: what remains is positive.
+
+    Args:
+        gradient: g, of the unknowns of each window.
+        hessian: H.
+        samples: n.
+        degrees: nu.
+
+    Source: derivative of `loss` in the unknowns, d = r' V^-1 r, with r linear in them.
+    """
+    size = np.sqrt(np.maximum(np.diagonal(hessian, axis1=1, axis2=2), 1e-300))
+    scaled = hessian / (size[:, :, None] * size[:, None, :]) + 1e-12 * np.eye(size.shape[1])
+    along = np.einsum("ws,ws->w", gradient / size, np.linalg.solve(scaled, (gradient / size)[..., None])[..., 0])
+    return np.minimum(2.0 / (degrees + samples), (1.0 - _LEAST) / np.maximum(along, 1e-300))
 
 
 def log_density(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:

@@ -97,14 +97,15 @@ class Posterior:
         return np.einsum("li,lij,lj->l", moved, self.marginal.gram, moved)
 
 
-def equations(of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"]) -> Equations:
-    """Normal equations of the windows in the metric of the whole likelihood."""
-    plain = Equations(
-        hessian=by.gram[:, 1:, 1:] * weight[:, None, None],
-        gradient=by.gram[:, 1:, 0] * weight[:, None],
-        cost=0.5 * by.gram[:, 0, 0] * weight,
-        record=of.at.record,
-    )
+def equations(
+    of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"], bend: Float[np.ndarray, " windows"] | None = None
+) -> Equations:
+    """Normal equations of the windows in the metric of the whole likelihood; `bend` is that of `robust.bend`, for Newton's."""
+    gradient = by.gram[:, 1:, 0] * weight[:, None]
+    hessian = by.gram[:, 1:, 1:] * weight[:, None, None]
+    if bend is not None:
+        hessian -= bend[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+    plain = Equations(hessian=hessian, gradient=gradient, cost=0.5 * by.gram[:, 0, 0] * weight, record=of.at.record)
     return with_prior(plain, of.layout, of.estimate)
 
 

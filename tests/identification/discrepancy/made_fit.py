@@ -40,7 +40,7 @@ def fitted(
     )
     answer = white_answer(at, force_response(at, mass, variances.places), variances.noise)
     here = joint._weighed(like.prepared, like.estimate, at, answer, variances, None)
-    return Fitted(point=here, posterior=posterior(here.linear, here.inner, variances), converged=True)
+    return Fitted(point=here, posterior=posterior(here.linear, here.inner, variances), to_go=0.0)
 
 
 def fitted_to_nothing(like: Point, prepared: Prepared) -> Fitted:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from identification.likelihood.robust import degrees_of_freedom, log_density, loss, weights
+from identification.likelihood.robust import bend, degrees_of_freedom, log_density, loss, weights
 
 DEGREES = [1.0, 3.5, 40.0, 1e4]
 
@@ -76,3 +76,37 @@ def test_windows_without_samples_do_not_count():
 def test_at_least_as_many_as_a_window_has_samples():
     deviation = np.where(np.arange(20) % 2 == 0, 1e-3, 1e9)
     assert degrees_of_freedom(deviation, np.full(20, 40.0)) == pytest.approx(40.0, rel=0.01)
+
+
+@pytest.mark.parametrize("degrees", [5.0, 100.0])
+@pytest.mark.parametrize("scale", [0.3, 2.0])
+def test_bend_makes_the_hessian_that_of_the_loss(degrees, scale):
+    """By second differences, of residuals linear in three unknowns; a third of each window's misfit can be explained."""
+    rng, samples, step = np.random.default_rng(1), 30, 1e-4
+    jacobian = rng.normal(size=(2, samples, 3))
+    residual = scale * (rng.normal(size=(2, samples)) + np.einsum("wsi,i->ws", jacobian, [0.3, -0.2, 0.1]))
+    count = np.full(2, float(samples))
+
+    def cost(x: np.ndarray) -> np.ndarray:
+        return loss(np.sum((residual + jacobian @ x) ** 2, axis=1), count, degrees)
+
+    unit = step * np.eye(3)
+    expected = np.array(
+        [[cost(a + b) - cost(a - b) - cost(b - a) + cost(-a - b) for b in unit] for a in unit],
+    ).transpose(2, 0, 1) / (4.0 * step**2)
+    weight = weights(np.sum(residual**2, axis=1), count, degrees)
+    gradient = weight[:, None] * np.einsum("wsi,ws->wi", jacobian, residual)
+    hessian = weight[:, None, None] * jacobian.transpose(0, 2, 1) @ jacobian
+    found = hessian - bend(gradient, hessian, count, degrees)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
+
+
+def test_bend_leaves_the_curvature_positive_where_a_window_could_explain_itself():
+    """All of its misfit lies along its unknown, and the loss bends down there."""
+    jacobian, samples = np.ones((1, 20)), np.array([20.0])
+    residual = 100.0 * jacobian
+    weight = weights(np.sum(residual**2, axis=1), samples, 3.0)
+    gradient, hessian = weight[:, None] * (residual @ jacobian.T), weight[:, None, None] * np.array([[[20.0]]])
+    assert 2.0 / (3.0 + 20.0) * gradient[0, 0] ** 2 > hessian[0, 0, 0]
+    left = hessian[0, 0, 0] - bend(gradient, hessian, samples, 3.0)[0] * gradient[0, 0] ** 2
+    assert left == pytest.approx(0.02 * hessian[0, 0, 0], rel=1e-6)
