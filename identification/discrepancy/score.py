@@ -19,7 +19,7 @@ from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
 _PORTION = 8
-"""Effects whose answers are worked out together."""
+"""Members of candidates whose answers are worked out together, at most, where a candidate has no more."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -144,21 +144,17 @@ def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.nda
 def score(
     prepared: Prepared, by: Projector, courses: tuple[Course, ...], candidates: Sequence[tuple[AbstractEffect, ...]], mass: float
 ) -> list[Candidate]:
-    """Every candidate with the gain that it promises, best first."""
+    """Every candidate with its expected gain, best first."""
     files, at = prepared.layout.files, by.at
-    members = [member for candidate in candidates for member in candidate]
-    columns: dict[int, Reduced] = {}
 
-    def answer(batch: list[AbstractEffect]) -> list[tuple[int, Reduced]]:
-        perturbed = signatures(at, courses, files, batch)
-        columns = reduced_all(by, np.stack([response(at, mass, one) for one in perturbed], axis=1))
-        return [(id(effect), one) for effect, one in zip(batch, columns, strict=True)]
+    def tested(batch: list[tuple[AbstractEffect, ...]]) -> list[Candidate]:
+        perturbed = signatures(at, courses, files, [member for candidate in batch for member in candidate])
+        columns = iter(reduced_all(by, np.stack([response(at, mass, one) for one in perturbed], axis=1)))
+        return [_candidate(by, candidate, [next(columns) for _ in candidate]) for candidate in batch]
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
-        for found in threads.map(answer, _alike(members)):
-            columns.update(found)
-    tested = [_candidate(by, candidate, [columns[id(member)] for member in candidate]) for candidate in candidates]
-    return sorted(tested, key=lambda candidate: -candidate.gain)
+        found = [one for batch in threads.map(tested, _alike(candidates)) for one in batch]
+    return sorted(found, key=lambda candidate: -candidate.gain)
 
 
 def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list[Reduced]) -> Candidate:
@@ -189,9 +185,13 @@ def _only(column: Reduced, chosen: np.ndarray) -> Reduced:
     )
 
 
-def _alike(members: Sequence[AbstractEffect]) -> list[list[AbstractEffect]]:
-    """Effects of one class, channel and record together, in handy portions."""
-    kinds: dict[tuple, list[AbstractEffect]] = {}
-    for member in members:
-        kinds.setdefault((type(member), member.channel, member.record), []).append(member)
-    return [kind[first : first + _PORTION] for kind in kinds.values() for first in range(0, len(kind), _PORTION)]
+def _alike(candidates: Sequence[tuple[AbstractEffect, ...]]) -> list[list[tuple[AbstractEffect, ...]]]:
+    """Candidates of one class, channel and record together, in handy portions."""
+    kinds: dict[tuple, list[tuple[AbstractEffect, ...]]] = {}
+    for members in candidates:
+        kinds.setdefault((type(members[0]), members[0].channel, members[0].record, len(members)), []).append(members)
+    portions = []
+    for (*_, members), kind in kinds.items():
+        count = max(1, _PORTION // members)
+        portions += [kind[first : first + count] for first in range(0, len(kind), count)]
+    return portions

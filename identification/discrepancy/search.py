@@ -16,7 +16,7 @@ from identification.discrepancy.scored import Scored, score_all, trials
 from identification.fit import integrator_for
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted, fitted
-from identification.likelihood.joint import point
+from identification.likelihood.joint import Point, point
 from identification.likelihood.linearised import linearised
 from identification.likelihood.nominal import is_near
 from identification.likelihood.random_effects import variations, with_variation
@@ -125,7 +125,7 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         progress(f"fitting {rivals[0].fitted.title} to the end")
-        best = lengthened(rivals[0].fitted) or fitted(rivals[0].fitted.point)
+        best = lengthened(rivals[0].fitted) or fitted(_again(rivals[0].fitted))
         steps.append(_kept(scored, rivals))
         model = _lessened(best, start, progress)
 
@@ -193,8 +193,7 @@ def share_added(nominal: float, model: float, more: float) -> float:
 
 def _kept(scored: Scored, rivals: list[Rival]) -> Step:
     """A step without the large arrays that nothing needs any more."""
-    scored = dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened())
-    return Step(scored=scored, rivals=tuple(dataclasses.replace(one, fitted=one.fitted.lightened()) for one in rivals))
+    return Step(scored=dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened()), rivals=tuple(rivals))
 
 
 def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
@@ -246,11 +245,16 @@ def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[R
     for rival in rivals:
         if rival.fitted.criterion - 2.0 * _REACH * rival.fitted.to_go < best:
             progress(f"fitting {rival.fitted.title} to the end")
-            finished = fitted(rival.fitted.point, rounds=2, measure_noise=False)
+            finished = fitted(_again(rival.fitted), rounds=2, measure_noise=False).lightened()
             rival = dataclasses.replace(rival, fitted=finished, gain=2.0 * (finished.log_likelihood - beside.log_likelihood))
             best = min(best, finished.criterion)
         found.append(rival)
     return sorted(found, key=lambda rival: rival.fitted.criterion)
+
+
+def _again(light: Fitted) -> Point:
+    """Where a fit has ended, with all that it takes to go on."""
+    return point(light.prepared, light.estimate, light.variances)
 
 
 def _explains(rival: Rival, beside: Fitted) -> bool:
@@ -266,7 +270,7 @@ def _left(found: Fitted, beside: Fitted) -> float:
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
     """The candidate after one round of its fit; empty where it cannot be integrated."""
     try:
-        found = fitted(point(prepared, prepared.start, beside.variances), rounds=1, measure_noise=False)
+        found = fitted(point(prepared, prepared.start, beside.variances), rounds=1, measure_noise=False).lightened()
     except (NoConvergenceError, np.linalg.LinAlgError):
         return []
     gain = 2.0 * (found.log_likelihood - beside.log_likelihood)
