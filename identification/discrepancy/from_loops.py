@@ -17,7 +17,7 @@ from identification.start.contact import Loops
 def from_loops(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     """Each effect that the loops show, at the strength that they tell, with the windows that begin at law and gaps beside it.
 
-    A law that has been fitted without the effect has bent until no derivative promises anything of it. The loops need no nominal motion.
+    A law that has been fitted without the effect has bent until no derivative shows the effect. The loops need no nominal motion.
     """
     seen = SeenLoops(scored)
     candidates = {one.name: one for one in scored.found if one.members[0].in_loops}
