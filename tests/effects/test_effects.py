@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import math
 import re
 
 import jax
@@ -13,7 +14,7 @@ from tests.effects import rig
 from tests.effects.facts import FACTS, NOTHING
 from vibrojax.channels import CHANNELS, channels
 from vibrojax.contact import Newton, NoContact
-from vibrojax.effects import EFFECTS, MissingStop
+from vibrojax.effects import EFFECTS, CoulombFriction, MissingStop
 from vibrojax.integrate import Landing
 
 LISTED = """
@@ -150,3 +151,13 @@ def test_every_effect_is_handed_its_own_states():
     own = jnp.arange(6.0).reshape(2, 3)
     found = {effect.name: part.tolist() for effect, part in system.each(own)}
     assert found == {"hysteresis": [[0.0], [3.0]], "coulomb_friction": [[], []], "second_mode": [[1.0, 2.0], [4.0, 5.0]]}
+
+
+def test_forces_in_flight_have_a_size_with_or_without_a_spring():
+    """k A of an oscillator; and m v^2 / A of a hammer that nothing pulls back, from which friction and drag take their probes."""
+    omega = 2.0 * math.pi * FACTS.f_n
+    oscillating = dataclasses.replace(FACTS, speed=omega * FACTS.amplitude)
+    assert oscillating.flight_force == pytest.approx(FACTS.mass * omega**2 * FACTS.amplitude)
+    free = dataclasses.replace(FACTS, f_n=0.0, omega_exc=0.0, drives=())
+    ((friction,),) = usual(CoulombFriction).probes(free)
+    assert friction.friction_force == pytest.approx(0.01 * free.mass * free.speed**2 / free.amplitude)

@@ -127,10 +127,9 @@ class Facts:
         return tuple(np.geomspace(low, high, count).tolist())
 
     @property
-    def spring_force(self) -> float:
-        """Force of the suspension at the largest deflection, or of inertia at that amplitude without a spring, N."""
-        omega = max(2.0 * 3.141592653589793 * self.f_n, self.omega_exc)
-        return self.mass * omega**2 * self.amplitude
+    def flight_force(self) -> float:
+        """Size of the forces in flight, with or without a spring: that which changes the largest speed over the largest amplitude, N."""
+        return self.mass * self.speed**2 / self.amplitude if self.amplitude > 0 else 0.0
 
 
 class AbstractEffect(eqx.Module):

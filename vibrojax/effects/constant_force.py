@@ -44,8 +44,8 @@ class ConstantForce(AbstractEffect):
     constant_force: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["ConstantForce", ...], ...]:
-        """One strength: a hundredth of the spring's force."""
-        return ((dataclasses.replace(self, constant_force=0.01 * facts.spring_force),),)
+        """One strength: a hundredth of the forces in flight."""
+        return ((dataclasses.replace(self, constant_force=0.01 * facts.flight_force),),)
 
     def scaled(self, factor: Value) -> "ConstantForce":
         """Force in proportion."""

@@ -59,10 +59,10 @@ class ContactAdhesion(AbstractEffect):
     adhesion_reach: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["ContactAdhesion", ...], ...]:
-        """A twentieth of the spring's force, over several reaches."""
+        """A twentieth of the forces in flight, over several reaches."""
         if facts.force == 0:
             return ()
-        force = 0.05 * facts.spring_force
+        force = 0.05 * facts.flight_force
         return tuple((dataclasses.replace(self, adhesion_force=force, adhesion_reach=part * facts.amplitude),) for part in _REACH_GRID)
 
     def scaled(self, factor: Value) -> "ContactAdhesion":

@@ -46,8 +46,8 @@ class CoulombFriction(AbstractEffect):
     friction_force: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["CoulombFriction", ...], ...]:
-        """One strength: a hundredth of the spring's force."""
-        return ((dataclasses.replace(self, friction_force=0.01 * facts.spring_force),),)
+        """One strength: a hundredth of the forces in flight."""
+        return ((dataclasses.replace(self, friction_force=0.01 * facts.flight_force),),)
 
     def scaled(self, factor: Value) -> "CoulombFriction":
         """Friction in proportion."""

@@ -43,10 +43,10 @@ class CubicStiffness(AbstractEffect):
     cubic_stiffness: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["CubicStiffness", ...], ...]:
-        """One strength: at the largest deflection, a hundredth of the spring's force."""
+        """One strength: at the largest deflection, a hundredth of the forces in flight."""
         if facts.amplitude == 0:
             return ()
-        return ((dataclasses.replace(self, cubic_stiffness=0.01 * facts.spring_force / facts.amplitude**3),),)
+        return ((dataclasses.replace(self, cubic_stiffness=0.01 * facts.flight_force / facts.amplitude**3),),)
 
     def scaled(self, factor: Value) -> "CubicStiffness":
         """Stiffness in proportion."""

@@ -61,10 +61,10 @@ class ForceSaturation(AbstractEffect):
     threshold: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["ForceSaturation", ...], ...]:
-        """A fiftieth of the spring's force, reached at several parts of the largest deflection."""
+        """A fiftieth of the forces in flight, reached at several parts of the largest deflection."""
         if facts.amplitude == 0:
             return ()
-        force = 0.02 * facts.spring_force
+        force = 0.02 * facts.flight_force
         return tuple((dataclasses.replace(self, saturation_force=force, threshold=part * facts.amplitude),) for part in _THRESHOLD_GRID)
 
     def scaled(self, factor: Value) -> "ForceSaturation":

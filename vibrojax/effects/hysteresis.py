@@ -60,10 +60,10 @@ class Hysteresis(AbstractEffect):
     yield_displacement: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["Hysteresis", ...], ...]:
-        """A fiftieth of the spring's force, yielding after several parts of the largest deflection."""
+        """A fiftieth of the forces in flight, yielding after several parts of the largest deflection."""
         if facts.amplitude == 0:
             return ()
-        force = 0.02 * facts.spring_force
+        force = 0.02 * facts.flight_force
         return tuple(
             (dataclasses.replace(self, hysteresis_force=force, yield_displacement=part * facts.amplitude),) for part in _YIELD_GRID
         )

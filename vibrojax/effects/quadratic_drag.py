@@ -41,10 +41,10 @@ class QuadraticDrag(AbstractEffect):
     drag_coefficient: Value
 
     def probes(self, facts: Facts) -> tuple[tuple["QuadraticDrag", ...], ...]:
-        """One strength: at the highest speed, a hundredth of the spring's force."""
+        """One strength: at the highest speed, a hundredth of the forces in flight."""
         if facts.speed == 0:
             return ()
-        return ((dataclasses.replace(self, drag_coefficient=0.01 * facts.spring_force / facts.speed**2),),)
+        return ((dataclasses.replace(self, drag_coefficient=0.01 * facts.flight_force / facts.speed**2),),)
 
     def scaled(self, factor: Value) -> "QuadraticDrag":
         """Drag in proportion."""
