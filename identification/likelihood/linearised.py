@@ -22,8 +22,9 @@ from vibrojax.integrate import Landing
 from vibrojax.model import Model
 from vibrojax.system import System
 
-_SINGULAR = 1e-9
-"""Squared singular value, over that of the largest, of a derivative of the state that no longer depends on where it began."""
+_SINGULAR = 1e-12
+"""Determinant of a derivative of the state, its largest element 1, where the state no longer depends on all of where it began; and the
+squared singular value that is none then."""
 _LARGEST = 1e100
 """Residual and derivative, over the noise, beyond which a window counts as one that could not be integrated."""
 
@@ -172,14 +173,16 @@ def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...])
 def _inverse(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
 ) -> Float[np.ndarray, "windows time states states"]:
-    """Of every matrix, with states in sizes that the first one's initial value gives them; regularised (Tikhonov)."""
+    """Of every matrix, with states in sizes that the first one's initial value gives them; of a singular one regularised (Tikhonov)."""
     size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
     size = np.where(size > 0, size, 1.0)
     scaled = matrices * size / size[:, None]
     largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
     scaled /= np.where(largest > 0, largest, 1.0)
-    transposed = np.swapaxes(scaled, -1, -2)
-    found = np.linalg.solve(transposed @ scaled + _SINGULAR * np.eye(len(size)), transposed)
+    unit, singular = np.eye(len(size)), np.abs(np.linalg.det(scaled)) < _SINGULAR
+    found = np.linalg.inv(np.where(singular[..., None, None], unit, scaled))
+    transposed = np.swapaxes(scaled[singular], -1, -2)
+    found[singular] = np.linalg.solve(transposed @ scaled[singular] + _SINGULAR * unit, transposed)
     return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
 
 
