@@ -40,7 +40,7 @@ def held_out(fitted: Fitted) -> float:
         part, estimate = windows_of(prepared, mine), _fitted_without(fitted, mine)
         settled, _ = settle(lambda at, part=part: _equations(part, _along(part, at, places), at), estimate, iterations=2)
         at = _along(part, settled, places)
-        columns = [fitted.point.at.channels.index(name) for name in at.channels]
+        columns = np.array([fitted.point.at.channels.index(name) for name in at.channels])
         residual[np.ix_(mine, np.arange(at.ts.shape[1]), columns)] = np.where(at.finite[:, None, None], at.residual, _FAR)
     return _nrmse(fitted, residual)
 

@@ -28,7 +28,7 @@ COMPLETE, MOST, BUDGET = "no further effect is significant", "as many effects as
 _SHORT_LIST = 5
 """Candidates that are fitted in full in one step, at most."""
 _WORTH_A_FIT = 0.1
-"""Share of the largest expected gain from which a candidate is fitted."""
+"""Share of the largest gain, expected and obtained, from which a candidate is fitted."""
 _CLOSE, _LITTLE = 0.4, 0.1
 """The same once another candidate has gained as much as was expected of it, and leaves so little of the misfit."""
 _REACH = 5.0
@@ -229,14 +229,23 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     with ThreadPoolExecutor(1) as ahead:
         for index, (candidate, prepared) in enumerate(queue):
-            done = any(_explains(rival, scored.fitted) for rival in rivals)
-            if rivals and done and candidate.gain < _CLOSE * best and not candidate.members[0].is_stop:
+            if _is_hopeless(candidate, scored, rivals, best):
                 continue
             for _, following in queue[index + 1 : index + 2]:
                 ahead.submit(_compiled, following, scored.fitted)
             progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
             rivals += _tried(candidate, prepared, scored.fitted)
     return _finished(sorted(rivals, key=lambda rival: rival.fitted.criterion), scored.fitted, progress)
+
+
+def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best: float) -> bool:
+    """Whether far less is expected of it than was of the best, and than has been gained already; of what no derivative shows, never."""
+    effect = candidate.members[0]
+    if not rivals or effect.is_stop or effect.shown_by(scored.known):
+        return False
+    gained = min(best, max(0.0, *(rival.gain for rival in rivals)))
+    done = any(_explains(rival, scored.fitted) for rival in rivals)
+    return candidate.gain < (_CLOSE if done else _WORTH_A_FIT) * gained
 
 
 def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[Rival]:
@@ -279,9 +288,7 @@ def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Riv
 
 def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     """Candidates to be fitted, with their windows and starts."""
-    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    short = [one for one in scored.significant.values() if one.gain >= _WORTH_A_FIT * best][:_SHORT_LIST]
-    short = [one for candidate in short for one in _starts(candidate, scored)]
+    short = [one for candidate in list(scored.significant.values())[:_SHORT_LIST] for one in _starts(candidate, scored)]
     weight = scored.fitted.variances.weight
     resist = float(np.mean(weight < 0.2 * np.median(weight))) >= _BAD
     listed = {one.name for one in short}

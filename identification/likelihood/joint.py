@@ -66,21 +66,35 @@ class Point:
         nothing = equations(self.linear, self.marginal, np.zeros(len(self.deviation)))
         return with_prior(nothing, self.prepared.layout, self.estimate).total(self.estimate)
 
-    @property
-    def equations(self) -> Equations:
-        """Normal equations here, in the metric of the whole likelihood."""
-        return equations(self.linear, self.marginal, self.weight)
+    def equations(self, damping: float = 0.0, *, newton: bool = False) -> Equations:
+        """Normal equations here, in the metric of the whole likelihood, the force eliminated.
 
-    @property
-    def newton(self) -> Equations:
-        """The same with the curvature of the windows' loss."""
-        weight, gram, active = self.weight, self.marginal.gram, self.linear.active
+        Args:
+            damping: share by which the force's own curvature is raised, so that it moves less.
+            newton: with the curvature of the windows' loss.
+        """
+        held = damping / (1.0 + damping)
+        gram = (1.0 - held) * self.marginal.gram + held * self.inner.fit
+        gram[:, 1:, 0] += held * (self.inner.cross[..., 1:].transpose(0, 2, 1) @ self.estimate.force[..., None])[..., 0]
+        by = dataclasses.replace(self.marginal, gram=gram)
+        return equations(self.linear, by, self.weight, self._bend(gram) if newton else None)
+
+    def _bend(self, gram: Float[np.ndarray, "windows vector vector"]) -> Float[np.ndarray, " windows"]:
+        """Of the windows' loss, along what is estimated."""
+        weight, active = self.weight, self.linear.active
         own, states = active.nuisances[self.at.record], np.ones(self.estimate.states.shape, bool)
         free = np.concatenate([np.broadcast_to(active.shared, (len(weight), len(active.shared))), own, states], axis=1)
         gradient = gram[:, 1:, 0] * weight[:, None] * free
         hessian = gram[:, 1:, 1:] * weight[:, None, None] * (free[:, :, None] & free[:, None, :])
-        bend = robust.bend(gradient, hessian, self.inner.samples, self.variances.degrees)
-        return equations(self.linear, self.marginal, weight, bend)
+        return robust.bend(gradient, hessian, self.inner.samples, self.variances.degrees)
+
+    @property
+    def from_force(self) -> float:
+        """Fall of the cost that the force alone would bring, to first order, nats."""
+        inner, by, force = self.inner, self.marginal, self.estimate.force
+        gradient = (by.root.T @ (inner.cross[..., :1] + inner.force @ force[..., None]))[..., 0] + np.linalg.solve(by.root, force.T).T
+        fall = np.linalg.solve(by.factor, gradient[..., None])[..., 0]
+        return 0.5 * float(self.weight @ np.sum(fall**2, axis=1))
 
     @property
     def weight(self) -> Float[np.ndarray, " windows"]:
@@ -222,12 +236,13 @@ class JointMode:
 
     def to_go(self, here: Point) -> float:
         """Fall of the cost that an undamped step would bring, nats."""
-        found = here.newton
-        return 0.5 * block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, here.linear.active, 0.0), found)
+        found = here.equations(newton=True)
+        rest = 0.5 * block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, here.linear.active, 0.0), found)
+        return rest + here.from_force
 
     def _step(self, here: Point, damping: float, *, newton: bool) -> Estimate:
         estimate, limits = here.estimate, bounds(here.prepared)
-        found = here.newton if newton else here.equations
+        found = here.equations(damping, newton=newton)
         reduced = block_arrow.reduce(found, estimate, here.linear.active, damping)
         shared, nuisances, states = block_arrow.solve(reduced, found, estimate, longest=self.longest_step)
         moved = estimate.moved(np.clip(estimate.shared + shared, *limits) - estimate.shared, nuisances, states)

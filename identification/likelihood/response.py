@@ -62,7 +62,7 @@ def _shown(
     states = range(rates.shape[-1])
     pushed = [j for j in states if rates[..., j].any()]
     constants = [_integrated(at, rates, i, pushed) for i in states]
-    moved = [sum(at.fundamental[:, None, :, i, j] * constants[j] for j in states) for i in states]
+    moved = [np.asarray(sum(at.fundamental[:, None, :, i, j] * constants[j] for j in states)) for i in states]
 
     def seen(by: Float[np.ndarray, "windows time states"]) -> np.ndarray:
         parts = [by[:, None, :, i] * moved[i] for i in states if by[..., i].any()]
