@@ -88,11 +88,11 @@ class LevenbergMarquardt:
 
 def _to_go(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> tuple[Active, float]:
     """What may move, and the squared length of the Gauss-Newton step in standard errors."""
-    free = _off_the_bounds(equations, estimate, active, bounds)
+    free = off_the_bounds(equations, estimate, active, bounds)
     return free, float(newton_decrement(reduce(equations, estimate, free, 0.0), equations))
 
 
-def _off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> Active:
+def off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> Active:
     """What is active, less the shared parameters that sit at an end of their range and would leave it."""
     slope = reduce(equations, estimate, active, 0.0).gradient[: len(estimate.shared)]
     low, high = bounds

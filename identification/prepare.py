@@ -89,7 +89,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     values, gap_errors = next(iter(guesses.values()))
     window = window or WindowLength()
     cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
-    longest = 1 + max(length for parts in cuts for _, length in parts)  # and the sample where the next window begins
+    longest = 1 + max(length for parts in cuts for _, length in parts)  # and one that readings between samples need
     longest += -longest % _PADDED_TO
     lanes = [
         lane(index, record, first, length, longest, inputs[index]) for index, record in enumerate(records) for first, length in cuts[index]

@@ -78,13 +78,13 @@ def predict(
 
 
 def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
-    """Samples of each window that are integrated: its own, and as many more as its last readings need, if padded so far."""
+    """Samples of each window that are integrated: its own and one more for readings between samples, or as many as its last ones need."""
     further = jnp.zeros(windows.lengths.shape)
     for effect in systems.effects:
         further = jnp.maximum(further, lax.stop_gradient(effect.looks_ahead))
     last = jnp.take_along_axis(windows.ts, windows.lengths[:, None] - 1, axis=1)
     needed = jnp.sum(windows.ts <= last + further[:, None], axis=1) + _INTERPOLATED
-    return jnp.minimum(jnp.where(further > 0, needed, windows.lengths), windows.ts.shape[1])
+    return jnp.minimum(jnp.where(further > 0, needed, windows.lengths + 1), windows.ts.shape[1])
 
 
 def weighted_residual(

@@ -84,7 +84,7 @@ def scored(diagnosis, folder: Path) -> dict:
         "probabilities": [effect["probability"] for effect in document["effects"]],
         "ambiguous_with": list(document["ambiguous_with"]),
         "warnings": document["warnings"],
-        "chance": min((one["chance"] for one in document["considered"] if not one["beside"]), default=1.0),
+        "chances": [one["chance"] for one in document["considered"] if not one["beside"]],
         "location": document["location"],
         "chi2_nominal": document["nominal"]["chi2_reduced"],
         "chi2_augmented": document["augmented"]["chi2_reduced"],

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identification.discrepancy.calibration import ALPHA
+from identification.discrepancy.calibration import WITHIN_CHANCE
 from identification.discrepancy.diagnosis import Asserted, Considered, Number
 from identification.discrepancy.score import Candidate
 from identification.discrepancy.scored import Scored, best_of_each, trials
@@ -15,8 +15,6 @@ from identification.likelihood.fitted import Fitted
 from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
-
-_SHOWN = 12
 
 
 def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:
@@ -56,13 +54,13 @@ def twins(steps: tuple[Step, ...], names: tuple[str, ...]) -> tuple[str, ...]:
         if one.rivals[0].name not in names:
             continue
         lowest = one.rivals[0].fitted.criterion
-        near = [rival.name for rival in one.rivals[1:] if rival.fitted.criterion - lowest < -2.0 * np.log(ALPHA)]
+        near = [rival.name for rival in one.rivals[1:] if rival.fitted.criterion - lowest < WITHIN_CHANCE]
         found += [name for name in near if name not in names]
     return tuple(dict.fromkeys(found))
 
 
 def considered(search: Search, predicted: Callable[[Fitted], float]) -> tuple[Considered, ...]:
-    """Every candidate that was scored, step by step, the largest expected gain first; those fitted in full with what became of them."""
+    """Every candidate that was scored, step by step, the largest expected gain first; those that were fitted with what became of them."""
     rows: list[Considered] = []
     for one in search.steps:
         rows += _rows(one.scored, one.rivals, predicted)
@@ -72,7 +70,7 @@ def considered(search: Search, predicted: Callable[[Fitted], float]) -> tuple[Co
 def _rows(scored: Scored, rivals: tuple[Rival, ...], predicted: Callable[[Fitted], float]) -> list[Considered]:
     by_name = {_key(rival.candidate): rival for rival in reversed(rivals)}
     rows = []
-    for candidate in list(best_of_each(scored.found).values())[:_SHOWN]:
+    for candidate in best_of_each(scored.found).values():
         rival = by_name.get(_key(candidate))
         fitted = {} if rival is None else _in_full(rival, rivals[0], scored, predicted)
         rows.append(

@@ -18,8 +18,6 @@ SIGNAL = 9.0
 """Variance of a channel over that of its noise below which it holds nothing to predict."""
 _LOST = 4.0
 """Mean square error over variance at which a prediction is as bad as any."""
-_FAR = 1e6
-"""Residual over the noise beyond which it no longer matters."""
 
 
 def held_out(fitted: Fitted) -> float:
@@ -30,7 +28,7 @@ def held_out(fitted: Fitted) -> float:
     are left out one by one; of a single window nothing can be left out, and its error is not a number. The root of the mean square over
     channels and records; not below what so many samples can tell from noise.
     """
-    prepared, places = fitted.prepared, fitted.variances.places
+    prepared = fitted.prepared
     folds = min(FOLDS, len(prepared.record))
     if folds < 2:
         return float("nan")
@@ -38,10 +36,10 @@ def held_out(fitted: Fitted) -> float:
     for left_out in range(folds):
         mine = np.flatnonzero(fold == left_out)
         part, estimate = windows_of(prepared, mine), _fitted_without(fitted, mine)
-        settled, _ = settle(lambda at, part=part: _equations(part, _along(part, at, places), at), estimate, iterations=2)
-        at = _along(part, settled, places)
+        settled, _ = settle(lambda at, part=part: _equations(part, _along(fitted, part, at), at), estimate, iterations=2)
+        at = _along(fitted, part, settled)
         columns = np.array([fitted.point.at.channels.index(name) for name in at.channels])
-        residual[np.ix_(mine, np.arange(at.ts.shape[1]), columns)] = np.where(at.finite[:, None, None], at.residual, _FAR)
+        residual[np.ix_(mine, np.arange(at.ts.shape[1]), columns)] = np.where(at.finite[:, None, None], at.residual, np.inf)
     return _nrmse(fitted, residual)
 
 
@@ -65,8 +63,9 @@ def _fitted_without(fitted: Fitted, left_out: np.ndarray) -> Estimate:
     )
 
 
-def _along(part: Prepared, estimate: Estimate, places: Float[np.ndarray, " knots"]) -> Linearised:
-    return linearised(part, integrator_for(part), estimate, places)
+def _along(fitted: Fitted, part: Prepared, estimate: Estimate) -> Linearised:
+    """Some of the windows, with the steps of the whole fit, whose compiled program serves."""
+    return linearised(part, integrator_for(fitted.prepared), estimate, fitted.variances.places)
 
 
 def _equations(part: Prepared, at: Linearised, estimate: Estimate) -> Equations:
@@ -90,7 +89,7 @@ def _nrmse(fitted: Fitted, residual: Float[np.ndarray, "windows time channels"])
             counted = (at.weight[..., column] > 0) & (at.record == index)[:, None]
             if not counted.any():
                 continue
-            square = np.clip(residual[..., column][counted], -_FAR, _FAR) ** 2
+            square = residual[..., column][counted] ** 2
             beyond = max(float(square.mean()) - 1.0, float(np.sqrt(2.0 / len(square))))
             signal = float(np.nanvar(record.channels[channel])) / record.noise[channel] ** 2
             if signal > SIGNAL:

@@ -19,7 +19,7 @@ from identification.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
 _PORTION = 8
-"""Members of candidates whose answers are worked out together, at most, where a candidate has no more."""
+"""Members of candidates whose answers are worked out together: as many as `signatures` takes at most."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Forward search: score all candidates, fit the best few in full, take the one with the greatest evidence, and score again."""
+"""Forward search: score all candidates, fit the best few, take the one with the greatest evidence, and score again."""
 
 import dataclasses
 import time
@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from identification.discrepancy.calibration import ALPHA, MOST_EFFECTS, RELEVANT
+from identification.discrepancy.calibration import ALPHA, MOST_EFFECTS, RELEVANT, WITHIN_CHANCE
 from identification.discrepancy.free_form import Learned, learn, strongest_line
 from identification.discrepancy.from_loops import from_loops
 from identification.discrepancy.refit import extended, lengthened, without
@@ -16,23 +16,22 @@ from identification.discrepancy.scored import Scored, score_all, trials
 from identification.fit import integrator_for
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted, fitted
-from identification.likelihood.joint import Point, point
+from identification.likelihood.joint import point
 from identification.likelihood.linearised import linearised
 from identification.likelihood.nominal import is_near
 from identification.likelihood.random_effects import variations, with_variation
+from identification.likelihood.variances import Variances
 from identification.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 COMPLETE, MOST, BUDGET = "no further effect is significant", "as many effects as are fitted together", "budget"
 _SHORT_LIST = 5
-"""Candidates that are fitted in full in one step, at most."""
+"""Kinds of candidates that are fitted in one step, at most, beside those that no derivative shows."""
 _WORTH_A_FIT = 0.1
 """Share of the largest gain, expected and obtained, from which a candidate is fitted."""
 _CLOSE, _LITTLE = 0.4, 0.1
 """The same once another candidate has gained as much as was expected of it, and leaves so little of the misfit."""
-_REACH = 5.0
-"""What a fit may still gain, over what its next step would bring."""
 _STOPS = 3
 """Candidates without a derivative that are fitted."""
 _BAD = 0.02
@@ -41,7 +40,7 @@ _BAD = 0.02
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rival:
-    """A candidate fitted in full."""
+    """A candidate fitted with everything else: to the end, or for one round where it cannot become the best."""
 
     candidate: Candidate
     fitted: Fitted
@@ -125,7 +124,8 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         progress(f"fitting {rivals[0].fitted.title} to the end")
-        best = lengthened(rivals[0].fitted) or fitted(_again(rivals[0].fitted))
+        best = rivals[0].fitted
+        best = lengthened(best) or fitted(point(best.prepared, best.estimate, best.variances))
         steps.append(_kept(scored, rivals))
         model = _lessened(best, start, progress)
 
@@ -157,10 +157,8 @@ def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
     """The model without the effects taken in before, where the last one explains what they had stood for (backward elimination)."""
     for name in model.names[:-1]:
         progress(f"fitting {model.title} without {name}")
-        prepared = without(model, name)
-        try:
-            less = fitted(point(prepared, prepared.start, model.variances), rounds=3, measure_noise=False)
-        except (NoConvergenceError, np.linalg.LinAlgError):
+        less = _attempt(without(model, name), model.variances, rounds=3)
+        if less is None:
             continue
         gain, numbers = 2.0 * (model.log_likelihood - less.log_likelihood), max(model.unknowns - less.unknowns, 1)
         needed = chance(gain, numbers, 1) < ALPHA and model.criterion < less.criterion
@@ -241,7 +239,7 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
 def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best: float) -> bool:
     """Whether far less is expected of it than was of the best, and than has been gained already; of what no derivative shows, never."""
     effect = candidate.members[0]
-    if not rivals or effect.is_stop or effect.shown_by(scored.known):
+    if not rivals or effect.is_stop or effect.in_loops or effect.shown_by(scored.known):
         return False
     gained = min(best, max(0.0, *(rival.gain for rival in rivals)))
     done = any(_explains(rival, scored.fitted) for rival in rivals)
@@ -249,21 +247,30 @@ def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best
 
 
 def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[Rival]:
-    """Those that can still become the best, fitted to the end; the greatest evidence first."""
+    """Those that can still come as near to the best as chance may bring them, fitted to the end; the greatest evidence first."""
     found, best = [], beside.criterion
     for rival in rivals:
-        if rival.fitted.criterion - 2.0 * _REACH * rival.fitted.to_go < best:
+        if rival.fitted.criterion - 2.0 * rival.fitted.to_go < best + WITHIN_CHANCE:
             progress(f"fitting {rival.fitted.title} to the end")
-            finished = fitted(_again(rival.fitted), rounds=2, measure_noise=False).lightened()
-            rival = dataclasses.replace(rival, fitted=finished, gain=2.0 * (finished.log_likelihood - beside.log_likelihood))
-            best = min(best, finished.criterion)
+            finished = _attempt(rival.fitted.continued, rival.fitted.variances, rounds=2)
+            if finished is not None:
+                rival = _rival(rival.candidate, finished, beside)
+                best = min(best, finished.criterion)
         found.append(rival)
     return sorted(found, key=lambda rival: rival.fitted.criterion)
 
 
-def _again(light: Fitted) -> Point:
-    """Where a fit has ended, with all that it takes to go on."""
-    return point(light.prepared, light.estimate, light.variances)
+def _attempt(prepared: Prepared, variances: Variances, *, rounds: int) -> Fitted | None:
+    """A fit from where it is prepared to start; None where it cannot be integrated or has no likelihood."""
+    try:
+        found = fitted(point(prepared, prepared.start, variances), rounds=rounds, measure_noise=False)
+    except (NoConvergenceError, np.linalg.LinAlgError):
+        return None
+    return found if np.isfinite(found.log_likelihood) else None
+
+
+def _rival(candidate: Candidate, found: Fitted, beside: Fitted) -> Rival:
+    return Rival(candidate=candidate, fitted=found.lightened(), gain=2.0 * (found.log_likelihood - beside.log_likelihood))
 
 
 def _explains(rival: Rival, beside: Fitted) -> bool:
@@ -277,13 +284,9 @@ def _left(found: Fitted, beside: Fitted) -> float:
 
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
-    """The candidate after one round of its fit; empty where it cannot be integrated."""
-    try:
-        found = fitted(point(prepared, prepared.start, beside.variances), rounds=1, measure_noise=False).lightened()
-    except (NoConvergenceError, np.linalg.LinAlgError):
-        return []
-    gain = 2.0 * (found.log_likelihood - beside.log_likelihood)
-    return [Rival(candidate=candidate, fitted=found, gain=gain)] if np.isfinite(gain) else []
+    """The candidate after one round of its fit; empty where it cannot be fitted."""
+    found = _attempt(prepared, beside.variances, rounds=1)
+    return [] if found is None else [_rival(candidate, found, beside)]
 
 
 def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:

@@ -141,6 +141,11 @@ class Fitted:
         degrees = self.samples - self.unknowns - layout.states * int(finite.sum())
         return float((inner[finite, 0, 0] - taken).sum() / max(degrees, 1))
 
+    @property
+    def continued(self) -> Prepared:
+        """The windows, to be fitted on from here."""
+        return dataclasses.replace(self.prepared, start=self.estimate)
+
     def lightened(self) -> "Fitted":
         """Without the answers of all windows to the force, which are large, and needed to go on from here only."""
         return dataclasses.replace(self, point=dataclasses.replace(self.point, answer=np.zeros((0, 0, 0))))

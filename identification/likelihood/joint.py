@@ -7,8 +7,9 @@ from jaxtyping import Float, Int
 
 from identification import block_arrow
 from identification.block_arrow import Equations
-from identification.fit import bounds, free_unknowns, integrator_for, with_prior
-from identification.layout import Estimate
+from identification.fit import bounds, free_unknowns, integrator_for
+from identification.layout import Active, Estimate
+from identification.levenberg_marquardt import off_the_bounds
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised, linearised
 from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise, white_answer, without_force
@@ -16,10 +17,6 @@ from identification.likelihood.random_force import force_response
 from identification.likelihood.variances import Linear, Variances, equations
 from identification.prepare import Prepared
 
-_SLOW = 0.3
-"""Share of what a step was to bring, left after it, from which steps get on slowly."""
-_GROWTH = 10.0
-"""Of the damping after a step that failed; four times as much after each further one."""
 _LOST = 1e6
 """Mean squared residual at which a window counts that could not be integrated."""
 
@@ -63,8 +60,7 @@ class Point:
     @property
     def prior(self) -> float:
         """Cost of what is known of states, zeros and gaps without the records, nats."""
-        nothing = equations(self.linear, self.marginal, np.zeros(len(self.deviation)))
-        return with_prior(nothing, self.prepared.layout, self.estimate).total(self.estimate)
+        return equations(self.linear, self.marginal, np.zeros(len(self.deviation))).total(self.estimate)
 
     def equations(self, damping: float = 0.0, *, newton: bool = False) -> Equations:
         """Normal equations here, in the metric of the whole likelihood, the force eliminated.
@@ -90,7 +86,7 @@ class Point:
 
     @property
     def from_force(self) -> float:
-        """Fall of the cost that the force alone would bring, to first order, nats."""
+        """Fall of the cost that the force alone would bring, by the linear model, nats."""
         inner, by, force = self.inner, self.marginal, self.estimate.force
         gradient = (by.root.T @ (inner.cross[..., :1] + inner.force @ force[..., None]))[..., 0] + np.linalg.solve(by.root, force.T).T
         fall = np.linalg.solve(by.factor, gradient[..., None])[..., 0]
@@ -187,11 +183,11 @@ def _weighed(
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class JointMode:
-    """Levenberg-Marquardt on the joint density at fixed variances: parameters and states take damped steps, the force follows them.
+    """Levenberg-Marquardt on the joint density at fixed variances: parameters, states and force take damped steps together.
 
-    Steps hold the windows' weights (iteratively reweighted least squares, which goes down from far away); where that gets on slowly, they
-    take in the curvature of the loss (Newton). The answer to the force is worked out anew only where steps get on slowly, fail or end: it
-    steers them, and does not enter the cost.
+    Steps hold the windows' weights (iteratively reweighted least squares, which goes down from far away). Where more is left to go than a
+    step has brought, the next one takes in the curvature of the loss (Newton); where that gets on slowly too, where steps fail and where
+    they end, the answer to the force is worked out anew: it steers the steps, and does not enter the cost.
     """
 
     most_iterations: int = 12
@@ -202,7 +198,7 @@ class JointMode:
 
     def __call__(self, start: Point) -> Point:
         """The mode that is reached from a point; the cost never rises."""
-        here, cost, damping, growth, fresh, newton = start, start.cost, 1e-4, _GROWTH, True, False
+        here, cost, damping, growth, fresh, newton = start, start.cost, 1e-4, 2.0, True, False
         ahead = self.to_go(here)
         for _ in range(self.most_iterations):
             if ahead < self.tolerance:
@@ -215,14 +211,14 @@ class JointMode:
             after = trial.cost
             if after < cost:
                 fall, here, cost, fresh = cost - after, trial, after, False
-                damping, growth = max(damping / 10.0, 1e-9), _GROWTH
-                before, ahead = ahead, self.to_go(here)
+                damping, growth = max(damping / 10.0, 1e-9), 2.0
+                ahead = self.to_go(here)
                 if fall < self.tolerance:
                     break
-                if ahead > _SLOW * before and newton:
+                if ahead > fall and newton:
                     here, fresh = here.renewed(), True
                     ahead = self.to_go(here)
-                newton = newton or ahead > _SLOW * before
+                newton = newton or ahead > fall
             elif newton:
                 newton = False
             elif not fresh:
@@ -237,13 +233,16 @@ class JointMode:
     def to_go(self, here: Point) -> float:
         """Fall of the cost that an undamped step would bring, nats."""
         found = here.equations(newton=True)
-        rest = 0.5 * block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, here.linear.active, 0.0), found)
-        return rest + here.from_force
+        rest = block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, self._free(here, found), 0.0), found)
+        return 0.5 * rest + here.from_force
+
+    def _free(self, here: Point, found: Equations) -> Active:
+        return off_the_bounds(found, here.estimate, here.linear.active, bounds(here.prepared))
 
     def _step(self, here: Point, damping: float, *, newton: bool) -> Estimate:
         estimate, limits = here.estimate, bounds(here.prepared)
         found = here.equations(damping, newton=newton)
-        reduced = block_arrow.reduce(found, estimate, here.linear.active, damping)
+        reduced = block_arrow.reduce(found, estimate, self._free(here, found), damping)
         shared, nuisances, states = block_arrow.solve(reduced, found, estimate, longest=self.longest_step)
         moved = estimate.moved(np.clip(estimate.shared + shared, *limits) - estimate.shared, nuisances, states)
         step = moved.local(here.at.record) - estimate.local(here.at.record)

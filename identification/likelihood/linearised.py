@@ -23,8 +23,7 @@ from vibrojax.model import Model
 from vibrojax.system import System
 
 _SINGULAR = 1e-12
-"""Determinant of a derivative of the state, its largest element 1, where the state no longer depends on all of where it began; and the
-squared singular value that is none then."""
+"""Determinant of a derivative of the state, its largest element 1, below which singular values that are as small count as none."""
 _LARGEST = 1e100
 """Residual and derivative, over the noise, beyond which a window counts as one that could not be integrated."""
 
@@ -173,23 +172,22 @@ def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...])
 def _inverse(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
 ) -> Float[np.ndarray, "windows time states states"]:
-    """Of every matrix, with states in sizes that the first one's initial value gives them; of a singular one regularised (Tikhonov)."""
+    """Of every matrix, with states in sizes that the first one's initial value gives them; of a singular one the pseudoinverse."""
     size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
     size = np.where(size > 0, size, 1.0)
     scaled = matrices * size / size[:, None]
     largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
     scaled /= np.where(largest > 0, largest, 1.0)
-    unit, singular = np.eye(len(size)), np.abs(np.linalg.det(scaled)) < _SINGULAR
-    found = np.linalg.inv(np.where(singular[..., None, None], unit, scaled))
-    transposed = np.swapaxes(scaled[singular], -1, -2)
-    found[singular] = np.linalg.solve(transposed @ scaled[singular] + _SINGULAR * unit, transposed)
+    singular = np.abs(np.linalg.det(scaled)) < _SINGULAR
+    found = np.linalg.inv(np.where(singular[..., None, None], np.eye(len(size)), scaled))
+    found[singular] = np.linalg.pinv(scaled[singular], rcond=_SINGULAR)
     return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
 
 
 def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
-    """Windows none of whose values has a square near the largest number there is."""
+    """Windows of which every value is a number with a square far from the largest number there is."""
     axes = tuple(range(1, values.ndim))
-    return ~(np.maximum(values.max(axis=axes, initial=0.0), -values.min(axis=axes, initial=0.0)) > _LARGEST)
+    return np.maximum(values.max(axis=axes, initial=0.0), -values.min(axis=axes, initial=0.0)) <= _LARGEST
 
 
 def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:

@@ -47,7 +47,7 @@ class RandomForce:
 
 
 def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
-    """Where the force may change its slope, s from the begin of a window: at samples; the same in every window.
+    """Where the force may change its slope, s from the begin of a window; the same in every window, at samples where all are sampled alike.
 
     Args:
         at: all windows.

@@ -267,7 +267,7 @@ def test_trial_asks_the_program_and_scores_sealed_records(program):
     assert [record.stem for record in experiment.records] == ["drop", "cart1", "cart2", "cart3"]
     assert outcome(found).named
     assert 0.0 < found["diagnosis"]["sealed_nominal"]["displacement"] < 10.0
-    assert found["diagnosis"]["chance"] == 1e-6
+    assert found["diagnosis"]["chances"] == [1e-6, 0.5]
     assert found["effects"][0]["faults"][0]["kind"] == "LowPass"
     assert set(found["baselines"]) == {"bic", "sindy"}
 

@@ -128,7 +128,7 @@ class Facts:
 
     @property
     def flight_force(self) -> float:
-        """Size of the forces in flight, with or without a spring: that which changes the largest speed over the largest amplitude, N."""
+        """Size of the forces in flight, m v^2 / A of the largest speed and amplitude, N: k A of an oscillator, and none without motion."""
         return self.mass * self.speed**2 / self.amplitude if self.amplitude > 0 else 0.0
 
 

@@ -12,8 +12,6 @@ from identification.report.frame import page_template
 from identification.report.image import Image, by_section
 from identification.report.numbers import millimetres, significant
 
-_CANDIDATES = 20
-
 
 def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, Any]) -> str:
     """The whole page.
@@ -26,6 +24,7 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
     Returns:
         HTML without any address outside itself.
     """
+    candidates = rows.candidate_rows(diagnosis)
     return page_template("identification.discrepancy.report", {"equation": equation_html}).render(
         diagnosis=diagnosis,
         adequate=diagnosis.is_complete,
@@ -40,10 +39,10 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
         errors=rows.error_rows(diagnosis),
         changes=rows.change_rows(diagnosis),
         steadiness=rows.steadiness_rows(diagnosis),
-        candidates=rows.candidate_rows(diagnosis, _CANDIDATES),
+        candidates=candidates,
         refitted=any(one.drop is not None for one in diagnosis.considered),
         predicted=any(one.held_out is not None for one in diagnosis.considered),
-        more=max(len(diagnosis.considered) - _CANDIDATES, 0),
+        more=max(len(diagnosis.considered) - len(candidates), 0),
         warnings=rows.warnings(diagnosis),
         samples=sum(len(record.time) for record in diagnosis.nominal.records),
         images=by_section(images),

@@ -1,6 +1,7 @@
 """A diagnosis as rows of text, the same for the terminal and the page."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -13,6 +14,8 @@ from vibrojax.channels import CHANNELS
 from vibrojax.model import MASS
 from vibrojax.parameters import Parameter
 
+_BESIDE_ONE_MODEL = 12
+"""Candidates that are shown beside one model, at most."""
 _SHOWN_SHIFT = 0.05
 """Standard errors; a smaller shift is told as such."""
 
@@ -161,10 +164,11 @@ def candidate_rows(diagnosis: Diagnosis, most: int | None = None) -> list[Candid
 
 
 def strongest(diagnosis: Diagnosis) -> tuple[Considered, ...]:
-    """Candidates in the order of the diagnosis; where nothing is missing, the least likely by chance first."""
+    """The best beside each model in the order of the diagnosis; where nothing is missing, all, the least likely by chance first."""
     if diagnosis.is_complete:
         return tuple(sorted(diagnosis.considered, key=lambda one: one.chance))
-    return diagnosis.considered
+    models = itertools.groupby(diagnosis.considered, lambda one: one.beside)
+    return tuple(one for _, beside in models for one in itertools.islice(beside, _BESIDE_ONE_MODEL))
 
 
 def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:

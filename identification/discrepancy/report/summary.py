@@ -6,7 +6,16 @@ from rich.table import Table
 from rich.text import Text
 
 from identification.discrepancy.diagnosis import UNLISTED, Diagnosis
-from identification.discrepancy.report.rows import candidate_rows, change_rows, error_rows, notices, number_rows, symbol_and_name, warnings
+from identification.discrepancy.report.rows import (
+    candidate_rows,
+    change_rows,
+    error_rows,
+    notices,
+    number_rows,
+    strongest,
+    symbol_and_name,
+    warnings,
+)
 from identification.discrepancy.report.words import effect_words, headline, listed, plain_name, probability_text, where
 from identification.report.numbers import NONE, compact, with_unit
 from identification.report.symbols import symbol_text
@@ -83,7 +92,7 @@ def _considered(diagnosis: Diagnosis) -> list[RenderableType]:
     for row in rows:
         name = plain_name(row.name) + (f", {row.detail}" if row.detail else "")
         table.add_row(name, row.beside, *(compact(getattr(row, c)) for c in columns.values()), style="bold" if row.asserted else "")
-    left = len(diagnosis.considered) - len(rows)
+    left = len(strongest(diagnosis)) - len(rows)
     return [table, *([Text(f"  {left} more in the report")] if left else [])]
 
 

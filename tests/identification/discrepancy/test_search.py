@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from identification.discrepancy import search as module
-from identification.discrepancy.search import BUDGET, COMPLETE, MOST, search, share_added
+from identification.discrepancy.scored import Scored
+from identification.discrepancy.search import BUDGET, COMPLETE, MOST, Rival, search, share_added
+from identification.likelihood.fitted import Fitted
+from identification.likelihood.variances import Variances
+from identification.prepare import Prepared
+from tests.effects.facts import FACTS
+from tests.identification.discrepancy import made_fit
 from vibrojax.effects.free_form import FreeForm
 
 
@@ -55,3 +61,71 @@ def test_a_further_effect_that_matters_little_is_not_added(rubbing, monkeypatch)
     monkeypatch.setattr(module, "RELEVANT", 1.1)
     found = search(rubbing, deadline=np.inf)
     assert (found.ended, found.steps) == (COMPLETE, ()) and found.refused[0].name == "coulomb_friction"
+
+
+def made(kind, **known):
+    """An object of a class of which nothing but this is known."""
+    return type(kind.__name__, (kind,), {"__init__": lambda self: None} | known)()
+
+
+def rival(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
+    """One that was fitted, as much of it as the choice looks at."""
+    found = made(
+        Fitted, **{"chi2_reduced": 5.0, "criterion": -gain, "to_go": 0.0, "title": name, "continued": name, "variances": None} | known
+    )
+    return Rival(candidate=made_fit.candidate(name, expected), fitted=found, gain=gain)
+
+
+@pytest.mark.parametrize(
+    ("rivals", "name", "expected", "hopeless"),
+    [
+        ([], "quadratic_drag", 1.0, False),
+        ([rival(gain=1000.0, expected=900.0)], "quadratic_drag", 50.0, True),
+        ([rival(gain=1000.0, expected=900.0)], "quadratic_drag", 150.0, False),
+        ([rival(gain=-1e5, expected=900.0)], "quadratic_drag", 1.0, False),
+        ([rival(gain=200.0, expected=900.0)], "quadratic_drag", 50.0, False),
+        ([rival(gain=1000.0, expected=900.0, chi2_reduced=1.01)], "quadratic_drag", 150.0, True),
+        ([rival(gain=1000.0, expected=900.0)], "deep_stop", 0.0, False),
+        ([rival(gain=1000.0, expected=900.0)], "back_stop", 0.0, False),
+    ],
+)
+def test_what_is_worth_a_fit(rivals, name, expected, hopeless):
+    """By what was gained, no matter what had been expected of it; what no derivative shows always is."""
+    scored = made(Scored, known=FACTS, fitted=made(Fitted, chi2_reduced=10.0))
+    assert module._is_hopeless(made_fit.candidate(name, expected), scored, rivals, 900.0) is hopeless
+
+
+def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
+    """Their criteria with what another step would bring, against that of the best, 100 after its fit, and the model without, 180."""
+    rough = [
+        rival("coulomb_friction", criterion=110.0, to_go=10.0),
+        rival("quadratic_drag", criterion=130.0, to_go=10.0),
+        rival("hysteresis", criterion=130.0, to_go=1.0),
+        rival("cubic_stiffness", criterion=300.0, to_go=100.0),
+    ]
+    ends = {"coulomb_friction": 100.0, "quadratic_drag": 105.0, "cubic_stiffness": None}
+
+    def attempt(start, variances, *, rounds):
+        if ends[start] is None:
+            return None
+        return made(Fitted, criterion=ends[start], log_likelihood=-0.5 * ends[start], lightened=lambda self: self)
+
+    monkeypatch.setattr(module, "_attempt", attempt)
+    beside = made(Fitted, criterion=180.0, log_likelihood=-90.0)
+    found = module._finished(rough, beside, lambda stage: None)
+    assert [(one.name, one.fitted.criterion) for one in found] == [
+        ("coulomb_friction", 100.0),
+        ("quadratic_drag", 105.0),
+        ("hysteresis", 130.0),
+        ("cubic_stiffness", 300.0),
+    ]
+    assert [one.gain for one in found[:2]] == [80.0, 75.0]
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), module.NoConvergenceError("lost")])
+def test_a_fit_that_fails_is_none(error, monkeypatch):
+    def fails(*given, **more):
+        raise error
+
+    monkeypatch.setattr(module, "point", fails)
+    assert module._attempt(made(Prepared, start=None), made(Variances), rounds=1) is None

@@ -28,12 +28,6 @@ def start(example) -> Point:
     return point(prepared, estimate, variances)
 
 
-@pytest.fixture(scope="module")
-def mode(start) -> Point:
-    """Where it is reached from there."""
-    return JointMode(most_iterations=40)(start)
-
-
 def moved(here: Point, shared: np.ndarray, states: np.ndarray, force: np.ndarray) -> float:
     """Cost beside a point."""
     nothing = np.zeros_like(here.estimate.nuisances)
@@ -75,12 +69,41 @@ def test_a_force_alone_brings_what_is_expected_of_it(start):
     assert fall == pytest.approx(start.from_force, rel=0.1)
 
 
-def test_the_mode_is_reached_and_is_one(start, mode):
-    """Nothing is to go there, and from another start it is the same."""
-    find = JointMode(most_iterations=40)
+@pytest.mark.parametrize("degrees", [5.0, 1e4])
+def test_the_mode_is_reached_and_is_one(start, degrees):
+    """Nothing is to go there, and from another start it is the same; with few degrees of freedom the loss bends."""
+    start, find = start.under(dataclasses.replace(start.variances, degrees=degrees)), JointMode(most_iterations=40)
+    mode = find(start)
     assert find.to_go(mode) < 0.1
     assert mode.cost < start.cost - 100.0
     shared = start.estimate.shared + 1e-3 * np.random.default_rng(3).normal(size=len(start.estimate.shared))
     other = find(point(start.prepared, dataclasses.replace(start.estimate, shared=shared), start.variances))
     assert other.cost == pytest.approx(mode.cost, abs=0.5)
     np.testing.assert_allclose(other.estimate.shared, mode.estimate.shared, atol=1e-3)
+
+
+def test_curvature_is_that_of_the_cost(start):
+    """By second differences along each parameter, with the force held and few degrees of freedom."""
+    few = start.under(dataclasses.replace(start.variances, degrees=5.0))
+    none, still = np.zeros_like(few.estimate.states), np.zeros_like(few.estimate.force)
+    newton, reweighted = few.equations(1e12, newton=True), few.equations(1e12)
+    for index in range(few.prepared.layout.shared):
+        step = 1e-5 * np.eye(few.prepared.layout.shared)[index]
+        curvature = (moved(few, step, none, still) - 2.0 * few.cost + moved(few, -step, none, still)) / 1e-10
+        assert newton.hessian[:, index, index].sum() == pytest.approx(curvature, rel=0.01)
+        assert reweighted.hessian[:, index, index].sum() > 1.05 * curvature
+
+
+def test_what_is_known_of_zeros_counts_once(start):
+    """Two standard deviations off in both records, as in the gradient."""
+    prepared, records = start.prepared, 2
+    layout = dataclasses.replace(prepared.layout, zeros=(("hammer_displacement", 1e-6),))
+
+    def at(zero: float) -> Point:
+        nuisances = np.concatenate([start.estimate.nuisances, np.full((records, 1), zero)], axis=1)
+        estimate = dataclasses.replace(start.estimate, nuisances=nuisances)
+        return point(dataclasses.replace(prepared, layout=layout, start=estimate), estimate, start.variances)
+
+    assert at(2.0).prior - at(0.0).prior == pytest.approx(0.5 * records * 2.0**2)
+    slope = (at(2.0 + 1e-3).cost - at(2.0 - 1e-3).cost) / 2e-3
+    assert at(2.0).equations(1e12).gradient[:, layout.shared + 3].sum() == pytest.approx(slope, rel=1e-3)

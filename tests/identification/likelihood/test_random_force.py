@@ -56,6 +56,7 @@ def test_no_knot_is_nearer_to_the_next_than_four_samples(fastest):
     assert knots(windows(200), fastest)[1] == pytest.approx(4 * DT, rel=1e-12)
 
 
-@pytest.mark.parametrize("samples", [619, 2000, 20000])
-def test_a_long_window_has_no_more_knots_than_allowed(samples):
-    assert MOST_KNOTS - 3 < len(knots(windows(samples), 50.0)) <= MOST_KNOTS
+@pytest.mark.parametrize(("samples", "expected"), [(619, 79), (2000, 78), (20000, 80)])
+def test_a_long_window_has_no_more_knots_than_allowed(samples, expected):
+    """Spacings are whole samples, so that a few may be left over."""
+    assert len(knots(windows(samples), 50.0)) == expected <= MOST_KNOTS
