@@ -14,7 +14,7 @@ from rich.console import Console
 from benchmarks.concealed.jobs import SERIES, Draw, Job, jobs
 from benchmarks.concealed.summary import summary
 from benchmarks.concealed.table import effects_table, methods_table, time_table, verdicts_table
-from benchmarks.concealed.trial import compared, trial
+from benchmarks.concealed.trial import BASELINES, compared, trial, unanswered
 from benchmarks.machine import machine
 from benchmarks.resumable import finished, lines_beside, run_trials
 from benchmarks.simulator import EFFECTS, UNREST
@@ -31,12 +31,12 @@ def main() -> None:
     lines = lines_beside(options.json, resume=options.resume)
     wanted = jobs(draw)
     done = finished(lines, "key")
-    each = functools.partial(trial, budget_minutes=options.budget_minutes, baselines=not options.no_baselines)
+    each = functools.partial(trial, budget_minutes=options.budget_minutes, baselines=options.baselines)
     run_trials("cases", each, [job for job in wanted if not is_done(job, done, options.budget_minutes)], lines, workers=options.workers)
     trials = finished(lines, "key")
-    if not options.no_baselines:
-        lacking = [(job, trials[job.key]) for job in wanted if not is_compared(trials[job.key])]
-        run_trials("baselines", compared, lacking, lines, workers=options.workers)
+    lacking = [(job, trials[job.key]) for job in wanted if unanswered(options.baselines, trials[job.key])]
+    if lacking:
+        run_trials("baselines", functools.partial(compared, baselines=options.baselines), lacking, lines, workers=options.workers)
         trials = finished(lines, "key")
     result = summary([trials[job.key] for job in wanted])
     settings = {
@@ -76,7 +76,15 @@ def parser() -> argparse.ArgumentParser:
     )
     made.add_argument("--seed", type=int, default=0, help="of the series")
     made.add_argument("--budget-minutes", type=float, default=_BUDGET, help="of one diagnosis")
-    made.add_argument("--no-baselines", action="store_true", help="leave out the simpler methods")
+    simpler = made.add_mutually_exclusive_group()
+    simpler.add_argument(
+        "--baselines",
+        nargs="+",
+        choices=list(BASELINES),
+        default=["bic", "sindy"],
+        help="simpler methods to ask; grey_box takes minutes a case",
+    )
+    simpler.add_argument("--no-baselines", dest="baselines", action="store_const", const=[], help="leave them out")
     made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
     made.add_argument("--workers", type=int, default=1, metavar="W", help="processes")
     made.add_argument("--resume", action="store_true", help="keep the cases that an earlier run has finished without failure")
@@ -108,11 +116,6 @@ def is_done(job: Job, done: dict[str, dict], budget_minutes: float) -> bool:
     if found is None or "failure" in found or found["job"] != json.loads(json.dumps(job.settings)):
         return False
     return found.get("budget_minutes", _BUDGET) == budget_minutes
-
-
-def is_compared(trial: dict) -> bool:
-    """Whether all baselines have answered."""
-    return "baselines" in trial and not any("failure" in answer for answer in trial["baselines"].values())
 
 
 if __name__ == "__main__":

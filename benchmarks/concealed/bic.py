@@ -1,8 +1,10 @@
 """Baseline: effects are added one after the other as long as the Bayesian information criterion falls (Schwarz 1978)."""
 
+from pathlib import Path
+
 import numpy as np
 
-from benchmarks.concealed.force_balance import Balance
+from benchmarks.concealed.force_balance import force_balance
 from benchmarks.concealed.library import Regression, regression
 
 NAME = "bic"
@@ -12,9 +14,9 @@ _AT_MOST = 4
 """Effects."""
 
 
-def name_effect(balance: Balance) -> list[str]:
+def name_effect(folder: Path) -> list[str]:
     """The chosen effects, the first chosen first; empty where the nominal terms suffice, "unlisted" for a term that is no listed effect."""
-    return forward_selection(regression(balance))
+    return forward_selection(regression(force_balance(folder)))
 
 
 def forward_selection(law: Regression) -> list[str]:

@@ -4,11 +4,12 @@ The threshold is the one of a series whose terms have the least Bayesian informa
 """
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 
 from benchmarks.concealed.bic import criterion
-from benchmarks.concealed.force_balance import Balance
+from benchmarks.concealed.force_balance import force_balance
 from benchmarks.concealed.library import Regression, regression
 
 NAME = "sindy"
@@ -17,9 +18,9 @@ _THRESHOLDS = tuple(np.geomspace(1e-3, 0.3, 11))
 _RIDGE = 1e-9
 
 
-def name_effect(balance: Balance) -> list[str]:
+def name_effect(folder: Path) -> list[str]:
     """Effects of the surviving terms, first the one that would be missed most; empty where none survives."""
-    return sparse_terms(regression(balance))
+    return sparse_terms(regression(force_balance(folder)))
 
 
 def sparse_terms(law: Regression) -> list[str]:

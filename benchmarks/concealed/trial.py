@@ -2,12 +2,13 @@
 
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 
 import psutil
 
+from benchmarks.concealed import bic, grey_box, sindy
 from benchmarks.concealed.jobs import Job
 from benchmarks.machine import revision
 from benchmarks.simulator import Case, draw_case, write_case
@@ -18,9 +19,11 @@ _KNOWN = ("effects", "where", "kind", "noise", "channels", "driven", "unrest", "
 """What of the truth is kept with a finished case."""
 _MEMORY = 4 * 2**30
 """Bytes."""
+BASELINES = {method.NAME: method.name_effect for method in (bic, sindy, grey_box)}
+"""Simpler methods: what each names, given the folder of an experiment."""
 
 
-def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> dict:
+def trial(job: Job, *, budget_minutes: float = 5.0, baselines: Sequence[str] = ()) -> dict:
     """Draw, write and diagnose one case; a failure is a result too, with its message."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "rig"
@@ -33,17 +36,24 @@ def trial(job: Job, *, budget_minutes: float = 5.0, baselines: bool = True) -> d
         found |= {"seconds": time.perf_counter() - before, "cpu_seconds": time.process_time() - of_cores}
         found |= _kept("diagnosis", lambda: scored(said["diagnosis"], folder)) if "diagnosis" in said else said
         if baselines:
-            found |= {"baselines": _baselines(folder)}
+            found |= {"baselines": _answers(folder, unanswered(baselines, found))}
     return found
 
 
-def compared(finished: tuple[Job, dict]) -> dict:
+def unanswered(baselines: Sequence[str], found: Mapping) -> list[str]:
+    """Those of the simpler methods that have not answered, or failed; the model of flights only where nothing acts elsewhere."""
+    answers, in_flight = found.get("baselines", {}), {effect["name"] for effect in found["effects"]} <= set(grey_box.TERMS)
+    asked = [name for name in baselines if name != grey_box.NAME or in_flight]
+    return [name for name in asked if "name" not in answers.get(name, {})]
+
+
+def compared(finished: tuple[Job, dict], *, baselines: Sequence[str]) -> dict:
     """A finished case and what simpler methods say about it; its records are drawn again."""
     job, found = finished
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "rig"
         written(job, folder)
-        return found | {"baselines": _baselines(folder)}
+        return found | {"baselines": found.get("baselines", {}) | _answers(folder, unanswered(baselines, found))}
 
 
 def written(job: Job, folder: Path) -> Case:
@@ -95,15 +105,9 @@ def scored(diagnosis, folder: Path) -> dict:
     }
 
 
-def _baselines(folder: Path) -> dict:
+def _answers(folder: Path, baselines: Sequence[str]) -> dict:
     """What simpler methods name, on the same records."""
-    from benchmarks.concealed import bic, sindy
-    from benchmarks.concealed.force_balance import force_balance
-
-    found = _kept("balance", lambda: force_balance(folder))
-    if "failure" in found:
-        return {"bic": found, "sindy": found}
-    return {module.NAME: _kept("name", lambda module=module: module.name_effect(found["balance"])) for module in (bic, sindy)}
+    return {name: _kept("name", lambda name=name: BASELINES[name](folder)) for name in baselines}
 
 
 def _kept(key: str, compute: Callable[[], object]) -> dict:

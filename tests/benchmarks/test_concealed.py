@@ -11,7 +11,7 @@ from benchmarks.concealed.outcome import outcome
 from benchmarks.concealed.prediction import displacement_error, impact_peaks, peak_error, sealed_errors
 from benchmarks.concealed.summary import summary
 from benchmarks.concealed.table import effects_table, methods_table, time_table, verdicts_table
-from benchmarks.concealed.trial import trial, written
+from benchmarks.concealed.trial import BASELINES, trial, unanswered, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
 from benchmarks.simulator.case import WITHOUT, truth
 from identification.experiment import load_experiment
@@ -136,8 +136,13 @@ def test_a_baseline_that_failed_is_told_and_asked_again():
         "baselines": {"bic": {"name": []}, "sindy": {"failure": "no pysindy"}}
     }
     assert summary([broken])["failures"] == {"x, sindy": "no pysindy"}
-    assert not command.is_compared(broken)
-    assert command.is_compared(broken | {"baselines": {"bic": {"name": []}}})
+    assert unanswered(["bic", "sindy"], broken) == ["sindy"]
+    assert unanswered(["bic"], broken) == []
+
+
+@pytest.mark.parametrize(("truth", "asked"), [((), ["grey_box"]), (("quadratic_drag",), ["grey_box"]), (("force_lag",), [])])
+def test_a_model_of_flights_is_asked_of_what_acts_there(truth, asked):
+    assert unanswered(["grey_box"], case("x", "listed", truth, said("adequate"))) == asked
 
 
 def test_a_case_with_another_budget_is_another_case():
@@ -261,7 +266,7 @@ def program(monkeypatch):
 
 def test_trial_asks_the_program_and_scores_sealed_records(program):
     job = next(job for job in jobs(Draw(per_effect=1, samples=SMALL)) if job.order.effects[0][0] == "force_lag")
-    found = json.loads(json.dumps(trial(job, budget_minutes=2.0)))
+    found = json.loads(json.dumps(trial(job, budget_minutes=2.0, baselines=["bic", "sindy", "grey_box"])))
     ((experiment, budget),) = program
     assert budget == 2.0
     assert [record.stem for record in experiment.records] == ["drop", "cart1", "cart2", "cart3"]
@@ -274,7 +279,7 @@ def test_trial_asks_the_program_and_scores_sealed_records(program):
 
 def test_a_trial_keeps_what_unrest_was_drawn(program):
     (job,) = jobs(Draw(null=1, samples=SMALL, unrest=("force", "scatter")))
-    found = json.loads(json.dumps(trial(job, baselines=False)))
+    found = json.loads(json.dumps(trial(job, baselines=())))
     known = truth(draw_case(job.rng(), job.order))
     assert 0.002 <= found["unrest"] <= 0.02 and 0.001 <= found["scatter"] <= 0.005
     assert {name: found[name] for name in ("unrest", "corner", "colour", "scatter")} == {
@@ -282,7 +287,7 @@ def test_a_trial_keeps_what_unrest_was_drawn(program):
     }
     assert found["colour"] is None
     assert outcome(found).unrest
-    assert not outcome(json.loads(json.dumps(trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=False)))).unrest
+    assert not outcome(json.loads(json.dumps(trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=())))).unrest
 
 
 def test_a_case_whose_hammer_runs_away_is_drawn_anew(tmp_path, monkeypatch):
@@ -304,7 +309,7 @@ def test_a_failure_is_told(program, monkeypatch):
         raise RuntimeError("no convergence")
 
     monkeypatch.setattr(sys.modules["identification.diagnose"], "diagnose_experiment", broken)
-    found = trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=False)
+    found = trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=())
     assert found["failure"] == "RuntimeError: no convergence"
     assert outcome(found).claim == "failure"
 
@@ -349,12 +354,13 @@ def test_resuming_adds_the_baselines_that_were_left_out(program, tmp_path, monke
 
     ran = {}
     monkeypatch.setattr(command, "run_trials", in_this_process)
-    monkeypatch.setattr("benchmarks.concealed.trial._baselines", lambda folder: {"bic": {"name": []}, "sindy": {"name": ["drag"]}})
+    monkeypatch.setitem(BASELINES, "bic", lambda folder: [])
+    monkeypatch.setitem(BASELINES, "sindy", lambda folder: ["drag"])
     for arguments in (["--no-baselines"], ["--resume"], ["--resume"]):
         monkeypatch.setattr(sys, "argv", ["concealed", "--null", "1", "--json", str(tmp_path / "x.json"), *arguments])
         command.main()
         found = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
         assert set(found["baselines"]) == (set() if arguments == ["--no-baselines"] else {"bic", "sindy"})
     assert len(program) == 1
-    assert ran == {"cases": 0, "baselines": 0}
+    assert ran == {"cases": 0, "baselines": 1}
     capsys.readouterr()

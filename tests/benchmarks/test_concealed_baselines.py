@@ -7,15 +7,15 @@ from benchmarks.concealed.library import Regression, condensed, regression
 from benchmarks.simulator import LISTED, Order, draw_case, write_case
 
 
-def balance(tmp_path, name=None, channels="all", samples=(2001, 4001), seed=5):
+def rig(tmp_path, name=None, channels="all", samples=(2001, 4001), seed=5):
     rng = np.random.default_rng(seed)
     order = Order(kind="stiff", effects=((name, 1.0),) if name else (), channels=channels, samples=samples)
     write_case(tmp_path / "rig", draw_case(rng, order), rng)
-    return force_balance(tmp_path / "rig")
+    return tmp_path / "rig"
 
 
 def test_forces_of_a_complete_model_balance(tmp_path):
-    law = regression(balance(tmp_path))
+    law = regression(force_balance(rig(tmp_path)))
     left = law.target - law.nominal @ np.linalg.lstsq(law.nominal, law.target, rcond=None)[0]
     assert np.sum(left**2) / law.count < 1.5
     assert set(law.terms) - {"unlisted"} <= set(LISTED)
@@ -36,12 +36,12 @@ def test_condensed_rows_keep_every_sum_of_squares():
 def test_plain_effects_are_named_first(tmp_path, name, method):
     if method is sindy:
         pytest.importorskip("pysindy")
-    assert method.name_effect(balance(tmp_path, name))[0] == name
+    assert method.name_effect(rig(tmp_path, name))[0] == name
 
 
 @pytest.mark.parametrize("channels", ["displacements", "no accelerometer"])
 def test_channels_may_be_missing(tmp_path, channels):
-    found = bic.name_effect(balance(tmp_path, "constant_force", channels=channels))
+    found = bic.name_effect(rig(tmp_path, "constant_force", channels=channels))
     assert "constant_force" in found
 
 

@@ -40,8 +40,7 @@ def test_parameters_of_a_complete_model_are_the_same_in_all_records(fits):
 
 def test_a_record_whose_clock_is_fast_has_a_natural_frequency_of_its_own(fits):
     found = by_name(fits[1])["f_n"]
-    print("CH", found.chance, found.records)
-    assert found.chance < 1e-6
+    assert found.chance < ALPHA
     (drop, _), *others = (found.records[record.file] for record in fits[1].prepared.experiment.records)
     assert drop < min(value for value, _ in others)
 
