@@ -146,7 +146,8 @@ class Considered:
         detail: which channel, record or frequency.
         gain: expected improvement of twice the log-likelihood (score test).
         chance: probability that chance alone gives as much.
-        drop: improvement of twice the log-likelihood when the whole was fitted again with it; None where it was not.
+        drop: improvement of twice the log-likelihood when the whole was fitted again with it; a lower bound where the fit ended early,
+            since it could not become the best; None where it was not fitted.
         bic: Bayesian information criterion after that, less that of the best; None where it was not fitted.
         held_out: fall of the error on windows left out of the fit, over the standard deviation of the record; None where it was not fitted.
         beside: effects that were in the model already.
