@@ -104,7 +104,7 @@ def main(out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the p
     from vibrojax.cli.environment import prepare_jax
 
     prepare_jax()
-    from identification.run import run_fit
+    from identification.commands.run import run_fit
 
     values, console = thesis_set(), Console()
     records = out / "records"

@@ -8,7 +8,7 @@ import numpy as np
 from identification.experiment import load_experiment
 from identification.recipes.load import load_recipe, recipe_names
 from identification.recipes.prepare import recipe_experiment
-from identification.result import FitResult, RecordFit
+from identification.result.result import FitResult, RecordFit
 from vibrojax.cli.environment import prepare_jax
 
 _EDGE_S = 0.05
@@ -23,7 +23,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help="recipes; all if none is named")
     options = parser.parse_args()
     prepare_jax()
-    from identification.estimate import fit_experiment
+    from identification.estimation.estimate import fit_experiment
 
     for name in options.names or recipe_names():
         recipe = load_recipe(name)

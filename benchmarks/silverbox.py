@@ -53,7 +53,7 @@ def main() -> None:
 
 def test_errors(model: Model, experiment: Experiment) -> dict[str, float]:
     """Root mean square error of a free run on each test set, V."""
-    from identification.simulate import simulate_record
+    from identification.windows.simulate import simulate_record
 
     records, errors = {record.file: record for record in experiment.records}, {}
     for name, (file, samples) in TEST_SETS.items():
@@ -70,7 +70,7 @@ def _model(file: Path | None, experiment: Experiment) -> Model:
         from vibrojax.model_file import read_model
 
         return read_model(file)
-    from identification.estimate import fit_experiment
+    from identification.estimation.estimate import fit_experiment
 
     return fit_experiment(experiment.fitting).model
 

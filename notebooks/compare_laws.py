@@ -24,8 +24,8 @@ from vibrojax.cli.environment import prepare_jax
 prepare_jax()
 
 from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experiment
-from identification.adequacy import OVERALL, chi2_limit
-from identification.estimate import fit_experiment
+from identification.estimation.adequacy import OVERALL, chi2_limit
+from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report.figures.base import MEASURED, SERIES
 from vibrojax.contact import LAWS

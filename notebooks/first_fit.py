@@ -19,11 +19,11 @@ from vibrojax.cli.environment import prepare_jax
 
 prepare_jax()
 
-from identification.estimate import fit_experiment
+from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary
 from identification.report.figures.base import MEASURED, MODEL
-from identification.simulate import simulate_record
+from identification.windows.simulate import simulate_record
 from vibrojax.data_files import data_path
 from vibrojax.drawing import STYLE
 

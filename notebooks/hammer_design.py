@@ -19,7 +19,7 @@ from vibrojax.cli.environment import prepare_jax
 prepare_jax()
 
 from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experiment
-from identification.estimate import fit_experiment
+from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report.figures.base import SERIES
 from vibrojax.batch import Span

@@ -19,7 +19,7 @@ from vibrojax.cli.environment import prepare_jax
 prepare_jax()
 
 from benchmarks.simulator import Order, draw_case, write_case
-from identification.diagnose import diagnose_experiment
+from identification.diagnosis.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
 from identification.report.figures.base import ACCENT, MEASURED, MODEL
 from vibrojax.drawing import STYLE

@@ -20,7 +20,7 @@ from vibrojax.cli.environment import prepare_jax
 
 prepare_jax()
 
-from identification.diagnose import diagnose_experiment
+from identification.diagnosis.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
 from identification.recipes.load import load_recipe
 from identification.recipes.prepare import recipe_experiment

@@ -49,16 +49,31 @@ def test_imports_go_one_way(module):
         assert not packages & {"tests", "benchmarks", "data"}, f"{module} imports what is not installed with it"
 
 
-@pytest.mark.parametrize("module", [module for module in MODULES if module.parts[:2] == ("identification", "likelihood")], ids=str)
-def test_the_likelihood_knows_of_no_diagnosis(module):
-    """`discrepancy` builds on it, and the fit states both: neither comes back."""
-    above = ("identification.discrepancy", "identification.diagnose", "identification.estimate", "identification.result")
-    assert not [name for name in imported(parse(module)) if name.startswith(above)]
+FLOW = ("experiment", "wording", "windows", "least_squares", "likelihood", "result", "estimation", "diagnosis", "report", "commands")
+"""Folders of `identification` in the order in which a record passes through them."""
 
 
-def test_the_diagnosis_builds_on_the_likelihood():
-    modules = [module for module in MODULES if module.parts[:2] == ("identification", "discrepancy")]
-    assert any(name.startswith("identification.likelihood") for module in modules for name in imported(parse(module)))
+def test_a_record_passes_through_the_folders_in_one_direction():
+    """No folder imports from a later one; `inspection` and `recipes` build on the experiment alone."""
+    order = {name: place for place, name in enumerate(FLOW)} | {"inspection": 0.5, "recipes": 0.5}
+    modules = [module for module in MODULES if module.parts[0] == "identification" and len(module.parts) > 2]
+    assert {module.parts[1] for module in modules} == set(order)
+    back = {
+        f"{module} imports {name}"
+        for module in modules
+        for name in imported(parse(module))
+        if name.startswith("identification.") and order[name.split(".")[1]] > order[module.parts[1]]
+    }
+    assert not back
+
+
+def test_a_folder_holds_a_dozen_modules_at_most():
+    """Effects and contact laws are one to a file, so that their folders grow with their number."""
+    folders: dict[Path, int] = {}
+    for module in MODULES:
+        if module.parts[0] == "identification" and module.name != "__init__.py":
+            folders[module.parent] = folders.get(module.parent, 0) + 1
+    assert {str(folder): count for folder, count in folders.items() if count > 12} == {}
 
 
 def test_tests_share_through_plain_modules():

@@ -77,7 +77,7 @@ def diagnosed(folder: Path, *, budget_minutes: float = 5.0):
 
     if psutil.Process().memory_info().rss > _MEMORY:
         jax.clear_caches()  # compiled programs of case after case would fill the memory; they come back from disk
-    diagnose = import_module("identification.diagnose")
+    diagnose = import_module("identification.diagnosis.diagnose")
     return diagnose.diagnose_experiment(load_experiment(folder), budget_minutes=budget_minutes)
 
 

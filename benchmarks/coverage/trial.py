@@ -62,7 +62,7 @@ def trial(experiment: Experiment) -> dict:
 
 def _fitted(folder: Path, rig: Rig, plans: tuple[RecordPlan, ...], seed: int) -> dict:
     """Fit the experiment in `folder` and set estimates beside the truth; whatever else is estimated has none here."""
-    from identification.estimate import fit_experiment
+    from identification.estimation.estimate import fit_experiment
     from identification.experiment import load_experiment
 
     result = fit_experiment(load_experiment(folder), seed=seed)

@@ -61,7 +61,7 @@ def _compare(options: argparse.Namespace, console: Console) -> dict:
     from benchmarks.fit.peer import Problem
     from benchmarks.fit.reference import reference_residuals
     from identification.experiment import load_experiment
-    from identification.prepare import prepare
+    from identification.windows.prepare import prepare
     from vibrojax.data_files import data_path
 
     with console.status("a start for both"):

@@ -9,13 +9,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
-from identification.layout import Estimate
-from identification.levenberg_marquardt import Outcome
-from identification.multistart import Multistart
-from identification.prepare import Prepared
-from identification.residual import residuals, weighted_residual
-from identification.uncertainty import uncertainty
+from identification.estimation.multistart import Multistart
+from identification.least_squares.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
+from identification.least_squares.levenberg_marquardt import Outcome
+from identification.least_squares.residual import residuals, weighted_residual
+from identification.least_squares.uncertainty import uncertainty
+from identification.windows.layout import Estimate
+from identification.windows.prepare import Prepared
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

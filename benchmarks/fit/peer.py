@@ -11,10 +11,9 @@ from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix, lil_matrix, vstack
 
 from benchmarks.fit import peer_kernel as kernel
-from identification.block_arrow import GAP_PRIOR_STD
-from identification.fit import free_unknowns
-from identification.layout import Estimate
-from identification.prepare import Prepared
+from identification.least_squares.fit import free_unknowns
+from identification.windows.layout import GAP_PRIOR_STD, Estimate
+from identification.windows.prepare import Prepared
 
 _CODES = {
     "hammer_displacement": kernel.HAMMER,

@@ -3,8 +3,8 @@
 import numpy as np
 
 from benchmarks.oracle import Rig, hunt_crossley, motion
-from identification.layout import Estimate
-from identification.prepare import Prepared
+from identification.windows.layout import Estimate
+from identification.windows.prepare import Prepared
 
 
 def reference_residuals(prepared: Prepared, estimate: Estimate) -> np.ndarray:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.recordings.known import Known
 from benchmarks.recordings.runs import Run, arguments
-from identification.report.numbers import millimetres, rounded, with_unit
+from identification.wording.numbers import millimetres, rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from identification.estimate import fit_experiment
+from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.data_files import data_path

@@ -3,17 +3,17 @@
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
+from identification.experiment.columns.load_record import load_record
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Experiment
 from identification.experiment.fittable import check_fittable
-from identification.experiment.load_record import load_record
-from identification.experiment.noise_table import with_noise
 from identification.experiment.readers import stem_of
-from identification.experiment.record_settings import RecordSettings, read_record_settings
-from identification.experiment.rig_settings import read_parameters, read_sensors, read_suspension
-from identification.experiment.scales import check_scales
-from identification.experiment.schema import Table
-from identification.experiment.toml_file import find_experiment_file, parse_toml
+from identification.experiment.settings.noise_table import with_noise
+from identification.experiment.settings.record_settings import RecordSettings, read_record_settings
+from identification.experiment.settings.rig_settings import read_parameters, read_sensors, read_suspension
+from identification.experiment.settings.scales import check_scales
+from identification.experiment.settings.schema import Table
+from identification.experiment.settings.toml_file import find_experiment_file, parse_toml
 
 SCHEMA = 1
 TABLES = ("experiment", "hammer", "suspension", "contact", "parameters", "sensors")

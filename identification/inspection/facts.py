@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from identification.experiment.columns.saturation import Saturation, find_saturation
+from identification.experiment.columns.timebase import check_time
 from identification.experiment.errors import ExperimentError
 from identification.experiment.noise import estimate_noise
-from identification.experiment.saturation import Saturation, find_saturation
-from identification.experiment.timebase import check_time
 from identification.inspection.columns import Column, FileColumns
 
 GAP = 1.5

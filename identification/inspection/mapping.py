@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.experiment.channels import CHANNELS, si_unit
-from identification.experiment.scales import PAIRS, mistaken_unit, motion_ratio
+from identification.experiment.settings.scales import PAIRS, mistaken_unit, motion_ratio
 from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, same_unit
 from identification.inspection.columns import Column
 

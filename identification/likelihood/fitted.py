@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float, Int
 
-from identification.block_arrow import covariance
-from identification.fit import free_unknowns, integrator_for
-from identification.layout import Estimate
-from identification.levenberg_marquardt import Outcome
+from identification.least_squares.block_arrow import covariance
+from identification.least_squares.fit import free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import Outcome
 from identification.likelihood import robust
 from identification.likelihood.evidence import criterion
 from identification.likelihood.joint import JointMode, Point, point
@@ -16,7 +15,8 @@ from identification.likelihood.linearised import linearised
 from identification.likelihood.random_force import RandomForce, knots
 from identification.likelihood.settling import settled
 from identification.likelihood.variances import Posterior, Variances, estimated, log_determinant, measured_noise
-from identification.prepare import Prepared
+from identification.windows.layout import Estimate
+from identification.windows.prepare import Prepared
 from vibrojax.model import Model
 
 _FIRST_FORCE, _FIRST_MEMORY = 1e-2, 4.0

@@ -5,17 +5,17 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float, Int
 
-from identification import block_arrow
-from identification.block_arrow import Equations
-from identification.fit import bounds, free_unknowns, integrator_for
-from identification.layout import Active, Estimate
-from identification.levenberg_marquardt import off_the_bounds
+from identification.least_squares import block_arrow
+from identification.least_squares.block_arrow import Equations
+from identification.least_squares.fit import bounds, free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import off_the_bounds
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised, linearised
 from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise, white_answer, without_force
 from identification.likelihood.random_force import force_response
 from identification.likelihood.variances import Linear, Variances, equations
-from identification.prepare import Prepared
+from identification.windows.layout import Active, Estimate
+from identification.windows.prepare import Prepared
 
 _LOST = 1e6
 """Mean squared residual at which a window counts that could not be integrated."""

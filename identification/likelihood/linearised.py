@@ -10,12 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Shaped
 
-from identification.fit import CHUNK, as_arrays, on_device
-from identification.lanes import chunked
-from identification.layout import Estimate, Layout
-from identification.prepare import Prepared
-from identification.residual import lane_system, predict
-from identification.windows import FITTED_CHANNELS, Windows
+from identification.least_squares.fit import CHUNK, as_arrays, on_device
+from identification.least_squares.residual import lane_system, predict
+from identification.windows.lanes import chunked
+from identification.windows.layout import Estimate, Layout
+from identification.windows.prepare import Prepared
+from identification.windows.windows import FITTED_CHANNELS, Windows
 from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import PiecewiseLinearForce
 from vibrojax.integrate import Landing

@@ -7,10 +7,10 @@ from jaxtyping import Bool, Float
 from scipy.optimize import minimize_scalar
 from scipy.special import chdtrc
 
-from identification.block_arrow import covariance, reduce
-from identification.fit import free_unknowns
+from identification.least_squares.block_arrow import covariance, reduce
+from identification.least_squares.fit import free_unknowns
 from identification.likelihood.fitted import Fitted
-from identification.prepare import Prepared
+from identification.windows.prepare import Prepared
 
 IDENTIFIED = 1.0
 """Standard error in the internal coordinate up to which a record determines a parameter."""

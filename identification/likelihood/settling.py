@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float, Int
 
-from identification.lanes import initial_states
-from identification.layout import Estimate
 from identification.likelihood.joint import Point, point
 from identification.likelihood.marginal import estimated_force
 from identification.likelihood.variances import equations
-from identification.prepare import Prepared, windows_of
+from identification.windows.lanes import initial_states
+from identification.windows.layout import Estimate
+from identification.windows.prepare import Prepared, windows_of
 
 _WORSE = 4.0
 """Squared residual over the median of the windows from which one has settled wrongly."""

@@ -8,16 +8,16 @@ from jaxtyping import Float
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize
 
-from identification import block_arrow
-from identification.block_arrow import Equations
-from identification.fit import with_prior
-from identification.layout import Active, Estimate, Layout
+from identification.least_squares import block_arrow
+from identification.least_squares.block_arrow import Equations
+from identification.least_squares.fit import with_prior
 from identification.likelihood import noise as sensor
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised
 from identification.likelihood.marginal import Grams, Marginal, estimated_force, marginal
 from identification.likelihood.noise import Autoregression
 from identification.likelihood.random_force import RandomForce
+from identification.windows.layout import Active, Estimate, Layout
 
 _EVALUATIONS = 24
 _OF_THE_VIBRATION = 4.0

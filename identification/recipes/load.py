@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.schema import Table
-from identification.experiment.toml_file import parse_toml
+from identification.experiment.settings.schema import Table
+from identification.experiment.settings.toml_file import parse_toml
 from identification.recipes.base import Cut, Recipe
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError

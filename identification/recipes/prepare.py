@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiment.toml_file import FILE_NAME
+from identification.experiment.settings.toml_file import FILE_NAME
 from identification.recipes import RAW_READERS
 from identification.recipes.base import Recipe
 from identification.recipes.recordings import find_recordings

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from identification.experiment.location import sha256_of
+from identification.experiment.columns.location import sha256_of
 from identification.recipes.base import Recipe
 from vibrojax.errors import InputError
 

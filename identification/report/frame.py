@@ -5,8 +5,8 @@ from typing import Any
 
 import jinja2
 
-from identification.report.numbers import significant, unit_text
-from identification.report.symbols import prose_html, symbol_html
+from identification.wording.numbers import significant, unit_text
+from identification.wording.symbols import prose_html, symbol_html
 
 
 def page_template(package: str, filters: Mapping[str, Callable[..., Any]] | None = None) -> jinja2.Template:

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from identification.experiment import Experiment
-from identification.reference import Reference, compare, unmatched
 from identification.report import rows
 from identification.report.frame import page_template
 from identification.report.image import Image, by_section
-from identification.report.numbers import significant
 from identification.report.verdict import judge
-from identification.result import FitResult, RecordFit
+from identification.result.reference import Reference, compare, unmatched
+from identification.result.result import FitResult, RecordFit
+from identification.wording.numbers import significant
 
 
 def page(result: FitResult, images: list[Image], *, reference: Reference | None = None, provenance: Mapping[str, Any]) -> str:

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Experiment, Record
-from identification.reference import Comparison
-from identification.report.channel_labels import label
-from identification.report.numbers import NONE, percent, rounded, significant, unit_text, with_unit
-from identification.result import OK, FitResult, ParameterEstimate, RecordFit
+from identification.result.reference import Comparison
+from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
+from identification.wording.channel_labels import label
+from identification.wording.numbers import NONE, percent, rounded, significant, unit_text, with_unit
 
 WORTH_TELLING = 0.1
 """Correlations below this are left out of lists."""

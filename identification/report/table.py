@@ -6,8 +6,6 @@ from rich.table import Table
 from rich.text import Text
 
 from identification.experiment import Experiment
-from identification.reference import Reference, compare, unmatched
-from identification.report.numbers import NONE, compact
 from identification.report.rows import (
     WORTH_TELLING,
     channel_rows,
@@ -18,9 +16,11 @@ from identification.report.rows import (
     reasons,
     windows,
 )
-from identification.report.symbols import symbol_text
 from identification.report.verdict import GOOD, judge
-from identification.result import FitResult, RecordFit
+from identification.result.reference import Reference, compare, unmatched
+from identification.result.result import FitResult, RecordFit
+from identification.wording.numbers import NONE, compact
+from identification.wording.symbols import symbol_text
 
 
 def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from identification.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
-from identification.report.channel_labels import spoken
-from identification.report.numbers import significant
-from identification.report.record_view import residual
-from identification.result import FitResult
+from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
+from identification.result.record_view import residual
+from identification.result.result import FitResult
+from identification.wording.channel_labels import spoken
+from identification.wording.numbers import significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR = 0.15

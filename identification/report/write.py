@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from identification.reference import Reference, compare
 from identification.report.figures import FIGURES
 from identification.report.image import Image, rendered, write_page
 from identification.report.page import page
-from identification.result import FitResult
-from identification.result_json import provenance as provenance_of
+from identification.result.json_file import provenance as provenance_of
+from identification.result.reference import Reference, compare
+from identification.result.result import FitResult
 
 
 def write_report(

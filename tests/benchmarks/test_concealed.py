@@ -15,7 +15,7 @@ from benchmarks.concealed.trial import BASELINES, trial, unanswered, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
 from benchmarks.simulator.case import WITHOUT, truth
 from identification.experiment import load_experiment
-from identification.nominal import nominal_model
+from identification.windows.declared_model import nominal_model
 
 SMALL = (801, 1201)
 
@@ -258,9 +258,9 @@ def program(monkeypatch):
         asked.append((experiment, budget_minutes))
         return FakeResult(experiment)
 
-    module = types.ModuleType("identification.diagnose")
+    module = types.ModuleType("identification.diagnosis.diagnose")
     module.diagnose_experiment = diagnose_experiment
-    monkeypatch.setitem(sys.modules, "identification.diagnose", module)
+    monkeypatch.setitem(sys.modules, "identification.diagnosis.diagnose", module)
     return asked
 
 
@@ -308,7 +308,7 @@ def test_a_failure_is_told(program, monkeypatch):
     def broken(experiment, *, budget_minutes):
         raise RuntimeError("no convergence")
 
-    monkeypatch.setattr(sys.modules["identification.diagnose"], "diagnose_experiment", broken)
+    monkeypatch.setattr(sys.modules["identification.diagnosis.diagnose"], "diagnose_experiment", broken)
     found = trial(jobs(Draw(null=1, samples=SMALL))[0], baselines=())
     assert found["failure"] == "RuntimeError: no convergence"
     assert outcome(found).claim == "failure"

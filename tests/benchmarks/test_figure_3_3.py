@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.figure_3_3 import SPEEDS, draw, thesis_set, write_experiment
-from identification.estimate import fit_experiment
+from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 
 

@@ -7,7 +7,7 @@ from benchmarks.fit.peer import VARIANTS, Problem, peer_fit
 from benchmarks.fit.reference import reference_residuals
 from benchmarks.simulator import draw_plan, draw_rig, standard_sensors, write_experiment
 from identification.experiment import load_experiment
-from identification.prepare import prepare
+from identification.windows.prepare import prepare
 
 
 @pytest.fixture(scope="module")

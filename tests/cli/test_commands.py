@@ -16,7 +16,7 @@ from vibrojax.errors import InputError, NoConvergenceError
 @pytest.fixture
 def jobs(monkeypatch, tmp_path):
     """Stands in for the computation: records what it was asked for, writes one file, raises what it is told to."""
-    module = ModuleType("identification.run")
+    module = ModuleType("identification.commands.run")
     module.calls, module.error = [], None
 
     def job(*nouns, progress=None, **options):
@@ -28,7 +28,7 @@ def jobs(monkeypatch, tmp_path):
             raise module.error
 
     module.run_fit = module.run_simulate = job
-    monkeypatch.setitem(sys.modules, "identification.run", module)
+    monkeypatch.setitem(sys.modules, "identification.commands.run", module)
     monkeypatch.setattr("vibrojax.cli.fit.prepare_jax", lambda: None)
     monkeypatch.setattr("vibrojax.cli.simulate.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "200")

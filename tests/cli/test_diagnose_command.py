@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from identification.experiment import ExperimentError
-from tests.identification.discrepancy.made_diagnosis import made_diagnosis
+from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.cli import main
 from vibrojax.data_files import data_path
@@ -31,7 +31,7 @@ def engine(monkeypatch, tmp_path):
             raise module.error
         return made_diagnosis(made_result(samples=700), module.verdict)
 
-    monkeypatch.setattr("identification.run.diagnose_experiment", diagnose_experiment)
+    monkeypatch.setattr("identification.commands.run.diagnose_experiment", diagnose_experiment)
     monkeypatch.setattr("vibrojax.cli.diagnose.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.chdir(tmp_path)
@@ -108,8 +108,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts 
 def at_work(experiment, **options):
     options["progress"]("at work")
     sys.stdin.read()  # until the test has asked it to end
-import identification.run
-identification.run.diagnose_experiment = identification.run.fit_experiment = at_work
+import identification.commands.run
+identification.commands.run.diagnose_experiment = identification.commands.run.fit_experiment = at_work
 from vibrojax.cli.main import main
 main()
 """

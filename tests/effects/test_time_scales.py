@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from identification.discrepancy.scored import blank
+from identification.diagnosis.score.scored import blank
 from tests.effects.facts import FACTS
 from vibrojax.effects import EFFECTS, Facts
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.experiment import Experiment, Record, Sensor, Suspension
-from identification.likelihood.unrest import Unrest
-from identification.result import (
+from identification.result.result import (
     NOT_IDENTIFIABLE,
     OK,
     Derived,
@@ -18,6 +17,7 @@ from identification.result import (
     SensorNoise,
     StartOutcome,
 )
+from identification.result.unrest import Unrest
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Linear

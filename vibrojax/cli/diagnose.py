@@ -57,7 +57,7 @@ def diagnose(
         say("loading JAX")
         with interruption.deferred():
             prepare_jax()
-            from identification.run import run_diagnose
+            from identification.commands.run import run_diagnose
 
         progress = interruption.watched(say)
         summary = run_diagnose(source, folder, budget_minutes=budget_minutes, progress=progress)

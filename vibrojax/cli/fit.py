@@ -58,7 +58,7 @@ def fit(
         say("loading JAX")
         with interruption.deferred():
             prepare_jax()
-            from identification.run import run_fit
+            from identification.commands.run import run_fit
 
         progress = interruption.watched(say)
         summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=progress)

@@ -34,7 +34,7 @@ def report(
         say("loading JAX")
         with interruption.deferred():
             prepare_jax()
-            from identification.run import run_report
+            from identification.commands.run import run_report
 
         say("drawing the report")
         summary = run_report(directory, folder)

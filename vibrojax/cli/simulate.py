@@ -40,7 +40,7 @@ def simulate(
     with interruptible() as interruption, output_folder(out) as folder:
         with interruption.deferred():
             prepare_jax()
-            from identification.run import run_simulate
+            from identification.commands.run import run_simulate
 
         run_simulate(model, experiment, folder, out=out, as_recorded=as_recorded)
         tables = len(list(folder.iterdir()))

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from identification.result import FitResult
+from identification.result.result import FitResult
 from vibrojax.drawing import BLUE, COLOURS, GREY, ORANGE, PALE, WIDTH, new_figure
 
 MEASURED, MODEL, ACCENT = "#8a8a8a", ORANGE, BLUE

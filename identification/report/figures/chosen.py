@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from identification.result import FitResult, RecordFit
+from identification.result.result import FitResult, RecordFit
 
 MOST = 8
 """Records with pictures of their own."""

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.report.figures.base import Picture
-from identification.report.symbols import symbol_text
-from identification.result import FitResult
+from identification.result.result import FitResult
+from identification.wording.symbols import symbol_text
 from vibrojax.drawing import new_figure
 
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from identification.report.channel_labels import label
 from identification.report.figures.base import ACCENT, MODEL, Picture
-from identification.report.numbers import significant
-from identification.report.record_view import impacts, strength
-from identification.result import FitResult, RecordFit
+from identification.result.record_view import impacts, strength
+from identification.result.result import FitResult, RecordFit
+from identification.wording.channel_labels import label
+from identification.wording.numbers import significant
 from vibrojax.drawing import few_ticks, new_figure
 
 _SHOWN = ("impact_force", "hammer_acceleration")

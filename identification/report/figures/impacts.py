@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from identification.report.channel_labels import label
 from identification.report.figures.base import CONTACT, DOTS, MODEL, Picture, residual_panel, signal_rows
 from identification.report.figures.chosen import drawn_records
-from identification.report.record_view import Impact, largest, notable, residual
-from identification.result import FitResult, RecordFit
+from identification.result.record_view import Impact, largest, notable, residual
+from identification.result.result import FitResult, RecordFit
+from identification.wording.channel_labels import label
 from vibrojax.drawing import few_ticks
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.report.figures.base import SERIES, Picture
-from identification.report.record_view import impacts, measured_displacement, strength
-from identification.result import FitResult, RecordFit
+from identification.result.record_view import impacts, measured_displacement, strength
+from identification.result.result import FitResult, RecordFit
 from vibrojax.drawing import few_ticks, new_figure
 
 _COUNT = 4

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from identification.report.channel_labels import label
 from identification.report.figures.base import MEASURED, MODEL, Picture, residual_panel, signal_rows
 from identification.report.figures.chosen import drawn_records
 from identification.report.figures.envelope import envelope
-from identification.report.numbers import significant
-from identification.report.record_view import largest, residual
-from identification.result import FitResult, RecordFit
+from identification.result.record_view import largest, residual
+from identification.result.result import FitResult, RecordFit
+from identification.wording.channel_labels import label
+from identification.wording.numbers import significant
 from vibrojax.drawing import few_ticks
 
 

@@ -8,8 +8,8 @@ from scipy.signal import savgol_filter
 
 from identification.report.figures.base import MEASURED, MODEL, Picture
 from identification.report.figures.chosen import drawn_records
-from identification.report.record_view import impacts, measured_displacement
-from identification.result import FitResult, RecordFit
+from identification.result.record_view import impacts, measured_displacement
+from identification.result.result import FitResult, RecordFit
 from vibrojax.drawing import few_ticks, new_figure
 
 _POINTS = 2500

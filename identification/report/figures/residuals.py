@@ -7,10 +7,10 @@ from jaxtyping import Float
 from matplotlib.ticker import NullLocator
 from scipy.special import ndtr
 
-from identification.report.channel_labels import spoken
 from identification.report.figures.base import SERIES, Picture
-from identification.report.record_view import residual
-from identification.result import FitResult
+from identification.result.record_view import residual
+from identification.result.result import FitResult
+from identification.wording.channel_labels import spoken
 from vibrojax.drawing import few_ticks, new_figure
 
 _LAGS = 40

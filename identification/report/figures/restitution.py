@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Sequence
 
 from identification.report.figures.base import DOTS, MODEL, Picture
-from identification.report.rebounds import Rebound, rebounds
-from identification.result import FitResult
+from identification.result.rebounds import Rebound, rebounds
+from identification.result.result import FitResult
 from vibrojax.drawing import few_ticks, new_figure
 
 FEWEST = 5

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from identification.report.figures.base import ACCENT, MEASURED, Picture
-from identification.result import FitResult
+from identification.result.result import FitResult
 from vibrojax.drawing import new_figure
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from identification.experiment import ExperimentError
 from identification.experiment.record import Record
-from identification.experiment.scales import check_scales
+from identification.experiment.settings.scales import check_scales
 
 MASS, OMEGA = 0.5, 40.0
 UNITS: dict[str, str | None] = {"hammer_displacement": "m", "hammer_acceleration": "m/s^2", "impact_force": "N"}

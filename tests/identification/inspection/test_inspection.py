@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.experiment.schema import Table
+from identification.experiment.settings.schema import Table
 from identification.inspection import inspect_path, propose, template
 from identification.inspection.sine import fit_sine
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff

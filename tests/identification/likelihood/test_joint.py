@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.fit import fit
+from identification.least_squares.fit import fit
 from identification.likelihood.fitted import first_point
 from identification.likelihood.joint import JointMode, Point, point
 from identification.likelihood.marginal import estimated_force
-from identification.prepare import prepare
+from identification.windows.prepare import prepare
 from tests.identification.conftest import cropped
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
 
-from identification.layout import NUISANCES, Active, Estimate, Layout
 from identification.likelihood.linearised import Linearised
 from identification.likelihood.marginal import marginal
 from identification.likelihood.noise import white
@@ -21,6 +20,7 @@ from identification.likelihood.variances import (
     posterior,
     restricted_likelihood,
 )
+from identification.windows.layout import NUISANCES, Active, Estimate, Layout
 from tests.identification.likelihood.made_windows import (
     CHANNELS,
     DT,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from identification.result import RecordFit
+from identification.result.result import RecordFit
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Free, Linear

@@ -10,8 +10,8 @@ from identification.report.figures.envelope import envelope
 from identification.report.figures.loops import loops
 from identification.report.figures.overlay import overlay
 from identification.report.figures.residuals import autocorrelation
-from identification.report.record_view import impacts, measured_displacement, notable
 from identification.report.write import draw
+from identification.result.record_view import impacts, measured_displacement, notable
 from tests.identification.made_result import made_result
 from vibrojax.drawing import png, style
 

@@ -2,8 +2,8 @@ import io
 
 from rich.console import Console
 
-from identification.reference import read_reference
 from identification.report import fit_summary
+from identification.result.reference import read_reference
 from tests.identification.made_result import with_unknown
 from vibrojax.data_files import data_path
 

@@ -3,8 +3,8 @@ import re
 
 import pytest
 
-from identification.reference import read_reference
 from identification.report import write_report
+from identification.result.reference import read_reference
 from tests.identification.made_result import with_unknown
 from tests.identification.report.page_reader import read
 from vibrojax.data_files import data_path

@@ -1,0 +1,125 @@
+"""What the commands do, from paths to files; nothing here prints."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from rich.console import RenderableType
+
+from identification.diagnosis.diagnose import diagnose_experiment
+from identification.estimation.estimate import DERIVED, fit_experiment
+from identification.experiment import load_experiment
+from identification.report import fit_summary, write_report
+from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
+from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
+from identification.result.json_file import provenance, write_fit_json
+from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
+from identification.result.netcdf_result import StoredFit, stored_fit, write_result
+from identification.result.reference import check_reference, read_reference
+from identification.windows.declared_model import nominal_model
+from identification.windows.simulate import simulate_record
+from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.model import MASS, Model
+from vibrojax.model_file import read_model, write_model
+
+Progress = Callable[[str], None]
+
+
+def run_fit(
+    experiment: Path,
+    folder: Path,
+    *,
+    law: str | None = None,
+    reference: Path | None = None,
+    starts: int | None = None,
+    seed: int = 0,
+    progress: Progress = lambda stage: None,
+) -> RenderableType:
+    """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
+
+    Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used, `NoConvergenceError` after it.
+    """
+    progress("reading the records")
+    loaded = load_experiment(experiment)
+    table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
+    if table is not None:
+        check_reference(table, _units(model))
+    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
+    if not result.converged:
+        raise NoConvergenceError(
+            f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs, mass and gaps, "
+            "or ask `vibrojax diagnose` where model and records differ"
+        )
+    progress("drawing the report")
+    origin = provenance(result)
+    write_fit_json(result, folder / "fit.json", origin)
+    write_model(result.model, folder / "model.json", provenance=origin)
+    write_result(StoredFit(result=result, reference=table, provenance=origin), folder / FILE_NAME)
+    write_report(result, folder, reference=table, provenance=origin)
+    return fit_summary(result, table)
+
+
+def run_diagnose(
+    experiment: Path,
+    folder: Path,
+    *,
+    budget_minutes: float = 5.0,
+    progress: Progress = lambda stage: None,
+) -> RenderableType:
+    """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into `folder`.
+
+    Returns the summary for a terminal. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
+    `NoConvergenceError` where the nominal model cannot be fitted.
+    """
+    progress("reading the records")
+    diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, progress=progress)
+    progress("drawing the report")
+    origin = diagnosis_provenance(diagnosis)
+    write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
+    write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
+    write_model(diagnosis.model, folder / "model.json", provenance=origin)
+    write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
+    write_diagnosis_report(diagnosis, folder, provenance=origin)
+    return diagnosis_summary(diagnosis)
+
+
+def _units(model: Model) -> dict[str, str]:
+    """Unit by name of every number that a fit of the model gives, those derived from others included."""
+    units = {p.name: p.unit for p in (*model.parameters, MASS)}
+    return units | DERIVED if "f_n" in units else units
+
+
+def run_report(finished: Path, folder: Path) -> RenderableType:
+    """Write report.html and the plots of an earlier fit or diagnosis into `folder`, from the result.nc in `finished`.
+
+    Returns the summary for a terminal. Raises `InputError` where there is no such result.
+    """
+    stored = read_netcdf(finished / FILE_NAME, {FIT: stored_fit, DIAGNOSIS: stored_diagnosis})
+    if isinstance(stored, StoredDiagnosis):
+        write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance)
+        return diagnosis_summary(stored.diagnosis)
+    write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance)
+    return fit_summary(stored.result, stored.reference)
+
+
+def run_simulate(model: Path, experiment: Path, folder: Path, *, out: Path | None = None, as_recorded: bool = False) -> None:
+    """Simulate every record of an experiment and write one CSV each into `folder`, from where they go to `out`.
+
+    Raises `InputError` where a table would take the place of a record.
+    """
+    fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)
+    tables = {((out or folder) / f"{record.stem}.csv").resolve() for record in loaded.records}
+    if replaced := [record.file for record in loaded.records if (loaded.folder / record.file).resolve() in tables]:
+        raise InputError(f"the tables would replace the records {', '.join(replaced)}: expected another folder; give it with --out")
+    for record in loaded.records:
+        series = simulate_record(fitted, record, as_recorded=as_recorded)
+        table, header = np.stack(list(series.values()), axis=1), ",".join(series)
+        formats = ["%.17g"] + ["%.10g"] * (table.shape[1] - 1)  # time stamps may lie far from zero
+        np.savetxt(
+            folder / f"{record.stem}.csv",
+            table,
+            fmt=formats,
+            delimiter=",",
+            header=header,
+            comments="",
+        )

@@ -1,0 +1,124 @@
+"""From the search to what is asserted: probabilities, alternatives that the records cannot separate, and the list of all candidates."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.diagnosis.calibration import WITHIN_CHANCE
+from identification.diagnosis.diagnosis import Asserted, Considered, Number
+from identification.diagnosis.score.score import Candidate
+from identification.diagnosis.score.scored import Scored, best_of_each, trials
+from identification.diagnosis.search import Rival, Search, Step
+from identification.likelihood.evidence import chance
+from identification.likelihood.fitted import Fitted
+from vibrojax.channels import UNITS
+from vibrojax.effects import AbstractEffect
+from vibrojax.effects.base import UNIT_OF_CHANNEL
+
+
+def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:
+    """An effect's own parameters under their short names; of the parts that each record has of its own, the amplitude.
+
+    That is the root of their summed squares, as root mean square over the records.
+    """
+    prefix = f"{effect.name}."
+    found = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in shared if n.name.startswith(prefix)]
+    layout = fitted.prepared.layout
+    nuisances = fitted.estimate.nuisances[:, layout.without_effects :]
+    parts = [(p, nuisances[:, column] * p.scale) for column, p in enumerate(layout.record_parameters) if p.name.startswith(prefix)]
+    if parts:
+        size = float(np.sqrt(np.mean(sum(values**2 for _, values in parts))))
+        unit = parts[0][0].unit
+        unit = UNITS[effect.channel] if unit == UNIT_OF_CHANNEL and effect.channel else unit
+        found.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
+    return tuple(found)
+
+
+def probability(steps: tuple[Step, ...], name: str) -> float:
+    """Of an effect among those that were fitted in its place: weights exp(-BIC / 2), less the chance that none of them acts."""
+    for one in steps:
+        if one.rivals[0].name == name:
+            best = one.rivals[0]
+            weights = [float(np.exp(-0.5 * min(rival.fitted.criterion - best.fitted.criterion, 1400.0))) for rival in one.rivals]
+            mine = sum(weight for weight, rival in zip(weights, one.rivals, strict=True) if rival.name == name)
+            numbers = max(best.fitted.unknowns - one.scored.fitted.unknowns, 1)
+            return (1.0 - chance(best.gain, numbers, trials(one.scored.found, name))) * mine / sum(weights)
+    raise KeyError(name)
+
+
+def twins(steps: tuple[Step, ...], names: tuple[str, ...]) -> tuple[str, ...]:
+    """Effects whose likelihood in the place of an asserted one is lower by no more than chance at the level `ALPHA` may make it."""
+    found: list[str] = []
+    for one in steps:
+        if one.rivals[0].name not in names:
+            continue
+        lowest = one.rivals[0].fitted.criterion
+        near = [rival.name for rival in one.rivals[1:] if rival.fitted.criterion - lowest < WITHIN_CHANCE]
+        found += [name for name in near if name not in names]
+    return tuple(dict.fromkeys(found))
+
+
+def considered(search: Search, predicted: Callable[[Fitted], float]) -> tuple[Considered, ...]:
+    """Every candidate that was scored, step by step, the largest expected gain first; those that were fitted with what became of them."""
+    rows: list[Considered] = []
+    for one in search.steps:
+        rows += _rows(one.scored, one.rivals, predicted)
+    return (*rows, *_rows(search.last, search.refused, predicted))
+
+
+def _rows(scored: Scored, rivals: tuple[Rival, ...], predicted: Callable[[Fitted], float]) -> list[Considered]:
+    by_name = {_key(rival.candidate): rival for rival in reversed(rivals)}
+    rows = []
+    for candidate in best_of_each(scored.found).values():
+        rival = by_name.get(_key(candidate))
+        fitted = {} if rival is None else _in_full(rival, rivals[0], scored, predicted)
+        rows.append(
+            Considered(
+                name=candidate.name,
+                detail=detail(candidate),
+                gain=candidate.gain,
+                chance=chance(candidate.gain, candidate.degrees, trials(scored.found, candidate.name)),
+                drop=fitted.get("drop"),
+                bic=fitted.get("bic"),
+                held_out=fitted.get("held_out"),
+                beside=scored.fitted.names,
+            )
+        )
+    return rows
+
+
+def _key(candidate: Candidate) -> tuple[str, str | None]:
+    return candidate.name, candidate.members[0].channel
+
+
+def _in_full(rival: Rival, best: Rival, scored: Scored, predicted: Callable[[Fitted], float]) -> dict[str, float]:
+    """What became of a candidate that was fitted with everything else."""
+    return {
+        "drop": rival.gain,
+        "bic": rival.fitted.criterion - best.fitted.criterion,
+        "held_out": predicted(scored.fitted) - predicted(rival.fitted),
+    }
+
+
+def detail(candidate: Candidate) -> str:
+    """Which channel, record or grid point."""
+    effect = candidate.members[0]
+    own = [f"{p.symbol} {float(getattr(effect, p.field)):.3g} {p.unit}" for p in effect.parameters if p.name.endswith("_hz") or p.searched]
+    return ", ".join([text for text in (effect.channel, effect.record) if text] + own)
+
+
+def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...]) -> tuple[Asserted, ...]:
+    """The effects of the final model, by probability."""
+    gaps = {record.gap for record in fitted.prepared.experiment.records}
+    gap = gaps.pop() if len(gaps) == 1 else None
+    found = [
+        Asserted(
+            effect=effect,
+            probability=probability(search.steps, effect.name),
+            parameters=of_effect(effect, shared, fitted),
+            gap=gap,
+        )
+        for effect in fitted.model.effects
+    ]
+    return tuple(sorted(found, key=lambda one: -one.probability))

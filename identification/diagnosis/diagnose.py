@@ -1,0 +1,200 @@
+"""One call from an experiment to a diagnosis: what the nominal model leaves out, if anything."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from identification.diagnosis.assertion import asserted, considered, twins
+from identification.diagnosis.between_records import disagreements
+from identification.diagnosis.calibration import ALPHA, RELEVANT
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
+from identification.diagnosis.errors import numbers
+from identification.diagnosis.free_form.free_form import Learned, learn
+from identification.diagnosis.held_out import SIGNAL, held_out
+from identification.diagnosis.locate.locate import locate
+from identification.diagnosis.locate.loop_kink import bend
+from identification.diagnosis.locate.next_experiment import next_experiment
+from identification.diagnosis.locate.restitution import lost_in_contacts
+from identification.diagnosis.score.scored import Scored
+from identification.diagnosis.search import BUDGET, MOST, Search, search, share_added
+from identification.diagnosis.sentences import sentences
+from identification.estimation.held_back import held_back_fits
+from identification.estimation.nominal import nominal_fit
+from identification.estimation.records import record_fits
+from identification.experiment import Experiment
+from identification.least_squares.fit import integrator_for
+from identification.least_squares.settling import settled_without_force
+from identification.likelihood.fitted import Fitted
+from identification.result.result import RecordFit
+from identification.result.unrest import unrest
+
+Progress = Callable[[str], None]
+_ENDED = {
+    BUDGET: f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes",
+    MOST: "the search stopped after as many effects as it adds to one model: more may be missing",
+}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Cause:
+    """What the verdict rests on: the final model, and the free-form term if it has one."""
+
+    verdict: str
+    fitted: Fitted
+    formula: str = ""
+
+
+class _Course:
+    """Seconds by stage, and when to begin no further step."""
+
+    def __init__(self, budget_minutes: float, progress: Progress) -> None:
+        self.seconds: dict[str, float] = {}
+        self.progress = progress
+        self.deadline = time.monotonic() + 60.0 * budget_minutes
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens inside."""
+        begin = time.monotonic()
+        yield
+        self.seconds[name] = time.monotonic() - begin
+
+
+def diagnose_experiment(
+    experiment: Experiment, *, law: str | None = None, budget_minutes: float = 5.0, progress: Progress = lambda stage: None
+) -> Diagnosis:
+    """Fit the nominal model, and say what it leaves out. Nothing in it is drawn at random.
+
+    Arguments:
+        experiment: as loaded.
+        law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        budget_minutes: no new search step is begun after so long; the verdict then says that the search was not finished.
+        progress: called with a line of text at each stage.
+
+    Raises:
+        NoConvergenceError: the nominal model cannot be integrated in any window.
+    """
+    course = _Course(budget_minutes, progress)
+    with course.stage("nominal"):
+        start = nominal_fit(experiment, law=law, progress=progress)
+    with course.stage("search"):
+        found = search(start, deadline=course.deadline, progress=progress)
+    with course.stage("model"):
+        term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
+    return _concluded(experiment, found, _cause(found, term), course)
+
+
+def _cause(found: Search, term: Learned | None) -> _Cause:
+    """Listed effects if a free-form term adds little to them; else that term; else a random force, if there is one."""
+    nominal, model = found.first.fitted, found.fitted
+    if term is not None and share_added(nominal.chi2_reduced, model.chi2_reduced, term.fitted.chi2_reduced) > RELEVANT:
+        return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
+    if model.names:
+        return _Cause(verdict=MISSING, fitted=model)
+    return _Cause(verdict=RESTLESS if unrest(model, alpha=ALPHA) else ADEQUATE, fitted=model)
+
+
+def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Course) -> Diagnosis:
+    """The verdict and its evidence."""
+    start, verdict, after = found.first.fitted, cause.verdict, cause.fitted
+    with course.stage("evidence"):
+        course.progress("predicting windows left out of the fit")
+        predicted = _Predicted()
+        shown_before = _side(start, experiment, predicted)
+        shown_after = shown_before if after is start else _side(after, experiment, predicted)
+        named = asserted(found, after, shown_after.parameters) if verdict == MISSING else ()
+        ambiguous = twins(found.steps, tuple(one.effect.name for one in named)) if named else ()
+        location = _location(found.first, named, verdict)
+        rows = considered(found, predicted)
+        advice = next_experiment(found, ambiguous)
+        lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
+        restless = unrest(after, alpha=ALPHA)
+        finished = found.ended != BUDGET
+        said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, restless, lost, finished=finished)
+    return Diagnosis(
+        experiment=experiment,
+        verdict=verdict,
+        sentences=said,
+        effects=named,
+        free_form=cause.formula,
+        ambiguous_with=ambiguous,
+        location=location,
+        considered=rows,
+        nominal=shown_before,
+        augmented=shown_after,
+        unrest=restless,
+        next_experiment=advice,
+        warnings=_warnings(found, after, shown_after),
+        seconds=course.seconds,
+    )
+
+
+def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
+    """What the reader must know beside the verdict."""
+    said = [_ENDED[found.ended]] if found.ended in _ENDED else []
+    if not after.converged:
+        said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
+    held = after.prepared.fixed
+    if lost := [p.symbol for p in side.parameters if p.stderr is None and p.name not in held]:
+        said.append(f"without an error, at the edge of their range or not identifiable from these records: {', '.join(lost)}")
+    return tuple(said)
+
+
+class _Predicted:
+    """Error of each model on windows left out of its fit, worked out once."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[Fitted, float]] = {}
+
+    def __call__(self, fitted: Fitted) -> float:
+        if id(fitted) not in self._known:
+            self._known[id(fitted)] = fitted, held_out(fitted)
+        return self._known[id(fitted)][1]
+
+
+def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side:
+    """A model beside the records, with its errors; and beside those that were held back."""
+    unseen = held_back_fits(experiment, fitted.model)
+    return Side(
+        model=fitted.model,
+        parameters=numbers(fitted),
+        chi2_reduced=fitted.chi2_reduced,
+        held_out_nrmse=_rms_nrmse(unseen) if unseen else predicted(fitted),
+        records=_fits(fitted),
+        disagreements=disagreements(fitted),
+        held_back=unseen,
+    )
+
+
+def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
+    """Every record beside the model, as it was fitted."""
+    prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)
+    return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
+
+
+def _rms_nrmse(records: tuple[RecordFit, ...]) -> float:
+    """Over all channels that hold more than noise; a prediction that broke off counts as one that knows nothing."""
+    errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
+    return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
+
+
+def _has_signal(record: RecordFit, channel: str) -> bool:
+    """Whether there is anything in a channel to predict."""
+    return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)
+
+
+def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Location | None:
+    """Where the misfit of the nominal model sits; None where there is none."""
+    if verdict in (ADEQUATE, RESTLESS):
+        return None
+    effects = [one.effect for one in named]
+    effect = next((one for one in effects if one.record is not None), effects[0] if effects else None)
+    found = locate(first.fitted.prepared, first.fitted.estimate, first.at, named=effect)
+    if verdict == UNLISTED:
+        return dataclasses.replace(found, bend=bend(first))
+    if effect is not None and effect.record is not None:
+        return dataclasses.replace(found, record=effect.record)
+    return found

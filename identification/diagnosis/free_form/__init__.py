@@ -1,0 +1,1 @@
+"""A missing force of no given form, learned as a formula."""

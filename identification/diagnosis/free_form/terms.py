@@ -1,0 +1,329 @@
+"""Terms that a free-form force may be made of, the residual's derivative in each, and which few of them are worth their price."""
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.special import chdtri
+
+from identification.diagnosis.calibration import ALPHA
+from identification.diagnosis.free_form.missing_force import missing_force
+from identification.diagnosis.score.periodogram import periodogram
+from identification.diagnosis.score.score import Projector, Reduced, information, reduced
+from identification.diagnosis.score.signature import Course
+from identification.least_squares.block_arrow import covariance
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import Perturbation, response
+from identification.windows.prepare import Prepared
+from vibrojax.effects import Motion
+from vibrojax.effects.free_form import LINES, FreeForm
+
+_ORDER = 5
+"""Highest order of a polynomial in u and u'."""
+_FORCES = (
+    *(
+        "1",
+        "t",
+        "t^2",
+        "t u",
+        "t u'",
+        "t^2 u",
+        "|u'| u'",
+        "|u| u",
+        "|u| u'",
+        "u |u'|",
+        "u^2 |u'| u'",
+        "sign(u)",
+        "sign(u')",
+        "sign(u) |u'|",
+    ),
+    *("contact", "delta", "delta^2", "delta^3", "delta'", "delta delta'", "delta^2 delta'", "|delta'| delta'", "delta |delta'|"),
+    *("t contact", "t delta", "t delta^2", "t delta'"),
+)
+_READINGS = ("1", "t", "t^2", "u^2", "u^3", "t u")
+_REACHES = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""Of what acts close to the stop, over the amplitude."""
+_TIME_CONSTANTS = (0.05, 0.12, 0.3, 0.8)
+"""Of what settles, over the longest record."""
+_PEAKS = 3
+"""Lines that are proposed for each carrier."""
+_CARRIERS = ("1", "u")
+_ALIKE = 0.5
+"""Share of its gain that a line must keep with one amplitude for all records."""
+_LOWEST, _APART = 1.5, 0.06
+"""Frequencies of lines and from one to the next, in periods in the longest record."""
+_TRIFLE = 0.02
+"""Share of the gain so far below which a further term waits for the refit."""
+_DETERMINED = 1e-7
+"""Share of a column that must be left once everything already fitted is taken out of it."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Group:
+    """A term with what the records say of it.
+
+    Attributes:
+        members: the effect at strength 1; sine and cosine of a line.
+        columns: of the residual's derivative; for a line, of each member and record in turn.
+        looked_at: how many possibilities it is the best of.
+        shape: "near", "settled" or "sine", of which a number is estimated, else empty.
+    """
+
+    members: tuple[FreeForm, ...]
+    columns: tuple[Reduced, ...]
+    looked_at: int = 1
+    shape: str = ""
+
+    @property
+    def degrees(self) -> int:
+        """Count of numbers to estimate."""
+        return len(self.columns) + bool(self.shape)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Choice:
+    """A few groups, their factors to first order, and the drop of chi-square that they promise."""
+
+    groups: tuple[Group, ...]
+    factors: tuple[np.ndarray, ...]
+    gain: float
+    worth: float
+    """Gain less the price of all numbers."""
+
+
+def force_groups(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: float) -> list[Group]:
+    """All terms of a force, and the strongest lines in what is missing."""
+    at = by.at
+    powers = [(i, j) for i, j in itertools.product(range(_ORDER + 1), repeat=2) if 2 <= i + j <= _ORDER]
+    polynomials = [" ".join(_powered(base, k) for base, k in (("u", i), ("u'", j)) if k) for i, j in powers]
+    plain = [FreeForm(terms=(term,), c1=1.0) for term in (*_FORCES, *polynomials)]
+    inside = at.inside
+    amplitude = float(np.abs(at.u[inside]).max())
+    near = [FreeForm(terms=("near",), c1=1.0, d=part * amplitude) for part in _REACHES]
+    found = [_group(by, courses, mass, one, len(plain)) for one in plain]
+    found += [_group(by, courses, mass, one, len(plain) * len(near), "near") for one in near]
+    return [*found, *_settling(by, courses, mass, "", len(plain)), *lines(prepared, by, courses, mass)]
+
+
+def reading_groups(by: Projector, courses: tuple[Course, ...], mass: float, channel: str) -> list[Group]:
+    """Terms that a sensor may add of its own."""
+    plain = [FreeForm(terms=(term,), of_channel=channel, c1=1.0) for term in _READINGS]
+    found = [_group(by, courses, mass, one, len(plain)) for one in plain]
+    return [*found, *_settling(by, courses, mass, channel, len(plain))]
+
+
+def _settling(by: Projector, courses: tuple[Course, ...], mass: float, channel: str, count: int) -> list[Group]:
+    """What settles with a time constant, alone or as a stiffness."""
+    longest = max(float(course.ts[-1] - course.ts[0]) for course in courses)
+    taus = [part * longest for part in _TIME_CONSTANTS]
+    terms = ("settled",) if channel else ("settled", "settled u")
+    settled = [FreeForm(terms=(term,), of_channel=channel, c1=1.0, tau=tau) for term in terms for tau in taus]
+    return [_group(by, courses, mass, one, count * len(settled), "settled") for one in settled]
+
+
+def _group(by: Projector, courses: tuple[Course, ...], mass: float, member: FreeForm, looked_at: int, shape: str = "") -> Group:
+    return Group(members=(member,), columns=(column(by, courses, mass, member),), looked_at=looked_at, shape=shape)
+
+
+def _powered(base: str, power: int) -> str:
+    return base if power == 1 else f"{base}^{power}"
+
+
+def column(by: Projector, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> Reduced:
+    """What an effect would change in the residual, less what is fitted already."""
+    return reduced(by, change(by.at, courses, mass, effect))
+
+
+def change(at: Linearised, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> np.ndarray:
+    """What an effect would change in the residual, to first order, (windows, time, channels)."""
+    none = np.zeros_like(at.u)
+    values = along(at, courses, effect)
+    perturbation = Perturbation(
+        force=none if effect.channel else values,
+        stop_position=none,
+        stop_velocity=none,
+        base_displacement=none,
+        base_acceleration=none,
+        readings={effect.of_channel: values} if effect.channel else {},
+    )
+    return response(at, mass, perturbation)
+
+
+def along(at: Linearised, courses: tuple[Course, ...], effect: FreeForm) -> np.ndarray:
+    """Sum of an effect's terms along the fitted motion, (windows, time)."""
+    whole = np.zeros_like(at.u)
+    for index, course in enumerate(courses):
+        indentation = course.system.indentation(course.u)
+        motion = Motion(
+            t=course.ts, u=course.u, v=course.v, indentation=indentation, indentation_rate=course.v, in_contact=course.in_contact
+        )
+        windows, values = at.in_windows(np.asarray(effect.total(motion)), index)
+        whole[windows] = values
+    return whole
+
+
+def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: float) -> list[Group]:
+    """Strongest lines in the missing force, alone and in proportion to u, every record with its own phase."""
+    missing = missing_force(prepared, by.at, mass)
+    if missing is None:
+        return []
+    force, stderr = missing
+    weight = np.where(np.isfinite(stderr), 1.0 / np.where(np.isfinite(stderr), stderr, 1.0) ** 2, 0.0)
+    longest = max(float(record.time[-1] - record.time[0]) for record in prepared.experiment.records)
+    found = []
+    for carrier in _CARRIERS:
+        term = "sine_1" if carrier == "1" else f"{carrier} sine_1"
+        shape = along(by.at, courses, FreeForm(terms=(carrier,), c1=1.0))
+        frequencies, power = periodogram(prepared, by.at, weight * force * shape, weight * shape**2, lowest=_LOWEST, apart=_APART)
+        if not frequencies.size:
+            continue
+        looked_at = int(frequencies[-1] * longest)
+        for _ in range(_PEAKS):
+            peak = float(frequencies[np.argmax(power)])
+            power = np.where(np.abs(frequencies - peak) < 2.0 / longest, 0.0, power)
+            near = [peak + step / longest for step in (-0.6, -0.3, 0.0, 0.3, 0.6) if peak + step / longest > 0]
+            tried = [_line(by, courses, mass, term, one, looked_at) for one in near]
+            best = max(tried, key=lambda group: _gains(by, group)[0])
+            whole, alike = _gains(by, best)
+            if alike > _ALIKE * whole:
+                found.append(best)
+    return found
+
+
+def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, frequency: float, looked_at: int) -> Group:
+    """Sine and cosine, record by record."""
+    members = tuple(FreeForm(terms=(term,), c1=1.0, f1_hz=frequency, p1=phase) for phase in (0.0, 0.5 * np.pi))
+    columns = []
+    for member in members:
+        whole = column(by, courses, mass, member)
+        for record in range(len(courses)):
+            chosen = by.at.record == record
+            columns.append(
+                Reduced(
+                    scores=whole.scores * chosen,
+                    cross=whole.cross * chosen[:, None],
+                    column=whole.column * chosen[:, None],
+                    on_states=whole.on_states * chosen[:, None],
+                )
+            )
+    return Group(members=members, columns=tuple(columns), looked_at=looked_at, shape="sine")
+
+
+def _gains(by: Projector, line: Group) -> tuple[float, float]:
+    """Drop of chi-square by a line: with an amplitude for each record, and with one for all."""
+    total, matrix = information(by, line.columns)
+    factors = -covariance(matrix) @ total
+    sine, cosine = factors.reshape(2, -1)
+    shared = common_amplitude(line, factors) * np.concatenate([np.cos(np.arctan2(cosine, sine)), np.sin(np.arctan2(cosine, sine))])
+    return float(-total @ factors), float(-2.0 * total @ shared - shared @ matrix @ shared)
+
+
+def common_amplitude(line: Group, factors: np.ndarray) -> float:
+    """Amplitude that serves all records, from those of each."""
+    sine, cosine = factors.reshape(2, -1)
+    known = np.array([np.sum(column.column**2) for column in line.columns]).reshape(2, -1).sum(axis=0)
+    return float(np.sum(known * np.hypot(sine, cosine)) / max(known.sum(), 1e-300))
+
+
+def change_by(choice: Choice, at: Linearised, courses: tuple[Course, ...], mass: float) -> np.ndarray:
+    """What the chosen terms at their factors would change in the residual, to first order, (windows, time, channels)."""
+    whole = np.zeros_like(at.residual)
+    for group, factors in zip(choice.groups, choice.factors, strict=True):
+        for member, of_records in zip(group.members, factors.reshape(len(group.members), -1), strict=True):
+            factor = of_records[at.record] if group.shape == "sine" else of_records[[0]]
+            whole += factor[:, None, None] * change(at, courses, mass, member)
+    return whole
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Promise:
+    """What the derivatives of the fit promise of any few of the groups, each named by its place, and the price of their numbers."""
+
+    scores: np.ndarray
+    information: np.ndarray
+    index: list[np.ndarray]
+    fine: np.ndarray
+    prices: np.ndarray
+
+    def gain(self, chosen: Sequence[int]) -> float:
+        """Drop of chi-square."""
+        part = np.concatenate([self.index[k] for k in chosen]) if chosen else np.zeros(0, int)
+        part = part[self.fine[part]]
+        if not len(part):
+            return 0.0
+        return float(self.scores[part] @ covariance(self.information[np.ix_(part, part)]) @ self.scores[part])
+
+    def worth(self, chosen: Sequence[int]) -> float:
+        """Drop beyond the price."""
+        return self.gain(chosen) - float(self.prices[list(chosen)].sum())
+
+    def factors(self, chosen: Sequence[int]) -> tuple[np.ndarray, ...]:
+        """Strength of every column of each group, 0 for what is not determined."""
+        part = np.concatenate([self.index[k] for k in chosen])
+        inverse = covariance(self.information[np.ix_(part, part)] * np.outer(self.fine[part], self.fine[part]))
+        factors = -inverse @ (self.scores[part] * self.fine[part])
+        return tuple(np.split(factors, np.cumsum([len(self.index[k]) for k in chosen])[:-1]))
+
+
+def _promise(by: Projector, groups: Sequence[Group], samples: int) -> _Promise:
+    columns = [column for group in groups for column in group.columns]
+    total, matrix = information(by, columns)
+    begin = np.cumsum([0, *(len(group.columns) for group in groups)])
+    index = [np.arange(a, b) for a, b in itertools.pairwise(begin)]
+    raw = np.array([np.sum(column.column**2) for column in columns])
+    prices = np.array(
+        [len(i) * np.log(samples) + 2.0 * np.log(g.looked_at) + bool(g.shape) * np.log(samples) for g, i in zip(groups, index, strict=True)]
+    )
+    return _Promise(scores=total, information=matrix, index=index, fine=np.diag(matrix) > _DETERMINED * raw, prices=prices)
+
+
+def select(
+    by: Projector, groups: Sequence[Group], samples: int, most: int, lines: int = LINES, taken: frozenset[str] = frozenset()
+) -> Choice:
+    """The groups, at most so many, that promise most beyond the price of their numbers.
+
+    One after the other, each then replaced or left out if that is better. `lines` and `taken` say how many sines may still be had, and
+    which shapes not.
+    """
+    promise = _promise(by, groups, samples)
+    least = np.array([chdtri(g.degrees, min(ALPHA / g.looked_at, 1.0)) for g in groups])
+
+    def determined(k: int) -> bool:
+        fine = promise.fine[promise.index[k]]
+        return bool(fine.all()) if groups[k].shape != "sine" else bool(fine.any())
+
+    def allowed(chosen: Sequence[int]) -> bool:
+        shapes = [groups[k].shape for k in chosen if groups[k].shape]
+        single = [shape for shape in shapes if shape != "sine"]
+        return shapes.count("sine") <= lines and len(set(single)) == len(single) and not taken & set(single)
+
+    usable = [k for k in range(len(groups)) if determined(k)]
+    chosen: list[int] = []
+    while len(chosen) < most:
+        tries = [[*chosen, k] for k in usable if k not in chosen and allowed([*chosen, k])]
+        if not tries:
+            break
+        best, before = max(tries, key=promise.worth), promise.gain(chosen)
+        if promise.gain(best) - before < max(promise.prices[best[-1]], least[best[-1]], _TRIFLE * before):
+            break
+        chosen = _settled([*best], usable, promise.worth, allowed)
+    if not chosen:
+        return Choice(groups=(), factors=(), gain=0.0, worth=0.0)
+    held = tuple(groups[k] for k in chosen)
+    return Choice(groups=held, factors=promise.factors(chosen), gain=promise.gain(chosen), worth=promise.worth(chosen))
+
+
+def _settled(
+    chosen: list[int], usable: list[int], worth: Callable[[Sequence[int]], float], allowed: Callable[[Sequence[int]], bool]
+) -> list[int]:
+    """After each term in turn has been replaced by whichever serves best, or left out."""
+    for place in range(len(chosen)):
+        if len(chosen) == 1:
+            break
+        others = chosen[:place] + chosen[place + 1 :]
+        tries = [chosen, *([*others, k] for k in usable if k not in chosen and allowed([*others, k]))]
+        chosen = max(tries, key=worth)
+        if worth(others) > worth(chosen):
+            return others
+    return chosen

@@ -1,0 +1,38 @@
+"""Candidates that begin from what the loops of force against indentation tell, however far that is from the nominal fit."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.diagnosis.refit import extended
+from identification.diagnosis.score.force_loops import SeenLoops
+from identification.diagnosis.score.score import Candidate
+from identification.diagnosis.score.scored import Scored
+from identification.least_squares.fit import free_unknowns
+from identification.windows.layout import NUISANCES
+from identification.windows.prepare import Prepared
+from identification.windows.start.contact import Loops
+
+
+def from_loops(scored: Scored) -> list[tuple[Candidate, Prepared]]:
+    """Each effect that the loops show, at the strength that they tell, with the windows that begin at law and gaps beside it.
+
+    A law that has been fitted without the effect has bent until no derivative shows the effect. The loops need no nominal motion.
+    """
+    seen = SeenLoops(scored)
+    candidates = {one.name: one for one in scored.found if one.members[0].in_loops}
+    shown = ((one, seen.shown(one.members[0])) for one in candidates.values())
+    return [_begun(scored, one, loops.bent, seen) for one, loops in shown if loops is not None]
+
+
+def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: SeenLoops) -> tuple[Candidate, Prepared]:
+    """The candidate with the numbers of the loops: its own, the law's, and the gaps' where they are estimated."""
+    effect = probe.members[0]
+    read = dataclasses.replace(effect, **{p.field: loops.values[f"{effect.name}.{p.name}"] for p in effect.parameters})
+    candidate = dataclasses.replace(probe, members=(read,), factors=np.ones(1))
+    prepared = extended(scored.fitted, candidate, scored.courses, is_small=False)
+    shared = prepared.layout.internal(prepared.layout.physical(prepared.start.shared) | loops.values)
+    nuisances, column = prepared.start.nuisances.copy(), NUISANCES.index("gap_error")
+    told = seen.touched & free_unknowns(prepared).nuisances[:, column]
+    nuisances[told, column] = (seen.shifts + loops.errors)[told]
+    return candidate, dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=shared, nuisances=nuisances))

@@ -1,0 +1,1 @@
+"""Where the misfit is, and which record would settle what is open."""

@@ -1,0 +1,1 @@
+"""The score test: what each candidate would gain, without fitting it."""

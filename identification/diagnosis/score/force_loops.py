@@ -1,0 +1,72 @@
+"""The loops of force against indentation as the records show them, without integrating a motion."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.diagnosis.score.scored import Scored
+from identification.experiment import Record
+from identification.windows.kinematics import Kinematics
+from identification.windows.start.contact import Loops, contact_start
+from vibrojax.effects import AbstractEffect, Facts
+
+_BEND = 0.8
+"""Cost of a regression of the loops with an effect over that without, up to which they show it."""
+_STRAIGHT = 1e-3
+"""Cost up to which the law alone describes them."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Shown:
+    """What two regressions of the same loops tell: by the law alone, and with an effect that they show."""
+
+    straight: Loops
+    bent: Loops
+
+
+class SeenLoops:
+    """The records as the loops are read from them: with the stop where it was touched, however far off the gap was set."""
+
+    def __init__(self, scored: Scored) -> None:
+        prepared = scored.fitted.prepared
+        self._model, self._motions = scored.fitted.model, list(prepared.motions)
+        self._free = tuple(p.name for p in self._model.law.parameters if p.name not in prepared.fixed)
+        pairs = list(zip(prepared.experiment.records, prepared.motions, strict=True))
+        self._records = [_touched(record, motion) for record, motion in pairs]
+        self.shifts = np.array([moved.gap - record.gap for moved, record in zip(self._records, prepared.experiment.records, strict=True)])
+        """(records,) from the gap as set to where the stop was touched, m."""
+        self.touched = np.array([motion is not None and bool(motion.touching.any()) for motion in prepared.motions])
+        """(records,) whether that was seen."""
+        self._known = self._as_recorded(scored.known)
+
+    def shown(self, effect: AbstractEffect) -> Shown | None:
+        """The loops with the effect, if they show it: by the load cell, or by the hammer's inertia where that tells nothing."""
+        probes = tuple(members[0] for members in effect.probes(self._known))
+        for load_cell in (True, False) if probes else ():
+            straight = self._read(load_cell)
+            if straight is not None:
+                bent = self._read(load_cell, probes) if straight.cost > _STRAIGHT else None
+                return Shown(straight=straight, bent=bent) if bent is not None and bent.cost <= _BEND * straight.cost else None
+        return None
+
+    def _read(self, load_cell: bool, probes: tuple[AbstractEffect, ...] = ()) -> Loops | None:
+        return contact_start(self._model, self._records, self._motions, self._free, load_cell=load_cell, probes=probes)
+
+    def _as_recorded(self, known: Facts) -> Facts:
+        """What is known before any candidate is tried, with indentation, speed and force as they were recorded."""
+        met = [(r, m) for r, m in zip(self._records, self._motions, strict=True) if m is not None and m.touching.any()]
+        forces = [motion.inertia if motion.force is None else motion.force for _, motion in met]
+        return dataclasses.replace(
+            known,
+            deepest=max((float(motion.u.max()) - record.gap for record, motion in met), default=0.0),
+            speed=max((float(np.abs(motion.v[motion.touching]).max()) for _, motion in met), default=0.0),
+            force=max((float(np.nanmax(force)) for force in forces), default=0.0),
+        )
+
+
+def _touched(record: Record, motion: Kinematics | None) -> Record:
+    """The record with its gap where contacts begin."""
+    if motion is None or not motion.touching.any():
+        return record
+    begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])
+    return dataclasses.replace(record, gap=float(np.median(motion.u[begins])))

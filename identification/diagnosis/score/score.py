@@ -1,0 +1,197 @@
+"""Score test of all candidates at once: how much each would lower chi-square, orthogonal to everything already fitted."""
+
+import dataclasses
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.diagnosis.score.metric import Metric, in_metric
+from identification.diagnosis.score.metric import metric as metric_of
+from identification.diagnosis.score.signature import Course, signatures
+from identification.least_squares import block_arrow
+from identification.likelihood.fitted import Fitted, covariance_of
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.response import response
+from identification.windows.prepare import Prepared
+from vibrojax.effects import AbstractEffect
+
+_PORTION = 8
+"""Members of candidates whose answers are worked out together: as many as `signatures` takes at most."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One candidate at the strength that the records ask for, to first order.
+
+    Attributes:
+        members: its effects at their probing strength, whose strengths are estimated together.
+        factors: strength over probing strength, by member (and record, for what each record has of its own).
+        gain: expected drop of chi-square.
+        degrees: count of estimated strengths.
+    """
+
+    members: tuple[AbstractEffect, ...]
+    factors: np.ndarray
+    gain: float
+    degrees: int
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.members[0].name
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Projector:
+    """What the fit already explains, taken out of residual and columns."""
+
+    at: Linearised
+    """Windows with residuals as they would be without the random force."""
+    white: Linearised
+    """The same with residual and Jacobian in the metric."""
+    metric: Metric
+    state_gradient: np.ndarray
+    """(windows, states): of the fit's own cost."""
+    normal: block_arrow.Reduced
+    """Normal equations of everything that the fit estimates, window states eliminated."""
+    hessian_inverse: np.ndarray
+    """Of these; zero for what is not estimated."""
+    columns: np.ndarray
+    """(windows, unknowns of a window): where each stands among all."""
+
+    def lightened(self) -> "Projector":
+        """Without what only further columns need, which is large."""
+        return dataclasses.replace(self, white=self.at, metric=dataclasses.replace(self.metric, turned=np.zeros((0, 0, 0))))
+
+    @property
+    def inverse(self) -> Float[np.ndarray, "windows states states"]:
+        """Of the windows' own blocks."""
+        return self.normal.eliminated[0]
+
+    @property
+    def coupling(self) -> Float[np.ndarray, "windows states unknowns"]:
+        """Of the windows' states with the other unknowns of a window."""
+        return self.normal.eliminated[1]
+
+
+def projector(fitted: Fitted) -> Projector:
+    """What a fit estimates, as its likelihood has it."""
+    metric, layout, at = metric_of(fitted.point), fitted.prepared.layout, fitted.point.without_force()
+    return Projector(
+        at=at,
+        white=in_metric(at, metric),
+        metric=metric,
+        state_gradient=fitted.posterior.equations.gradient[:, layout.size - layout.states :],
+        normal=fitted.posterior.reduced,
+        hessian_inverse=covariance_of(fitted),
+        columns=block_arrow.columns(fitted.estimate, fitted.point.at.record),
+    )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reduced:
+    """One column after everything already fitted is taken out, window by window."""
+
+    scores: np.ndarray
+    """(windows,): what each window contributes to the score."""
+    cross: np.ndarray
+    """(windows, unknowns of a window): coupling with what is fitted."""
+    column: np.ndarray
+    """(windows, time * channels)"""
+    on_states: np.ndarray
+    """(windows, states)"""
+
+
+def reduced(by: Projector, column: Float[np.ndarray, "windows time channels"]) -> Reduced:
+    """Take the window states out of a column of the residual's derivative, (windows, time, channels)."""
+    return reduced_all(by, column[:, None])[0]
+
+
+def reduced_all(by: Projector, columns: Float[np.ndarray, "windows columns time channels"]) -> list[Reduced]:
+    """The same for several columns at once."""
+    flat = by.metric(columns).reshape(*columns.shape[:2], -1)
+    return [_reduced(by, flat[:, index]) for index in range(flat.shape[1])]
+
+
+def _reduced(by: Projector, flat: Float[np.ndarray, "windows samples"]) -> Reduced:
+    at, lanes = by.white, len(flat)
+    residual = at.residual.reshape(lanes, -1)
+    with_fit = np.einsum("lis,ls->li", at.jacobian.reshape(lanes, at.jacobian.shape[1], -1), flat)
+    count = at.jacobian.shape[1] - by.inverse.shape[1]
+    on_states = with_fit[:, count:]
+    pulled = np.einsum("lst,lt->ls", by.inverse, on_states)
+    scores = np.einsum("ls,ls->l", flat, residual) - np.einsum("ls,ls->l", pulled, by.state_gradient)
+    cross = with_fit[:, :count] - np.einsum("lsi,ls->li", by.coupling, pulled)
+    return Reduced(scores=scores, cross=cross, column=flat, on_states=on_states)
+
+
+def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
+    """Score and information of some columns, orthogonal to the fit."""
+    coupling = np.zeros((len(columns), len(by.normal.gradient)))
+    for row, one in zip(coupling, columns, strict=True):
+        np.add.at(row, by.columns, one.cross)
+    onto = coupling @ by.hessian_inverse
+    scores = np.stack([one.scores for one in columns]).sum(axis=1) - onto @ by.normal.gradient
+    matrix = np.array(
+        [[np.sum(a.column * b.column) - np.einsum("ls,lst,lt->", a.on_states, by.inverse, b.on_states) for b in columns] for a in columns]
+    )
+    return scores, matrix - onto @ coupling.T
+
+
+def score(
+    prepared: Prepared, by: Projector, courses: tuple[Course, ...], candidates: Sequence[tuple[AbstractEffect, ...]], mass: float
+) -> list[Candidate]:
+    """Every candidate with its expected gain, best first."""
+    files, at = prepared.layout.files, by.at
+
+    def tested(batch: list[tuple[AbstractEffect, ...]]) -> list[Candidate]:
+        perturbed = signatures(at, courses, files, [member for candidate in batch for member in candidate])
+        columns = iter(reduced_all(by, np.stack([response(at, mass, one) for one in perturbed], axis=1)))
+        return [_candidate(by, candidate, [next(columns) for _ in candidate]) for candidate in batch]
+
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        found = [one for batch in threads.map(tested, _alike(candidates)) for one in batch]
+    return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list[Reduced]) -> Candidate:
+    per_record = any(p.per_record for p in members[0].parameters)
+    if per_record:
+        records = np.unique(by.at.record)
+        columns = [_only(column, by.at.record == record) for column in columns for record in records]
+    total, matrix = information(by, columns)
+    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    fine = scale > 0
+    if not fine.any():
+        return Candidate(members=members, factors=np.zeros(len(total)), gain=0.0, degrees=len(total))
+    inverse = block_arrow.covariance(matrix)
+    factors = -inverse @ total
+    gain = float(total @ inverse @ total)
+    if len(total) == 1 and members[0].one_signed and factors[0] < 0:
+        gain, factors = 0.0, np.zeros(1)
+    return Candidate(members=members, factors=factors, gain=gain, degrees=int(fine.sum()))
+
+
+def _only(column: Reduced, chosen: np.ndarray) -> Reduced:
+    """The column in some windows alone."""
+    return Reduced(
+        scores=column.scores * chosen,
+        cross=column.cross * chosen[:, None],
+        column=column.column * chosen[:, None],
+        on_states=column.on_states * chosen[:, None],
+    )
+
+
+def _alike(candidates: Sequence[tuple[AbstractEffect, ...]]) -> list[list[tuple[AbstractEffect, ...]]]:
+    """Candidates of one class, channel and record together, in handy portions."""
+    kinds: dict[tuple, list[tuple[AbstractEffect, ...]]] = {}
+    for members in candidates:
+        kinds.setdefault((type(members[0]), members[0].channel, members[0].record, len(members)), []).append(members)
+    portions = []
+    for (*_, members), kind in kinds.items():
+        count = max(1, _PORTION // members)
+        portions += [kind[first : first + count] for first in range(0, len(kind), count)]
+    return portions

@@ -1,0 +1,324 @@
+"""Forward search: score all candidates, fit the best few, take the one with the greatest evidence, and score again."""
+
+import dataclasses
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from identification.diagnosis.calibration import ALPHA, MOST_EFFECTS, RELEVANT, WITHIN_CHANCE
+from identification.diagnosis.free_form.free_form import Learned, learn, strongest_line
+from identification.diagnosis.from_loops import from_loops
+from identification.diagnosis.refit import extended, lengthened, without
+from identification.diagnosis.score.score import Candidate
+from identification.diagnosis.score.scored import Scored, score_all, trials
+from identification.estimation.nominal import is_near
+from identification.least_squares.fit import integrator_for
+from identification.likelihood.evidence import chance
+from identification.likelihood.fitted import Fitted, fitted
+from identification.likelihood.joint import point
+from identification.likelihood.linearised import linearised
+from identification.likelihood.random_effects import variations, with_variation
+from identification.likelihood.variances import Variances
+from identification.windows.prepare import Prepared
+from vibrojax.errors import NoConvergenceError
+
+Progress = Callable[[str], None]
+COMPLETE, MOST, BUDGET = "no further effect is significant", "as many effects as are fitted together", "budget"
+_SHORT_LIST = 5
+"""Kinds of candidates that are fitted in one step, at most, beside those that no derivative shows."""
+_WORTH_A_FIT = 0.1
+"""Share of the largest gain, expected and obtained, from which a candidate is fitted."""
+_CLOSE, _LITTLE = 0.4, 0.1
+"""The same once another candidate has gained as much as was expected of it, and leaves so little of the misfit."""
+_STOPS = 3
+"""Candidates without a derivative that are fitted."""
+_BAD = 0.02
+"""Share of the windows with hardly any weight from which such candidates are fitted."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Rival:
+    """A candidate fitted with everything else: to the end, or for one round where it cannot become the best."""
+
+    candidate: Candidate
+    fitted: Fitted
+    gain: float
+    """Twice the log-likelihood beyond that of the model without it."""
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.candidate.name
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Step:
+    """One step of the search."""
+
+    scored: Scored
+    rivals: tuple[Rival, ...]
+    """The greatest evidence first."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Search:
+    """What the search went through, and where it ended.
+
+    Attributes:
+        steps: those that added an effect.
+        last: all candidates beside the final model.
+        refused: candidates that were fitted beside the final model, and gained too little.
+        ended: `COMPLETE`, `MOST` or `BUDGET`.
+        learned: a free-form term beside the final model that has more evidence than any listed effect.
+    """
+
+    steps: tuple[Step, ...]
+    last: Scored
+    refused: tuple[Rival, ...]
+    ended: str
+    learned: Learned | None = None
+
+    @property
+    def fitted(self) -> Fitted:
+        """The final model."""
+        return self.last.fitted
+
+    @property
+    def first(self) -> Scored:
+        """All candidates beside the nominal model."""
+        return self.steps[0].scored if self.steps else self.last
+
+
+def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage: None) -> Search:
+    """Add effects to a model until none has evidence, or there are `MOST_EFFECTS`.
+
+    Args:
+        start: the nominal model, fitted.
+        deadline: `time.monotonic()` after which no further step begins.
+        progress: called with a line of text at each stage.
+    """
+    steps: list[Step] = []
+    model = start
+    while True:
+        progress(f"scoring all candidates beside {model.title}")
+        scored = score_all(model)
+        if len(model.names) >= MOST_EFFECTS:
+            return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
+        if time.monotonic() > deadline:
+            return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
+        line = _line(scored, deadline, progress)
+        rivals = _fitted_in_full(scored, line, progress)
+        if line is not None and not (rivals and rivals[0].fitted.criterion < line.fitted.criterion):
+            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE, learned=line)
+        varied = _varied(model, rivals[0].gain if rivals else 0.0, progress)
+        if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
+            model = varied
+            continue
+        again = _led_by(model, rivals, progress)
+        rivals = [dataclasses.replace(one, gain=one.gain - 2.0 * (again.log_likelihood - model.log_likelihood)) for one in rivals]
+        if again is not model and not _has_evidence(rivals[0], again, scored):
+            model = again
+            continue
+        if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
+            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
+        progress(f"fitting {rivals[0].fitted.title} to the end")
+        best = rivals[0].fitted
+        best = lengthened(best) or fitted(point(best.prepared, best.estimate, best.variances))
+        steps.append(_kept(scored, rivals))
+        model = _lessened(best, start, progress)
+
+
+def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
+    """A free-form term, where a steady line of a force has a larger expected gain than any listed effect.
+
+    A mode that rings undamped with a phase of its own in every window imitates such a line.
+    """
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    return learn(scored, deadline=deadline, progress=progress) if strongest_line(scored) > best else None
+
+
+def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
+    """The model with the parameter that varies most surely between records; None where chance scatters them as much.
+
+    None, too, where an effect has `gained` more than that could.
+    """
+    one = next(iter(variations(model)), None)
+    if one is None or one.chi2 < gained or one.std == 0.0 or one.chance * len(model.prepared.layout.parameters) > ALPHA:
+        return None
+    progress(f"fitting {one.name} that varies between records beside {model.title}")
+    prepared = with_variation(model, one)
+    found = fitted(point(prepared, prepared.start, model.variances), rounds=3, measure_noise=False)
+    return found if found.criterion < model.criterion else None
+
+
+def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
+    """The model without the effects taken in before, where the last one explains what they had stood for (backward elimination)."""
+    for name in model.names[:-1]:
+        progress(f"fitting {model.title} without {name}")
+        less = _attempt(without(model, name), model.variances, rounds=3)
+        if less is None:
+            continue
+        gain, numbers = 2.0 * (model.log_likelihood - less.log_likelihood), max(model.unknowns - less.unknowns, 1)
+        needed = chance(gain, numbers, 1) < ALPHA and model.criterion < less.criterion
+        if not needed or _adds(model, less, nominal) < RELEVANT:
+            model = less
+    return model
+
+
+def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
+    """Whether chance hardly gives such a gain, and the information criterion asks for it."""
+    numbers = max(best.fitted.unknowns - beside.unknowns, 1)
+    by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
+    return by_chance < ALPHA and best.fitted.criterion < beside.criterion
+
+
+def _adds(found: Fitted, model: Fitted, nominal: Fitted) -> float:
+    """Share of the misfit that only the model with a further effect explains."""
+    return share_added(nominal.chi2_reduced, model.chi2_reduced, found.chi2_reduced)
+
+
+def share_added(nominal: float, model: float, more: float) -> float:
+    """Of the misfit of the nominal model that more than a model explains, the share that the model does not; from reduced chi-squares.
+
+    Example:
+        >>> share_added(11.0, 2.0, 1.0)
+        0.1
+    """
+    return (model - more) / (nominal - more) if nominal > more else 1.0
+
+
+def _kept(scored: Scored, rivals: list[Rival]) -> Step:
+    """A step without the large arrays that nothing needs any more."""
+    return Step(scored=dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened()), rivals=tuple(rivals))
+
+
+def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
+    """The model itself, or a better fit of it that the numbers of the best alternative lead to.
+
+    A fit that has ended in a wrong place may be led out of it by any effect: that is no evidence for the effect. One that has converged
+    near the recorded motion is in no such place.
+    """
+    if not rivals or (model.converged and is_near(model)):
+        return model
+    progress(f"fitting {model.title} again")
+    there, prepared = rivals[0].fitted.estimate, model.prepared
+    values = rivals[0].fitted.prepared.layout.physical(there.shared)
+    start = dataclasses.replace(
+        model.estimate,
+        shared=prepared.layout.internal({p.name: values[p.name] for p in prepared.layout.parameters}),
+        nuisances=there.nuisances[:, : model.estimate.nuisances.shape[1]],
+        states=there.states[:, : model.estimate.states.shape[1]],
+    )
+    again = fitted(point(prepared, start, model.variances), rounds=1, measure_noise=False, iterations=6, settle=False)
+    return again if again.log_likelihood > model.log_likelihood - 0.5 * np.log(ALPHA) else model
+
+
+def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Rival]:
+    """The most promising candidates, each fitted with everything else; the greatest evidence first.
+
+    None is fitted where a line, of which more was expected, leaves little of the misfit.
+    """
+    if line is not None and _left(line.fitted, scored.fitted) < _LITTLE:
+        return []
+    queue = _queue(scored)
+    rivals: list[Rival] = []
+    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    with ThreadPoolExecutor(1) as ahead:
+        for index, (candidate, prepared) in enumerate(queue):
+            if _is_hopeless(candidate, scored, rivals, best):
+                continue
+            for _, following in queue[index + 1 : index + 2]:
+                ahead.submit(_compiled, following, scored.fitted)
+            progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
+            rivals += _tried(candidate, prepared, scored.fitted)
+    return _finished(sorted(rivals, key=lambda rival: rival.fitted.criterion), scored.fitted, progress)
+
+
+def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best: float) -> bool:
+    """Whether far less is expected of it than was of the best, and than has been gained already; of what no derivative shows, never."""
+    effect = candidate.members[0]
+    if not rivals or effect.is_stop or effect.in_loops or effect.shown_by(scored.known):
+        return False
+    gained = min(best, max(0.0, *(rival.gain for rival in rivals)))
+    done = any(_explains(rival, scored.fitted) for rival in rivals)
+    return candidate.gain < (_CLOSE if done else _WORTH_A_FIT) * gained
+
+
+def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[Rival]:
+    """Those that can still come as near to the best as chance may bring them, fitted to the end; the greatest evidence first."""
+    found, best = [], beside.criterion
+    for rival in rivals:
+        if rival.fitted.criterion - 2.0 * rival.fitted.to_go < best + WITHIN_CHANCE:
+            progress(f"fitting {rival.fitted.title} to the end")
+            finished = _attempt(rival.fitted.continued, rival.fitted.variances, rounds=2)
+            if finished is not None:
+                rival = _rival(rival.candidate, finished, beside)
+                best = min(best, finished.criterion)
+        found.append(rival)
+    return sorted(found, key=lambda rival: rival.fitted.criterion)
+
+
+def _attempt(prepared: Prepared, variances: Variances, *, rounds: int) -> Fitted | None:
+    """A fit from where it is prepared to start; None where it cannot be integrated or has no likelihood."""
+    try:
+        found = fitted(point(prepared, prepared.start, variances), rounds=rounds, measure_noise=False)
+    except (NoConvergenceError, np.linalg.LinAlgError):
+        return None
+    return found if np.isfinite(found.log_likelihood) else None
+
+
+def _rival(candidate: Candidate, found: Fitted, beside: Fitted) -> Rival:
+    return Rival(candidate=candidate, fitted=found.lightened(), gain=2.0 * (found.log_likelihood - beside.log_likelihood))
+
+
+def _explains(rival: Rival, beside: Fitted) -> bool:
+    """Whether a candidate has gained what was expected of it, and leaves little of the misfit."""
+    return rival.gain >= rival.candidate.gain > 0 and _left(rival.fitted, beside) < _LITTLE
+
+
+def _left(found: Fitted, beside: Fitted) -> float:
+    """Share of the misfit that is left of what it was."""
+    return (found.chi2_reduced - 1.0) / max(beside.chi2_reduced - 1.0, 1e-300)
+
+
+def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
+    """The candidate after one round of its fit; empty where it cannot be fitted."""
+    found = _attempt(prepared, beside.variances, rounds=1)
+    return [] if found is None else [_rival(candidate, found, beside)]
+
+
+def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
+    """Candidates to be fitted, with their windows and starts."""
+    short = [one for candidate in list(scored.significant.values())[:_SHORT_LIST] for one in _starts(candidate, scored)]
+    weight = scored.fitted.variances.weight
+    resist = float(np.mean(weight < 0.2 * np.median(weight))) >= _BAD
+    listed = {one.name for one in short}
+    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed][:_STOPS] if resist else []
+    shown = [one for one in scored.found if one.members[0].shown_by(scored.known) and one.name not in listed]
+    begun = [(one, _extended(one, scored)) for one in [*short, *stops, *shown]]
+    return [*begun, *(from_loops(scored) if resist or stops else [])]
+
+
+def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
+    """The candidate, and as many other probes of its effect as the effect wants to be fitted from."""
+    others = [one for one in scored.found if one.name == candidate.name and 0.0 < one.gain < candidate.gain]
+    return [candidate, *others[: candidate.members[0].tries - 1]]
+
+
+def _extended(candidate: Candidate, scored: Scored) -> Prepared:
+    """Windows with the candidate at the strength of the score test.
+
+    A stop begins as it was proposed, and so does what the records show: along a motion without it no derivative tells its strength.
+    """
+    effect = candidate.members[0]
+    if not (effect.is_stop or effect.shown_by(scored.known)):
+        return extended(scored.fitted, candidate, scored.courses)
+    as_proposed = dataclasses.replace(candidate, factors=np.ones(len(candidate.members)))
+    return extended(scored.fitted, as_proposed, scored.courses, is_small=False)
+
+
+def _compiled(prepared: Prepared, beside: Fitted) -> None:
+    """Integrated once, so that the program is there when its turn comes: one core compiles while the other fits."""
+    linearised(prepared, integrator_for(prepared), prepared.start, beside.variances.places)

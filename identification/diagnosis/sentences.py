@@ -1,0 +1,129 @@
+"""The verdict in words that a test engineer understands."""
+
+import math
+from collections.abc import Sequence
+
+from identification.diagnosis.calibration import ALPHA
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Bend, Location, Number, Side
+from identification.diagnosis.locate.restitution import Restitution
+from identification.result.unrest import Unrest
+from identification.wording.channel_labels import spoken
+from identification.wording.numbers import millimetres, rounded, with_unit
+
+_NAMED = 4
+"""Records from which on they are counted, not named."""
+
+
+def sentences(
+    verdict: str,
+    effects: Sequence[Asserted],
+    ambiguous: Sequence[str],
+    location: Location | None,
+    before: Side,
+    after: Side,
+    formula: str,
+    unrest: Unrest | None = None,
+    restitution: Restitution | None = None,
+    *,
+    finished: bool = True,
+) -> tuple[str, ...]:
+    """What is missing, where, and what it does to the error; the first sentence stands alone.
+
+    `unrest`: random force beside the final model. `restitution`: where it departs from the nominal model's.
+    """
+    unseen = "windows left out of the fit"
+    if before.held_back:
+        unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
+    restless = () if unrest is None else (unrest.sentence(),)
+    if verdict in (ADEQUATE, RESTLESS):
+        first = f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f})."
+        if verdict == RESTLESS:
+            first = (
+                "More than the sensors' noise, but nothing that motion, drive, time or record explains:"
+                f" a random force acts on the hammer (reduced chi-square {before.chi2_reduced:.3f} without it)."
+            )
+        error = (
+            "There was too little to leave anything out of the fit."
+            if math.isnan(before.held_out_nrmse)
+            else f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse)}."
+        )
+        return (first, *restless, error, *_varying(after))
+    where = (location.sentence,) if location is not None else ()
+    falls = (
+        f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; too little to leave anything out of the fit."
+        if math.isnan(before.held_out_nrmse)
+        else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse)} to {percent(after.held_out_nrmse)}"
+        f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
+    )
+    if verdict == MISSING:
+        named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
+        explain = "explains" if len(effects) == 1 else "explain"
+        first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
+        doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()
+        return (first, *where, falls, *restless, *doubt, *_varying(after))
+    first = "Something real is missing, and no listed effect explains it."
+    first = first if finished else "Something real is missing; the budget ended the search before all candidates were fitted."
+    learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
+    bends = (_bending(location.bend),) if location is not None and location.bend is not None else ()
+    losses = (_losing(restitution),) if restitution is not None else ()
+    return (first, *where, *bends, *losses, *learned, *restless, *_varying(after))
+
+
+def _bending(one: Bend) -> str:
+    """Where the contact law does, which is told without a cause."""
+    deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
+    return (
+        f"Force against indentation, read off the records, rises faster beyond {millimetres(one.depth)} than before, as a second stop or a"
+        f" steeper law would make it; {deeper} came that deep."
+    )
+
+
+def _losing(one: Restitution) -> str:
+    """How restitution goes with the speed, which is told without a cause."""
+    before, after = (f"{end.measured:.2f} at {end.approach_speed:.2g} m/s" for end in (one.slow, one.fast))
+    power = "" if one.exponent is None else f" (1 − e with the speed to the power {rounded(*one.exponent).text})"
+    return (
+        f"Restitution, read off the flight on either side of each contact, goes from {before} to {after}{power},"
+        f" in the nominal model from {one.slow.fitted:.2f} to {one.fast.fitted:.2f}."
+    )
+
+
+def _joined(parts: Sequence[str]) -> str:
+    *others, last = parts
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def _varying(side: Side) -> tuple[str, ...]:
+    """The parameter that varies most surely between records, from its least to its largest value."""
+    differ = [one for one in side.disagreements if one.chance < ALPHA / len(side.disagreements)]
+    if not differ:
+        return ()
+    worst = min(differ, key=lambda one: (one.chance, -one.chi2 / one.degrees))
+    p = next(p for p in side.parameters if p.name == worst.name)
+    ends = sorted(worst.records.items(), key=lambda item: item[1][0])
+    low, high = (f"{with_unit(rounded(*estimate).text, p.unit)} in {file}" for file, estimate in (ends[0], ends[-1]))
+    return (f"{p.symbol} varies between records: {low}, {high}.",)
+
+
+def _main(one: Asserted) -> str:
+    """Where the effect acts, and its numbers."""
+    return ", ".join([*_places(one), *(_number(p) for p in one.told)])
+
+
+def _places(one: Asserted) -> list[str]:
+    """Channel and record, where it acts in one alone."""
+    channel = one.effect.channel
+    return [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
+
+
+def _number(p: Number) -> str:
+    return f"{p.symbol} = {with_unit(rounded(p.value, p.stderr).text, p.unit)}"
+
+
+def _moves(before: Side, after: Side) -> str:
+    return "falls" if after.held_out_nrmse <= before.held_out_nrmse else "rises"
+
+
+def percent(share: float) -> str:
+    """To two digits, from 1 on to whole percent."""
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"

@@ -1,7 +1,0 @@
-"""A diagnosis for people: a summary in the terminal, plots, and a page that stands alone."""
-
-from identification.discrepancy.report.json_file import diagnosis_provenance, write_diagnosis_json
-from identification.discrepancy.report.summary import diagnosis_summary
-from identification.discrepancy.report.write import write_diagnosis_report
-
-__all__ = ["diagnosis_provenance", "diagnosis_summary", "write_diagnosis_json", "write_diagnosis_report"]

@@ -1,0 +1,1 @@
+"""The fit of an experiment: parameters and their errors."""

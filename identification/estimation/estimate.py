@@ -1,0 +1,261 @@
+"""One call from an experiment to a fit with errors, verdicts and checks."""
+
+import dataclasses
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.estimation.adequacy import OVERALL, chi2_limit
+from identification.estimation.held_back import held_back_fits
+from identification.estimation.multistart import Multistart
+from identification.estimation.records import record_fits
+from identification.experiment import Experiment
+from identification.least_squares.block_arrow import Equations
+from identification.least_squares.fit import bounds, fit, free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import Outcome
+from identification.least_squares.settling import settled_without_force
+from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
+from identification.likelihood.fitted import Fitted, first_point, fitted
+from identification.likelihood.joint import point
+from identification.likelihood.variances import equations, posterior
+from identification.result.result import (
+    AT_BOUND,
+    FIXED,
+    NOT_IDENTIFIABLE,
+    OK,
+    Derived,
+    FitResult,
+    ParameterEstimate,
+    SensorNoise,
+    StartOutcome,
+)
+from identification.result.unrest import Unrest, unrest
+from identification.windows.layout import Active, Estimate
+from identification.windows.prepare import Prepared, prepare
+
+Progress = Callable[[str], None]
+DERIVED = {"k": "N/m", "c": "N s/m"}
+"""Unit by name of the numbers that follow from mass, natural frequency and damping ratio."""
+FORCE_BY_CHANCE = 1e-4
+"""Chance of noise alone showing the random force that a fit states."""
+_STRUCK = 12.0
+"""A force this many standard deviations above zero is no noise."""
+
+
+def fit_experiment(
+    experiment: Experiment, *, law: str | None = None, starts: int | None = None, seed: int = 0, progress: Progress = lambda stage: None
+) -> FitResult:
+    """Fit the nominal model to an experiment.
+
+    Arguments:
+        experiment: as loaded; its held-back records are predicted at the end.
+        law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        starts: how many starts are tried; None tries several only where the first fit leaves a misfit, 1 never does.
+        seed: of the random starts.
+        progress: told each stage by a line of text.
+    """
+    clock = _Clock()
+    progress("reading first guesses from the records")
+    prepared = prepare(experiment, law=law)
+    clock.lap("prepare")
+    active = free_unknowns(prepared)
+    degrees = degrees_of_freedom(prepared, active)
+    outcome, tried = _optimum(prepared, degrees, starts, seed, clock, progress)
+    progress("estimating sensor noise and random force")
+    found = fitted(first_point(prepared, outcome.estimate), iterations=25)
+    clock.lap("likelihood")
+    progress("standard errors and intervals")
+    spread = uncertainty(found.posterior.equations, found.estimate, active)
+    known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
+    parameters = _parameters(found, known, spread)
+    clock.lap("errors")
+    progress("checking the step size")
+    shift = discretisation_shift(found, known, spread)
+    shown = settled_without_force(prepared, found.estimate)
+    records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
+    clock.lap("records")
+    values = prepared.layout.physical(found.estimate.shared)
+    model, restless = prepared.model.replace(values), unrest(found, alpha=FORCE_BY_CHANCE)
+    if experiment.held_back:
+        progress("predicting the held-back records")
+    held_back = held_back_fits(experiment, model)
+    clock.lap("held back")
+    chosen = np.flatnonzero(known.shared)
+    return FitResult(
+        experiment=experiment,
+        model=model,
+        parameters=parameters,
+        derived=_derived(prepared, values, spread, known),
+        correlation=spread.correlation(chosen),
+        correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
+        chi2_reduced=2.0 * outcome.cost / max(degrees, 1),
+        degrees=degrees,
+        records=records,
+        starts=tried,
+        converged=outcome.converged and found.converged,
+        iterations=outcome.iterations,
+        discretisation=shift,
+        warnings=(*_warnings(outcome, restless, shift), *_implausible_gaps(prepared)),
+        unrest=restless,
+        noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
+        seed=seed,
+        seconds=clock.seconds,
+        held_back=held_back,
+    )
+
+
+def _optimum(
+    prepared: Prepared, degrees: int, starts: int | None, seed: int, clock: "_Clock", progress: Progress
+) -> tuple[Outcome, tuple[StartOutcome, ...]]:
+    """The fit from the first guesses; where it leaves a misfit, or so many starts are asked for, the best of several."""
+    outcome = _fitted(prepared, progress)
+    clock.lap("fit")
+    misfit = not outcome.converged or 2.0 * outcome.cost / max(degrees, 1) > chi2_limit(degrees, OVERALL)
+    if starts is None and not misfit:
+        return outcome, ()
+    search = Multistart() if starts is None else Multistart(count=starts)
+    found = _from_other_starts(prepared, outcome, search, seed, progress)
+    clock.lap("starts")
+    return found
+
+
+def _fitted(prepared: Prepared, progress: Progress) -> Outcome:
+    """The staged fit, telling each step."""
+    return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
+
+
+def _from_other_starts(
+    prepared: Prepared, outcome: Outcome, search: Multistart, seed: int, progress: Progress
+) -> tuple[Outcome, tuple[StartOutcome, ...]]:
+    """The fit as it is, or a better one from another start; and what became of all starts."""
+    progress("trying other starts on single impacts")
+    other, tried = search(prepared, seed=seed)
+    if other is None:
+        return outcome, tried
+    again = _fitted(dataclasses.replace(prepared, candidates={"multistart": other}), progress)
+    return min(outcome, again, key=lambda found: found.cost), tried
+
+
+def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
+    """Samples that count, less estimated numbers; a window on a prescribed path has no free initial state."""
+    counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
+    free_windows = sum(len(group.record) for group in prepared.groups if group.prescribed is None)
+    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
+
+
+def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> float:
+    """Largest shift of a shared parameter, in standard errors, when all steps are halved (one Gauss-Newton step from the optimum)."""
+    found = (
+        posterior(at.linear, at.inner, of.variances) for at in (of.point, point(of.prepared, of.estimate, of.variances, refinement=2.0))
+    )
+    coarse, finer = (one.step[0, : of.prepared.layout.shared] for one in found)
+    sigma = spread.stderr[: of.prepared.layout.shared]
+    moved = np.abs(finer - coarse)[active.shared]
+    return float(np.max(moved / sigma[active.shared], initial=0.0))
+
+
+def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
+    """The table."""
+
+    def evaluate(estimate: Estimate) -> Equations:
+        at = point(of.prepared, dataclasses.replace(estimate, force=of.estimate.force), of.variances)
+        return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
+
+    return tuple(_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
+
+
+def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]) -> ParameterEstimate:
+    """One row of the table."""
+    prepared, estimate = of.prepared, of.estimate
+    spec = prepared.layout.parameters[index]
+    internal = estimate.shared[index]
+    value, initial = spec.to_physical(internal), spec.to_physical(prepared.start.shared[index])
+    blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=initial, status=OK)
+    if spec.name in prepared.fixed:
+        return dataclasses.replace(blank, status=FIXED, reason="held at the value given in [parameters]")
+    low, high = (limit[index] for limit in bounds(prepared))
+    if internal <= low or internal >= high:
+        return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")
+    if not spread.identifiable[index]:
+        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(prepared, spec.name))
+    sigma = spread.stderr[index]
+    left, right, kind = interval(evaluate, of.posterior.equations, estimate, active, spread, index)
+    stderr = sigma * spec.slope(value)
+    return dataclasses.replace(blank, stderr=float(stderr), ci95=(spec.to_physical(left), spec.to_physical(right)), interval=kind)
+
+
+def _why_not(prepared: Prepared, name: str) -> str:
+    """Reason for a missing error."""
+    in_law = name in {p.name for p in prepared.model.law.parameters}
+    touched = any(motion is None or motion.touching.any() for motion in prepared.motions)
+    if in_law and not touched:
+        return "the hammer does not touch the stop in any record"
+    return "its standard error is larger than a factor of e, or than 1 where it is not estimated by its logarithm"
+
+
+def _derived(prepared: Prepared, values: dict[str, float], spread: Uncertainty, known: Active) -> tuple[Derived, ...]:
+    """Stiffness k = m omega_n^2 and damping c = 2 zeta omega_n m, with errors to first order."""
+    if "f_n" not in values:
+        return ()
+    layout, mass = prepared.layout, values.get("m", prepared.experiment.mass)
+    omega = 2 * np.pi * values["f_n"]
+
+    def row(name: str, value: float, slopes: dict[str, float]) -> Derived:
+        at = {layout.index(key): slope for key, slope in slopes.items() if key in values}
+        told = all(known.shared[i] for i in at if layout.parameters[i].name != "m" or "m" not in prepared.fixed)
+        vector = np.array([at.get(i, 0.0) for i in range(layout.shared)])
+        variance = vector @ spread.covariance[: layout.shared, : layout.shared] @ vector
+        stderr = float(value * np.sqrt(variance)) if told else None
+        return Derived(name=name, symbol=name, unit=DERIVED[name], value=float(value), stderr=stderr)
+
+    return (
+        row("k", mass * omega**2, {"f_n": 2.0, "m": 1.0}),
+        row("c", 2 * values["zeta"] * omega * mass, {"zeta": 1.0, "f_n": 1.0, "m": 1.0}),
+    )
+
+
+def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) -> np.ndarray:
+    """(records, nuisances) standard errors, NaN where not estimated."""
+    errors = spread.stderr[prepared.layout.shared :].reshape(active.nuisances.shape)
+    return np.where(active.nuisances, errors, np.nan)
+
+
+def _warnings(outcome: Outcome, restless: Unrest | None, shift: float) -> tuple[str, ...]:
+    """What the reader of the result must know."""
+    found = []
+    if not outcome.converged:
+        found.append(f"the iteration stopped after {outcome.iterations} steps without converging")
+    if restless is not None:
+        found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause.")
+    if shift > 0.1:
+        found.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
+    return tuple(found)
+
+
+def _implausible_gaps(prepared: Prepared) -> tuple[str, ...]:
+    """Records whose load cell is struck while the hammer, as recorded, is nowhere near the stop."""
+    found = []
+    for record, motion in zip(prepared.experiment.records, prepared.motions, strict=True):
+        if motion is None or motion.force is None or motion.touching.any():
+            continue
+        peak = float(motion.force.max())
+        if peak > _STRUCK * record.noise["impact_force"]:
+            found.append(
+                f"the load cell of {record.file} reads up to {peak:.3g} N, but the hammer stays {record.gap - motion.u.max():.3g} m short"
+                " of the stop: check gap, unit and sign of the displacement"
+            )
+    return tuple(found)
+
+
+class _Clock:
+    """Seconds by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """End a stage; the next one begins."""
+        last, self._last = self._last, time.perf_counter()
+        self.seconds[stage] = self._last - last

@@ -1,0 +1,88 @@
+"""Records that no fit has seen, predicted."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.estimation.records import record_fits
+from identification.experiment import Experiment
+from identification.least_squares.block_arrow import covariance, reduce
+from identification.least_squares.fit import evaluator, free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import LevenbergMarquardt, Outcome
+from identification.least_squares.settling import settled_gradually
+from identification.result.result import RecordFit
+from identification.windows.layout import Active, Estimate, layout_of
+from identification.windows.prepare import Prepared, prepare
+from identification.windows.windows import WindowLength
+from vibrojax.model import MASS, Model
+
+LONG = WindowLength(longest=4096)
+"""Held-back records go through in windows of two impacts, or of so many samples where there are none: a record that fits is one piece."""
+_SIDE_BY_SIDE = 1
+"""Such windows are too long and too few to be padded to a chunk."""
+
+
+def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength = LONG) -> tuple[RecordFit, ...]:
+    """Predict every held-back record with a model that was fitted to the others.
+
+    What the model shares between records stays as it is. Estimated are only the numbers that belong to a record or a window and that no
+    other record can tell: the initial state of every window, amplitude and phase of a sine, the setting error of the gap, and what an
+    effect has of its own in each record.
+
+    Args:
+        experiment: whole, as loaded.
+        model: fitted; with or without effects.
+        window: how long a stretch is predicted from one initial state.
+
+    Returns:
+        One `RecordFit` for each record of `experiment.held_back`, in their order; empty where none is held back. Where the model cannot be
+        integrated the prediction is NaN.
+
+    Raises:
+        ExperimentError: a held-back record lacks what its kind needs.
+    """
+    if not experiment.held_back:
+        return ()
+    records = tuple(dataclasses.replace(record, held_back=False) for record in experiment.held_back)
+    prepared = prepare(dataclasses.replace(experiment, records=records, parameters={}), law=model.law.name, window=window)
+    prepared = _under(prepared, model, weighed=experiment.mass_is_known)
+    integrator = integrator_for(prepared)
+    evaluate = evaluator(prepared, integrator, side_by_side=_SIDE_BY_SIDE)
+    estimate, cost = settled_gradually(prepared, integrator, side_by_side=_SIDE_BY_SIDE)
+    active = Active(shared=np.zeros(prepared.layout.shared, bool), nuisances=free_unknowns(prepared).nuisances)
+    errors = np.full(estimate.nuisances.shape, np.nan)
+    if active.nuisances.any() and np.isfinite(cost).all():
+        anywhere = np.full(prepared.layout.shared, np.inf)
+        outcome = LevenbergMarquardt()(evaluate, estimate, active, (-anywhere, anywhere))
+        estimate = outcome.estimate
+        errors = _nuisance_errors(outcome, active)
+    return record_fits(prepared, integrator, estimate, errors)
+
+
+def _nuisance_errors(outcome: Outcome, active: Active) -> np.ndarray:
+    """(records, nuisances) standard errors by the noise, NaN where not estimated."""
+    reduced = reduce(outcome.equations, outcome.estimate, active, 0.0)
+    errors = np.full(len(reduced.active), np.nan)
+    errors[reduced.active] = np.sqrt(np.diag(covariance(reduced.hessian[np.ix_(reduced.active, reduced.active)])))
+    return errors[len(active.shared) :].reshape(active.nuisances.shape)
+
+
+def _under(prepared: Prepared, model: Model, *, weighed: bool) -> Prepared:
+    """The same windows under a fitted model, which keeps its numbers; gaps as set, those of the guess belong to its own law."""
+    layout = layout_of(model, *(() if weighed else (MASS,)), files=prepared.layout.files, zeros=prepared.layout.zeros)
+    values = {name: float(value) for name, value in model.values().items()} | {MASS.name: float(model.mass)}
+    start = prepared.start
+    as_set = start.nuisances * [name != "gap_error" for name in prepared.layout.nuisances]
+    more = np.zeros((len(start.nuisances), len(layout.record_parameters)))
+    own = np.zeros((len(start.states), len(layout.free_own)))
+    return dataclasses.replace(
+        prepared,
+        model=model,
+        layout=layout,
+        fixed={},
+        start=Estimate(
+            shared=layout.internal({p.name: values[p.name] for p in layout.parameters}),
+            nuisances=np.concatenate([as_set, more], axis=1),
+            states=np.concatenate([start.states, own], axis=1),
+        ),
+    )

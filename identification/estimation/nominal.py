@@ -1,0 +1,72 @@
+"""The nominal model fitted in the whole likelihood, from wherever it can be reached: ordinary windows, or short ones first."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.estimation.short_windows import robust_estimate
+from identification.experiment import Experiment
+from identification.least_squares.fit import bounds, evaluator, fit, free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import LevenbergMarquardt
+from identification.likelihood.fitted import Fitted, first_point, fitted
+from identification.likelihood.joint import Point
+from identification.windows.layout import Estimate
+from identification.windows.prepare import Prepared, prepare
+from vibrojax.errors import NoConvergenceError
+
+_MOST_ITERATIONS = 15
+_NEAR = 10.0
+"""Mean squared residual from which an ordinary fit that is not there yet may take its time."""
+_BAD = 4.0
+"""Mean squared residual in the metric of the likelihood of a window that has settled wrongly."""
+_SOME, _FEW = 0.4, 0.1
+"""Share of such windows that may be after one round, and in the end."""
+
+
+def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
+    """The nominal model, on ordinary windows if it gets near most of them; else on short ones, which forgive more.
+
+    Raises:
+        NoConvergenceError: it cannot be integrated in any window.
+    """
+    progress("reading first guesses from the records")
+    prepared = prepare(experiment, law=law)
+    progress("fitting the nominal model")
+    start = ordinary(prepared)
+    progress("estimating sensor noise and random force")
+    found = None if start is None else if_near(first_point(prepared, start))
+    if found is not None:
+        return found
+    progress("fitting the nominal model to short windows")
+    short, estimate = robust_estimate(prepared)
+    return fitted(first_point(short, estimate))
+
+
+def if_near(start: Point) -> Fitted | None:
+    """The fit from a point on; given up after one round where it does not get near most windows."""
+    rough = fitted(start, rounds=1, iterations=6, measure_noise=False)
+    if not is_near(rough, share=_SOME):
+        return None
+    found = fitted(rough.point)
+    return found if is_near(found) else None
+
+
+def is_near(of: Fitted, *, share: float = _FEW) -> bool:
+    """Whether all but such a share of the windows have settled on the recorded motion."""
+    each = of.posterior.deviation() / np.maximum(of.point.inner.samples, 1)
+    return float(np.mean(~of.point.at.finite | (each > _BAD))) <= share
+
+
+def ordinary(prepared: Prepared) -> Estimate | None:
+    """Least squares on ordinary windows; None where that does not settle inside its bounds."""
+    try:
+        outcome = fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS))
+        samples = sum(int((group.weight > 0).sum()) for group in prepared.groups)
+        if not outcome.converged and 2.0 * outcome.cost <= _NEAR * samples:
+            evaluate = evaluator(prepared, integrator_for(prepared))
+            outcome = LevenbergMarquardt()(evaluate, outcome.estimate, free_unknowns(prepared), bounds(prepared))
+    except NoConvergenceError:
+        return None
+    (low, high), shared = bounds(prepared), outcome.estimate.shared
+    inside = np.all((shared > low) & (shared < high) | ~free_unknowns(prepared).shared)
+    return outcome.estimate if outcome.converged and inside else None

@@ -1,0 +1,123 @@
+"""The nominal fit where the model is badly wrong somewhere: short windows, and those that resist it count little."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from identification.least_squares.block_arrow import Equations
+from identification.least_squares.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import LevenbergMarquardt, settle
+from identification.windows.layout import NUISANCES, Estimate
+from identification.windows.prepare import Prepared, prepare, windows_of
+from identification.windows.start.contact import contact_start
+from identification.windows.windows import WindowLength
+from vibrojax.errors import NoConvergenceError
+
+SHORT = WindowLength(impacts=0.5, longest=170)
+"""Windows so short that the free initial states take up most of what the model gets wrong; none but a free decay's exceeds 256 samples."""
+_LEAST_CUT = 4.0
+"""Mean squared residual of a window, in variances of the noise, above which it loses weight."""
+_ORDERLY = 0.3
+"""Share of the windows that is trusted to be explained about as well as any."""
+_ROUNDS = 3
+_LOST = 40.0
+"""Of a window that could not be integrated, rho over the cut."""
+_EVERY = 4
+"""Every so manieth window tells the starts apart."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """How much a window may be misfitted before it loses weight: rho(x) = x up to `cut`, then cut (1 + ln(x / cut)).
+
+    x is the mean squared residual of a window over the noise variance.
+    """
+
+    samples: np.ndarray
+    """(windows,) count of samples times channels."""
+    cut: float
+
+    def weights(self, cost: np.ndarray) -> np.ndarray:
+        """Slope of rho for every window; 0 where it could not be integrated."""
+        x = 2.0 * cost / np.maximum(self.samples, 1)
+        return np.where(np.isfinite(cost), np.minimum(1.0, self.cut / np.maximum(x, 1e-300)), 0.0)
+
+    def cost(self, cost: np.ndarray) -> np.ndarray:
+        """Half n rho for every window; a window that could not be integrated counts as one that is e^39 cuts away."""
+        finite = np.isfinite(cost)
+        x = 2.0 * np.where(finite, cost, 0.0) / np.maximum(self.samples, 1)
+        far = self.cut * (1.0 + np.log(np.maximum(x, self.cut) / self.cut))
+        return 0.5 * self.samples * np.where(finite, np.where(x > self.cut, far, x), _LOST * self.cut)
+
+    def total(self, cost: np.ndarray) -> float:
+        """Of all windows."""
+        return float(self.cost(cost).sum())
+
+    def evaluator(self, evaluate: Callable[[Estimate], Equations]) -> Callable[[Estimate], Equations]:
+        """Normal equations of the tolerant cost; windows that cannot be integrated are left out."""
+
+        def tolerant(estimate: Estimate) -> Equations:
+            found = evaluate(estimate)
+            weight = self.weights(found.cost)
+            return Equations(
+                hessian=np.nan_to_num(found.hessian) * weight[:, None, None],
+                gradient=np.nan_to_num(found.gradient) * weight[:, None],
+                cost=self.cost(found.cost),
+                record=found.record,
+            )
+
+        return tolerant
+
+
+def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
+    """From the costs of the windows: the orderly share of them sets what is usual. A free decay has no impact to miss: all are orderly."""
+    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
+    x = np.where(np.isfinite(cost), 2.0 * cost / np.maximum(samples, 1), 1e12)
+    orderly = 1.0 if prepared.experiment.only_decays else _ORDERLY
+    return Tolerance(samples=samples, cut=max(_LEAST_CUT, 2.0 * float(np.quantile(x, orderly))))
+
+
+def robust_estimate(prepared: Prepared) -> tuple[Prepared, Estimate]:
+    """The nominal model on short windows of the same records, as most of them want it.
+
+    Raises `NoConvergenceError` where not one of them can be integrated.
+    """
+    short = prepare(prepared.experiment, law=prepared.model.law.name, window=SHORT)
+    evaluate, active, limits = evaluator(short, integrator_for(short)), free_unknowns(short), bounds(short)
+    thin = windows_of(short, np.arange(0, len(short.record), _EVERY))
+    evaluate_thin = evaluator(thin, integrator_for(short))
+    ranked = []
+    for start in _starts(short):
+        _, cost = settle(evaluate_thin, dataclasses.replace(start, states=thin.start.states), iterations=4)
+        ranked.append((float(np.sum(np.log1p(2.0 * np.nan_to_num(cost, posinf=1e12) / tolerance(thin, cost).samples))), start))
+    estimate, cost = settle(evaluate, min(ranked, key=lambda pair: pair[0])[1])
+    for rough in (True,) * (_ROUNDS - 1) + (False,):
+        allowed = tolerance(short, cost)
+        method = LevenbergMarquardt(tolerance=0.3 if rough else 0.1, most_iterations=8 if rough else 20)
+        outcome = method(allowed.evaluator(evaluate), estimate, active, limits)
+        if rough:
+            estimate, cost = settle(evaluate, outcome.estimate, iterations=3)
+    equations = evaluate(outcome.estimate)
+    if not np.isfinite(equations.cost).any():
+        raise NoConvergenceError("the nominal model cannot be integrated in any window: check units, signs, mass and gaps")
+    return short, outcome.estimate
+
+
+def _starts(short: Prepared) -> list[Estimate]:
+    """The first guesses of the fit; where one is at the end of its range, also guesses that give every contact a gap of its own."""
+    layout, starts = short.layout, [dataclasses.replace(short.start, shared=shared) for shared in short.candidates.values()]
+    (low, high), held = bounds(short), ~free_unknowns(short).shared
+    if all(np.all((start.shared > low + 1e-6) & (start.shared < high - 1e-6) | held) for start in starts):
+        return starts
+    names = tuple(p.name for p in short.model.law.parameters if p.name not in short.fixed)
+    for load_cell in (True, False):
+        loops = contact_start(
+            short.model, list(short.experiment.records), list(short.motions), names, load_cell=load_cell, each_contact=True
+        )
+        if loops is not None:
+            shared = layout.internal(layout.physical(short.start.shared) | loops.values)
+            nuisances = short.start.nuisances.copy()
+            nuisances[:, NUISANCES.index("gap_error")] = loops.errors
+            starts.append(dataclasses.replace(short.start, shared=shared, nuisances=nuisances))
+    return starts

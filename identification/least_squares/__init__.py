@@ -1,0 +1,1 @@
+"""Residuals of all windows and how a sum of squares is minimised."""

@@ -1,0 +1,41 @@
+"""From a diagnosis to files: the plots and the page."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from identification.diagnosis.diagnosis import Diagnosis
+from identification.report.diagnosis.figures import FIGURES
+from identification.report.diagnosis.json_file import diagnosis_provenance
+from identification.report.diagnosis.page import page
+from identification.report.image import Image, rendered, write_page
+
+
+def write_diagnosis_report(
+    diagnosis: Diagnosis,
+    folder: Path,
+    *,
+    provenance: Mapping[str, Any] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> list[Path]:
+    """Write `report.html` and one PNG file a plot.
+
+    Args:
+        diagnosis: of one experiment.
+        folder: that receives the files; it must exist.
+        provenance: as in `diagnosis.json`; by default that of the diagnosis.
+        progress: told before the drawing begins.
+
+    Returns:
+        Paths of the files, the page first.
+    """
+    if progress is not None:
+        progress("drawing the report")
+    images = draw(diagnosis)
+    html = page(diagnosis, images, provenance=diagnosis_provenance(diagnosis) if provenance is None else provenance)
+    return write_page(html, images, folder)
+
+
+def draw(diagnosis: Diagnosis) -> list[Image]:
+    """Every figure of the report, rendered."""
+    return rendered(picture for drawer in FIGURES for picture in drawer(diagnosis))

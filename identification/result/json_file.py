@@ -1,0 +1,128 @@
+"""A fit as `fit.json`: every number with its unit, nothing that is not JSON."""
+
+import importlib.metadata
+import json
+import math
+import platform
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
+
+SCHEMA = 1
+VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
+
+
+def provenance(result: FitResult) -> dict[str, Any]:
+    """Where a result comes from: versions, sha256 of every file that was read, seed, wall time by stage in s."""
+    experiment = result.experiment
+    hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
+    versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
+    return {"versions": versions, "sha256": hashes, "seed": result.seed, "seconds": plain(result.seconds)}
+
+
+def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The document that `fit.json` holds.
+
+    Numbers that are not finite become None: JSON has no word for them.
+
+    Args:
+        result: of the fit.
+        provenance_: additions to `provenance(result)`; a key given here wins.
+
+    Returns:
+        Plain dictionaries, lists, strings and finite numbers; parameters by name, in the order of the tables.
+    """
+    document = {
+        "schema": SCHEMA,
+        "experiment": result.experiment.name,
+        "law": result.model.law.name,
+        "suspension": result.model.suspension.name,
+        "parameters": {p.spec.name: _parameter(p) for p in result.parameters},
+        "derived": {d.name: {"value": d.value, "stderr": d.stderr, "unit": d.unit} for d in result.derived},
+        "correlation": {"names": list(result.correlated), "matrix": result.correlation},
+        "chi2_reduced": result.chi2_reduced,
+        "degrees_of_freedom": result.degrees,
+        "converged": result.converged,
+        "iterations": result.iterations,
+        "discretisation": result.discretisation,
+        "unrest": None if result.unrest is None else result.unrest.document(),
+        "noise": {name: {"scale": one.scale, "order": one.order} for name, one in result.noise.items()},
+        "warnings": list(result.warnings),
+        "records": [_record(record) for record in result.records],
+        "held_back": [_record(record) for record in result.held_back],
+        "starts": [
+            {"origin": s.origin, "initial": s.initial, "initial_cost": s.initial_cost, "final": s.final, "final_cost": s.final_cost}
+            for s in result.starts
+        ],
+        "provenance": provenance(result) | dict(provenance_ or {}),
+    }
+    return plain(document)
+
+
+def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any] | None = None) -> None:
+    """Write `fit_json` to a file."""
+    text = json.dumps(fit_json(result, provenance_), indent=2, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def plain(value: Any) -> Any:
+    """What JSON can hold: arrays become lists, NumPy and JAX numbers Python's, numbers that are not finite None.
+
+    Example:
+        >>> plain({"a": np.array([1.0, np.nan]), 2: (np.True_, np.int64(3))})
+        {'a': [1.0, None], '2': [True, 3]}
+    """
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if value is None or isinstance(value, bool | str):
+        return value
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if isinstance(value, int) else str(value)
+
+
+def _parameter(estimate: ParameterEstimate) -> dict[str, Any]:
+    """A parameter that is not determined has neither error nor interval, whatever the estimate carries."""
+    known = estimate.status == OK
+    return {
+        "value": estimate.value,
+        "stderr": estimate.stderr if known else None,
+        "ci95": list(estimate.ci95) if known and estimate.ci95 is not None else None,
+        "unit": estimate.spec.unit,
+        "status": estimate.status,
+        "reason": estimate.reason,
+        "initial": estimate.initial,
+        "interval": estimate.interval,
+        "symbol": estimate.spec.symbol,
+        "estimated": estimate.status != FIXED,
+    }
+
+
+def _record(record: RecordFit) -> dict[str, Any]:
+    return {
+        "file": record.file,
+        "kind": record.kind,
+        "gap": record.gap,
+        "samples": len(record.time),
+        "windows": len(np.unique(record.window)),
+        "nuisances": {n.name: {"value": n.value, "stderr": n.stderr, "unit": n.unit} for n in record.nuisances},
+        "nrmse": record.nrmse,
+        "chi2_reduced": record.chi2_reduced,
+        "noise": record.noise,
+        "notices": list(record.notices),
+    }
+
+
+def _version(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None

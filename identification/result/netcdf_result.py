@@ -1,0 +1,103 @@
+"""A fit in a file: other programs read its series, this one draws its page again from it."""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.result.json_file import plain
+from identification.result.netcdf_file import FIT, Series, read_netcdf, write_netcdf
+from identification.result.plain_dataclass import from_plain, to_plain
+from identification.result.reference import Reference
+from identification.result.result import Derived, FitResult, ParameterEstimate, StartOutcome
+from identification.result.stored_records import restore_experiment, restore_records, store_experiment, store_records
+from vibrojax.model_file import model_document, model_from_document
+
+PARTS = {"parameters": tuple[ParameterEstimate, ...], "derived": tuple[Derived, ...], "starts": tuple[StartOutcome, ...]}
+NUMBERS = (
+    "correlated",
+    "chi2_reduced",
+    "degrees",
+    "converged",
+    "iterations",
+    "discretisation",
+    "warnings",
+    "unrest",
+    "noise",
+    "seed",
+    "seconds",
+)
+_PREFIX = "record"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StoredFit:
+    """What the page of a fit is drawn from.
+
+    Attributes:
+        result: of the fit.
+        reference: known values that were set beside it, or None.
+        provenance: as in `fit.json`.
+    """
+
+    result: FitResult
+    reference: Reference | None
+    provenance: Mapping[str, Any]
+
+
+def write_result(stored: StoredFit, path: Path) -> None:
+    """Write a fit.
+
+    Args:
+        stored: the fit and what its page shows beside it.
+        path: of the file; replaced if it exists.
+    """
+    result = stored.result
+    records = store_records((*result.records, *result.held_back), _PREFIX)
+    document = {
+        "experiment": store_experiment(result.experiment),
+        "model": model_document(result.model),
+        "correlation": plain(result.correlation),
+        "records": records.documents[: len(result.records)],
+        "held_back": records.documents[len(result.records) :],
+        **{name: to_plain(getattr(result, name)) for name in (*PARTS, *NUMBERS)},
+        "reference": to_plain(stored.reference),
+        "provenance": plain(stored.provenance),
+    }
+    title = f"{result.experiment.name}: fitted impact model"
+    write_netcdf(path, kind=FIT, title=title, variables=records.variables, document=document)
+
+
+def read_result(path: Path) -> StoredFit:
+    """Read a fit.
+
+    Args:
+        path: of a file that `write_result` wrote.
+
+    Returns:
+        The same fit: every number as it was.
+
+    Raises:
+        InputError: the file is not there, damaged, of another version, or holds no fit.
+    """
+    return read_netcdf(path, {FIT: stored_fit})
+
+
+def stored_fit(document: dict[str, Any], series: Series) -> StoredFit:
+    """Put everything together again."""
+    records = restore_records([*document["records"], *document["held_back"]], series, _PREFIX)
+    fields = {field.name: field.type for field in dataclasses.fields(FitResult)}
+    count = len(document["correlated"])
+    correlation = [np.nan if each is None else each for row in document["correlation"] for each in row]
+    result = FitResult(
+        experiment=restore_experiment(document["experiment"], records),
+        model=model_from_document(document["model"], "the model in the result"),
+        correlation=np.array(correlation, dtype=np.float64).reshape(count, count),
+        records=records[: len(document["records"])],
+        held_back=records[len(document["records"]) :],
+        **{name: from_plain(kind, document[name]) for name, kind in PARTS.items()},
+        **{name: from_plain(fields[name], document[name]) for name in NUMBERS},
+    )
+    return StoredFit(result=result, reference=from_plain(Reference | None, document["reference"]), provenance=document["provenance"])

@@ -1,0 +1,267 @@
+"""How fast the hammer comes to the stop and leaves it, read off the measured displacement on either side of each contact."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from identification.result.record_view import Impact, impacts, merged
+from identification.result.result import RecordFit
+from vibrojax.contact.restitution import restitution
+from vibrojax.effects import AbstractEffect
+from vibrojax.model import Model
+
+_SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
+_LONGEST = 0.05
+"""Of the stretch on either side, s: beyond, a support that is free shows its own vibration."""
+_OF_PERIOD = 0.25
+"""The same over the period of the suspension."""
+_MARGIN = 0.25
+"""Of the contact's duration, left out on either side, as the fitted motion may touch a little early or late."""
+_FEWEST = 6
+"""Samples that it takes to tell a speed and its error."""
+_VAGUE = 0.1
+"""Standard error from which a contact tells nothing of its restitution."""
+_GRAZES = 0.5
+"""Of the measured approach speed, above which the fitted motion meets the stop as the hammer did."""
+_SUDDEN = 10.0
+"""Change of velocity from one sample to the next over those before and after it, from which it is a rebound."""
+_MOST_ALIKE = 0.9
+"""Of the correlation between neighbouring samples, that is reckoned with."""
+_TURNS = 100
+"""Instants at which, about, the flights beside a rebound from a rigid stop may end or begin."""
+_CLEARLY = 16.0
+"""Drop of chi-square from which one of them is better than the fitted instant: more than the best of so many has by chance."""
+_TINY = np.finfo(float).tiny
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Rebound:
+    """One contact, between the last sample before it and the first one after it.
+
+    Attributes:
+        file: of the record.
+        approach_speed: m/s.
+        restitution: speed after over speed before.
+        stderr: of the restitution, from the scatter about the two flights.
+        fitted_speed, fitted: both of the fitted motion, since what spring and cart do during a contact is in measured and fitted alike;
+            of a free hammer, whose windows may have followed the record, what the fitted law makes of the measured approach.
+        by_law: whether the latter.
+    """
+
+    file: str
+    approach_speed: float
+    restitution: float
+    stderr: float
+    fitted_speed: float
+    fitted: float
+    by_law: bool = False
+
+
+def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
+    """Every contact that has flight enough before and after it to tell its restitution.
+
+    What a record differs by from the fitted motion is, in flight, a free vibration of the suspension; two numbers describe it, and its
+    velocity at the touch is added to the fitted one's. A hammer without suspension, beside a cart at rest, needs no fitted motion. Of the
+    model only flight and the instants of contact are used for what is measured.
+
+    Args:
+        records: beside their predictions.
+        model: fitted.
+
+    Returns:
+        Them record by record, in order of time; none of a record without displacement or of one whose hammer is led.
+    """
+    values = model.values()
+    flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
+    let_go = [record for record in records if record.kind != "prescribed" and _contacts(record)]
+    if _is_free(model) and all(record.kind == "drop-test" for record in let_go):
+        return _by_law([one for record in let_go for one in _of_record(record, _by_itself(record), flight)], model)
+    found = [one for record in let_go for one in _of_record(record, _beside_the_fit(record), flight)]
+    return [one for one in found if one.fitted_speed > _GRAZES * one.approach_speed and np.isfinite(one.fitted)]
+
+
+def _is_free(model: Model) -> bool:
+    """Whether nothing but the stop acts on the hammer during a contact, if the cart is at rest, and its displacement is read as it is."""
+    stops = [_only_elsewhere(effect) or type(effect).stop is not AbstractEffect.stop for effect in model.effects]
+    return "f_n" not in model.values() and all(stops)
+
+
+def _only_elsewhere(effect: AbstractEffect) -> bool:
+    """Whether it is a fault of a sensor that does not show the hammer's displacement."""
+    return effect.is_fault and effect.channel not in _SHOW_THE_HAMMER
+
+
+def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
+    """With what the contact law, and effects that change it, give a free hammer at the measured approach speeds."""
+    law, gap = model.law, 0.0
+    for effect in model.effects:
+        law, gap = effect.stop(law, gap)
+    found = np.asarray(restitution(law, model.mass, jnp.asarray([one.approach_speed for one in read])))
+    told = [
+        dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e), by_law=True) for one, e in zip(read, found, strict=True)
+    ]
+    return [one for one in told if np.isfinite(one.fitted)]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Flight:
+    """Free vibration of the suspension: omega in rad/s, 0 without a spring."""
+
+    omega: float
+    zeta: float
+
+    @property
+    def reach(self) -> float:
+        """Stretch on either side of a contact, s."""
+        return min(_LONGEST, _OF_PERIOD * 2.0 * np.pi / self.omega) if self.omega > 0 else _LONGEST
+
+    def velocity(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> tuple[float, float] | None:
+        """At time zero, m/s, of the free vibration through some samples, and its standard error; None of too few.
+
+        The error is larger where a sample differs as the one before it does, as on a support that is not quite as it is thought to be.
+        """
+        usable = np.isfinite(u)
+        if usable.sum() < _FEWEST:
+            return None
+        t, u = since[usable], u[usable]
+        columns = self._columns(t)
+        inverse = np.linalg.pinv(columns)
+        place_and_speed = inverse @ u
+        scatter = u - columns @ place_and_speed
+        variance = scatter @ scatter / (len(t) - len(place_and_speed)) / _independent(scatter)
+        return float(place_and_speed[1]), float(np.sqrt(variance) * np.linalg.norm(inverse[1]))
+
+    def scatter(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
+        """What the free vibration through some samples leaves of them, m."""
+        columns = self._columns(since)
+        return u - columns @ (np.linalg.pinv(columns) @ u)
+
+    def _columns(self, t: Float[np.ndarray, " samples"]) -> Float[np.ndarray, "samples 2"]:
+        """Motions of place one and of speed one at time zero."""
+        rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
+        damping = self.zeta * self.omega  # too little to change the frequency
+        return np.exp(-damping * t)[:, None] * np.stack([np.cos(self.omega * t) + damping * rises, rises], axis=1)
+
+
+def _independent(scatter: Float[np.ndarray, " samples"]) -> float:
+    """Share of the samples that count, as one differs as the one before it does."""
+    alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), _MOST_ALIKE)
+    return (1.0 - alike) / (1.0 + alike)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Course:
+    """Measured displacement over that of a motion which is known.
+
+    Attributes:
+        over: (samples,) m.
+        velocity: (samples,) of the known motion, m/s.
+        piece: (samples,) number of the window in which that goes on without a jump.
+    """
+
+    over: Float[np.ndarray, " samples"]
+    velocity: Float[np.ndarray, " samples"]
+    piece: np.ndarray
+
+
+def _by_itself(record: RecordFit) -> _Course | None:
+    """Over rest, which nothing but the stop ends; None where no displacement was recorded."""
+    channel = _shows_the_hammer(record)
+    none = np.zeros(len(record.time))
+    return _Course(over=record.measured[channel], velocity=none, piece=none) if channel else None
+
+
+def _beside_the_fit(record: RecordFit) -> _Course | None:
+    """Over the fitted motion; None likewise."""
+    channel = _shows_the_hammer(record)
+    if not channel:
+        return None
+    return _Course(over=record.measured[channel] - record.predicted[channel], velocity=record.relative_velocity, piece=record.window)
+
+
+def _shows_the_hammer(record: RecordFit) -> str:
+    """Channel of its displacement; empty without one."""
+    return next((name for name in _SHOW_THE_HAMMER if name in record.measured), "")
+
+
+def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> list[Rebound]:
+    """All contacts of a record that have flight on either side."""
+    if course is None:
+        return []
+    found = _contacts(record)
+    ends = [0, *(impact.end for impact in found)]
+    begins = [*(impact.first for impact in found[1:]), len(course.over)]
+    read = [_read(record, course, flight, *one) for one in zip(found, ends, begins, strict=False)]
+    return [one for one in read if one is not None and one.stderr < _VAGUE]
+
+
+def _contacts(record: RecordFit) -> list[Impact]:
+    """Those with samples in them and those without, in order of time."""
+    return merged([*impacts(record), *_bounces(record)])
+
+
+def _bounces(record: RecordFit) -> list[Impact]:
+    """Contacts without a sample in them, as with a rigid stop: the fitted velocity turns from one sample to the next, and suddenly."""
+    v = record.relative_velocity
+    turn = -np.diff(v) * (np.diff(record.window) == 0)
+    beside = np.maximum(np.pad(turn, (1, 0))[:-1], np.pad(turn, (0, 1))[1:])
+    sudden = (v[:-1] > 0.0) & (v[1:] < 0.0) & (turn > _SUDDEN * beside)
+    return [Impact(first=int(at), end=int(at)) for at in np.flatnonzero(sudden) + 1]
+
+
+def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, end: int, begin: int) -> Rebound | None:
+    """One contact between the `end` of the one before and the `begin` of the next; None where flight is too short."""
+    samples, margin = np.arange(len(record.time)), 1 + int(_MARGIN * (impact.end - impact.first))
+    touch, release = max(impact.first - 1, 0), min(impact.end, len(samples) - 1)  # in flight still, and again
+    comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
+    leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
+    comes &= course.piece == course.piece[touch]
+    leaves &= course.piece == course.piece[release]
+    if impact.first == impact.end:
+        comes, leaves = _beside_the_turn(record, course, flight, impact.first, comes, leaves)
+    found = []
+    for at, part in ((touch, comes), (release, leaves)):
+        told = flight.velocity(record.time[part] - record.time[at], course.over[part])
+        if told is None:
+            return None
+        found.append((course.velocity[at] + told[0], told[1]))
+    (speed, error), (after, error_after) = found
+    if not speed > 0.0:
+        return None
+    fitted_speed, fitted_after = record.relative_velocity[touch], record.relative_velocity[release]
+    of_one_motion = record.window[touch] == record.window[release] and fitted_speed > 0.0
+    return Rebound(
+        file=record.file,
+        approach_speed=float(speed),
+        restitution=float(-after / speed),
+        stderr=float(np.hypot(error_after, after / speed * error) / speed),
+        fitted_speed=float(fitted_speed),
+        fitted=float(-fitted_after / fitted_speed) if of_one_motion else np.nan,
+    )
+
+
+def _beside_the_turn(
+    record: RecordFit, course: _Course, flight: _Flight, fitted: int, comes: np.ndarray, leaves: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Flights before and after a rebound from a rigid stop, but for what is between it and another instant, if they clearly fit better so.
+
+    Over a fitted motion that rebounds too early or late, the record goes on between the two in a flight of its own; and a hammer that is no
+    point may shake for a while after it has rebounded.
+    """
+    samples, place = np.arange(len(record.time)), np.flatnonzero((comes | leaves) & np.isfinite(course.over))
+    since, over, step = record.time[place] - record.time[fitted], course.over[place], 1 + len(place) // _TURNS
+
+    def scatter(turn: int) -> np.ndarray:
+        parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted({turn, fitted})))
+        return np.concatenate([flight.scatter(since[part], over[part]) for part in parts])
+
+    near = [int(one) for one in place[_FEWEST + step : len(place) - _FEWEST - step + 1 : step]]
+    left = {turn: scatter(turn) for turn in [fitted, *near]}
+    turn = min(left, key=lambda one: left[one] @ left[one])
+    drop = len(place) * _independent(left[turn]) * np.log((left[fitted] @ left[fitted] + _TINY) / (left[turn] @ left[turn] + _TINY))
+    if turn in (near[:1] + near[-1:]) or drop < _CLEARLY:
+        turn = fitted
+    return comes & (samples < turn - step), leaves & (samples >= turn + step)

@@ -1,0 +1,189 @@
+"""Known parameter values from elsewhere - a thesis, a data sheet, an earlier test - and how a fit compares with them."""
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.settings.schema import Table
+from identification.experiment.settings.toml_file import parse_toml
+from identification.result.result import FitResult
+from vibrojax.errors import InputError
+from vibrojax.model import MASS
+
+SCHEMA = 1
+ABSENT = "not stated"
+"""What stands for a value that the source is known to hold but that nobody has entered."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ReferenceValue:
+    """One number of a source.
+
+    Attributes:
+        name: as in `fit.json` where it is a parameter of the fit.
+        symbol: of the source.
+        value: in `unit`; None where the source's value has not been entered.
+        unit: of value and stderr.
+        source: figure, table or page.
+        stderr: standard error, or None.
+        note: for the reader.
+    """
+
+    name: str
+    symbol: str
+    value: float | None
+    unit: str
+    source: str
+    stderr: float | None = None
+    note: str = ""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reference:
+    """A table of reference values, from `file`."""
+
+    title: str
+    file: str
+    values: tuple[ReferenceValue, ...]
+
+    def of(self, name: str) -> ReferenceValue | None:
+        """The row of that name, or None."""
+        return next((row for row in self.values if row.name == name), None)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """One fitted number beside its reference.
+
+    Attributes:
+        name: of the parameter.
+        symbol: of the parameter.
+        unit: of all values.
+        value: fitted.
+        stderr: of the fit, or None.
+        reference: None where there is no reference value.
+        reference_stderr: or None.
+        sigmas: fitted less reference over the standard error of the difference; None where that is not known.
+        percent: fitted less reference in per cent of the reference; None where there is none.
+        remark: where the reference stands, or "no reference value" and why.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    value: float
+    stderr: float | None
+    reference: float | None
+    reference_stderr: float | None
+    sigmas: float | None
+    percent: float | None
+    remark: str
+
+
+def read_reference(path: Path) -> Reference:
+    """Read a table of reference values.
+
+    The file is TOML: `schema = 1`, `title`, and one `[[value]]` per number with `name`, `symbol`, `value`, `unit`, `source` and, if
+    wanted, `stderr`, `note` and `printed_unit`. A `value` that is the text "not stated" says that the source holds the number
+    but that it is not known here.
+
+    Raises:
+        InputError: the file cannot be read or is not of this format; the message says where.
+    """
+    try:
+        values, _ = parse_toml(path)
+        table = Table(values=values, where=path.name)
+        table.allow("schema", "title", "value")
+        if table.needed_number("schema", unit="") != SCHEMA:
+            raise ExperimentError(f"schema in {path.name} is {shown(values['schema'])}: expected {SCHEMA}")
+        title = table.needed_string("title")
+        rows = values.get("value")
+        if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+            raise ExperimentError(f"{path.name} holds no reference value: expected at least one [[value]] table; add one")
+        read = tuple(_row(row, f"value {number} of {path.name}") for number, row in enumerate(rows, start=1))
+    except ExperimentError as error:
+        raise InputError(str(error)) from error
+    names = [row.name for row in read]
+    if repeated := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"{path.name} gives {shown(repeated[0])} twice: expected each name once; remove or rename one")
+    return Reference(title=title, file=path.name, values=read)
+
+
+def check_reference(reference: Reference, units: dict[str, str]) -> None:
+    """Refuse a reference that cannot be compared with a fit; worth calling before the fit.
+
+    Args:
+        reference: as read.
+        units: unit by name of every number that the fit will have, mass `m` included.
+
+    Raises:
+        InputError: a row has another unit than the parameter of that name, or no row has the name of a parameter.
+    """
+    for row in reference.values:
+        if row.value is not None and row.name in units and row.unit != units[row.name]:
+            raise InputError(
+                f"{reference.file} gives {row.name} in {shown(row.unit)}: expected {shown(units[row.name])}; convert it (and its stderr)"
+            )
+    if not any(row.name in units for row in reference.values):
+        raise InputError(
+            f"{reference.file} has no row for any parameter of this fit: expected names among {', '.join(units)}; correct the names"
+        )
+
+
+def compare(result: FitResult, reference: Reference) -> tuple[Comparison, ...]:
+    """Set every fitted and derived number, and the mass, beside its reference value; errors as for `check_reference`."""
+    fitted = [(p.spec.name, p.spec.symbol, p.spec.unit, p.value, p.stderr) for p in result.parameters]
+    fitted += [(d.name, d.symbol, d.unit, d.value, d.stderr) for d in result.derived]
+    if all(name != MASS.name for name, *_ in fitted):
+        fitted.append((MASS.name, MASS.symbol, MASS.unit, float(result.model.mass), None))
+    check_reference(reference, {name: unit for name, _, unit, _, _ in fitted})
+    return tuple(_compared(*row, reference.of(row[0])) for row in fitted)
+
+
+def unmatched(comparisons: Iterable[Comparison], reference: Reference) -> tuple[str, ...]:
+    """Names of the reference's rows that are no number of the fit."""
+    known = {row.name for row in comparisons}
+    return tuple(row.name for row in reference.values if row.name not in known)
+
+
+def _row(values: dict[str, object], where: str) -> ReferenceValue:
+    table = Table(values=values, where=where)
+    table.allow("name", "symbol", "value", "unit", "source", "stderr", "note", "printed_unit")
+    absent = values.get("value") == ABSENT
+    if isinstance(values.get("value"), str) and not absent:
+        raise ExperimentError(f"value in {where} is {shown(values['value'])}: expected a number, or the text {ABSENT!r}")
+    return ReferenceValue(
+        name=table.needed_string("name"),
+        symbol=table.needed_string("symbol"),
+        value=None if absent else table.needed_number("value", unit="in the row's unit"),
+        unit=table.needed_string("unit"),
+        source=table.needed_string("source"),
+        stderr=table.number("stderr", positive=True),
+        note=table.string("note") or "",
+    )
+
+
+def _compared(name: str, symbol: str, unit: str, value: float, stderr: float | None, row: ReferenceValue | None) -> Comparison:
+    known = row.value if row is not None else None
+    error = row.stderr if row is not None else None
+    spread = None if stderr is None else math.hypot(stderr, error or 0.0)
+    return Comparison(
+        name=name,
+        symbol=symbol,
+        unit=unit,
+        value=value,
+        stderr=stderr,
+        reference=known,
+        reference_stderr=error,
+        sigmas=(value - known) / spread if known is not None and spread else None,
+        percent=100.0 * (value - known) / abs(known) if known else None,
+        remark=_remark(row),
+    )
+
+
+def _remark(row: ReferenceValue | None) -> str:
+    if row is None:
+        return "no reference value"
+    return row.source if row.value is not None else f"no reference value: {row.source} is not known here"

@@ -1,0 +1,163 @@
+"""What a fit returns: parameters with honest errors, the fitted model, and every record beside its prediction."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.experiment import Experiment
+from identification.result.unrest import Unrest
+from vibrojax.model import Model
+from vibrojax.parameters import Parameter
+
+OK, AT_BOUND, NOT_IDENTIFIABLE, FIXED = "ok", "at bound", "not identifiable from these records", "fixed"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """One shared parameter as estimated.
+
+    Attributes:
+        spec: name, symbol, unit.
+        value: estimate, in `spec.unit`.
+        stderr: standard error in the same unit; None where it has no meaning.
+        ci95: 95 % interval; None where it has no meaning.
+        interval: "normal" (symmetric in the fit's own coordinate) or "profile" (profile likelihood).
+        initial: first guess.
+        status: one of `OK`, `AT_BOUND`, `NOT_IDENTIFIABLE`, `FIXED`.
+        reason: why the status is not `OK`; empty otherwise.
+    """
+
+    spec: Parameter
+    value: float
+    stderr: float | None
+    ci95: tuple[float, float] | None
+    interval: str
+    initial: float
+    status: str
+    reason: str = ""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Derived:
+    """A quantity computed from the parameters, such as the damping c = 2 zeta omega_n m."""
+
+    name: str
+    symbol: str
+    unit: str
+    value: float
+    stderr: float | None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Nuisance:
+    """A number estimated for one record only: base amplitude and phase, setting error of the gap."""
+
+    name: str
+    unit: str
+    value: float
+    stderr: float | None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RecordFit:
+    """One record beside its prediction; arrays have shape (samples,) and hold NaN where nothing was recorded.
+
+    Attributes:
+        file: of the record.
+        kind: as in the experiment.
+        gap: as set plus the estimated setting error, m.
+        nuisances: estimated for this record.
+        time: s.
+        measured: by channel, SI.
+        predicted: by channel, SI; also channels that were not recorded.
+        noise: standard deviation by recorded channel, SI.
+        nrmse: by recorded channel: root-mean-square residual over the standard deviation of the measured channel.
+        chi2_reduced: by recorded channel: mean squared residual over the noise variance.
+        relative_displacement: predicted u, m.
+        relative_velocity: predicted u', m/s.
+        in_contact: predicted, bool.
+        window: index of the window that each sample belongs to.
+        notices: of the reader.
+    """
+
+    file: str
+    kind: str
+    gap: float
+    nuisances: tuple[Nuisance, ...]
+    time: np.ndarray
+    measured: dict[str, np.ndarray]
+    predicted: dict[str, np.ndarray]
+    noise: dict[str, float]
+    nrmse: dict[str, float]
+    chi2_reduced: dict[str, float]
+    relative_displacement: np.ndarray
+    relative_velocity: np.ndarray
+    in_contact: np.ndarray
+    window: np.ndarray
+    notices: tuple[str, ...] = ()
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SensorNoise:
+    """Noise of one channel: standard deviation over the declared one (or that read off the record), and order of its autoregression."""
+
+    scale: float
+    order: int
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StartOutcome:
+    """What became of one start: cost (half chi-square) before and after, parameters at its end, and where it came from."""
+
+    origin: str
+    initial: dict[str, float]
+    initial_cost: float
+    final: dict[str, float]
+    final_cost: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class FitResult:
+    """A fit of one experiment.
+
+    Attributes:
+        experiment: that was fitted.
+        model: fitted; runs with any integrator.
+        parameters: shared by all records, in the order of the tables.
+        derived: computed from them (stiffness k, damping c).
+        correlation: matrix over `correlated`.
+        correlated: names of the estimated parameters, the axes of `correlation`.
+        chi2_reduced: chi-square over degrees of freedom.
+        degrees: samples times channels that counted, less the estimated numbers.
+        records: beside their predictions; those that were fitted.
+        held_back: those that were not, beside their predictions.
+        starts: of the multistart, best first.
+        converged: False if the iteration stopped early.
+        iterations: of the last stage.
+        discretisation: largest shift of any parameter, in standard errors, when every step of the integrator is halved.
+        warnings: sentences that the reader of the result must see.
+        unrest: random force on the hammer; None where there is no evidence of one.
+        noise: by channel, standard deviation as estimated over that declared or read off the record, and the order of its autoregression.
+        seed: of the multistart.
+        seconds: wall time by stage.
+    """
+
+    experiment: Experiment
+    model: Model
+    parameters: tuple[ParameterEstimate, ...]
+    derived: tuple[Derived, ...]
+    correlation: np.ndarray
+    correlated: tuple[str, ...]
+    chi2_reduced: float
+    degrees: int
+    records: tuple[RecordFit, ...]
+    starts: tuple[StartOutcome, ...]
+    converged: bool
+    iterations: int
+    discretisation: float
+    warnings: tuple[str, ...]
+    unrest: Unrest | None
+    noise: dict[str, SensorNoise]
+    seed: int
+    seconds: dict[str, float]
+    held_back: tuple[RecordFit, ...] = ()

@@ -1,0 +1,1 @@
+"""Records cut into windows, and where a fit of them begins."""

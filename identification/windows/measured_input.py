@@ -1,0 +1,83 @@
+"""Recorded motion and recorded force as inputs of the model."""
+
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline, splev, splrep
+
+from identification.experiment import MOTION_CHANNELS, ExperimentError, Record
+from identification.windows.kinematics import bridged, relative_displacement
+from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
+
+
+def driving_channels(record: Record) -> frozenset[str]:
+    """Channels that drive the model in this record, so that it cannot be compared with them."""
+    cart = ("cart_displacement", "cart_acceleration") if record.base == "measured" else ()
+    motion = MOTION_CHANNELS if record.kind == "prescribed" else ()
+    return frozenset(("applied_force", *cart, *motion))
+
+
+def prescribed_motion(record: Record) -> SampledMotion:
+    """Motion of the hammer against the cart as recorded: a quintic smoothing spline whose residual equals the noise."""
+    u = relative_displacement(record)
+    name = next((name for name in MOTION_CHANNELS if name in record.channels), None)
+    if u is None or name is None:
+        raise ExperimentError(f"record {record.file!r} is prescribed but its motion is not recorded: record {MOTION_CHANNELS[0]}")
+    smooth = _smoothing(record.time, u, record.noise.get(name, 0.0))
+    position, curvature = (CubicSpline(record.time, splev(record.time, smooth, der=order)) for order in (0, 2))
+    return SampledMotion(position=_signal(position), second_derivative=_signal(curvature))
+
+
+def measured_motion(record: Record) -> SampledMotion:
+    """Motion of the cart as recorded.
+
+    The displacement is a quintic smoothing spline through the recorded one, whose residual equals the noise (the sensor's noise is no
+    motion of the cart); without a sensor it is the integrated acceleration with its straight line removed. The acceleration is the
+    recorded one, or the second derivative of that spline.
+    """
+    time, channels = record.time, record.channels
+    if "cart_displacement" not in channels and "cart_acceleration" not in channels:
+        raise ExperimentError(
+            f'record {record.file!r} says base = "measured" but holds neither cart_displacement nor cart_acceleration:'
+            ' record one of them or set base = "sine"'
+        )
+    smooth = None
+    if "cart_displacement" in channels:
+        noise = record.noise.get("cart_displacement", 0.0)
+        smooth = _smoothing(time, bridged(time, channels["cart_displacement"]), noise)
+    recorded = bridged(time, channels["cart_acceleration"]) if "cart_acceleration" in channels else splev(time, smooth, der=2)
+    acceleration = CubicSpline(time, recorded)
+    if smooth is not None:
+        position = CubicSpline(time, splev(time, smooth))
+    else:
+        drifting = acceleration.antiderivative(2)(time)
+        position = CubicSpline(time, drifting - np.polyval(np.polyfit(time, drifting, 1), time))
+    return SampledMotion(position=_signal(position), second_derivative=_signal(acceleration))
+
+
+def measured_force(record: Record) -> SampledForce:
+    """Force on the hammer as recorded."""
+    return SampledForce(signal=_signal(CubicSpline(record.time, bridged(record.time, record.channels["applied_force"]))))
+
+
+def part(signal: CubicSignal, first: int, samples: int) -> CubicSignal:
+    """The pieces of a signal under one window, padded with its last piece to `samples` knots."""
+    wanted = np.minimum(np.arange(first, first + samples), len(signal.knots) - 1)
+    pieces = np.minimum(wanted[:-1], signal.coefficients.shape[1] - 1)
+    knots = signal.knots[wanted] + np.maximum(np.arange(first, first + samples) - (len(signal.knots) - 1), 0) * 1.0
+    return CubicSignal(knots=knots, coefficients=signal.coefficients[:, pieces])
+
+
+def motion_part(motion: SampledMotion, first: int, samples: int) -> SampledMotion:
+    """`part` of a motion."""
+    return SampledMotion(position=part(motion.position, first, samples), second_derivative=part(motion.second_derivative, first, samples))
+
+
+def _smoothing(time: np.ndarray, values: np.ndarray, noise: float) -> Any:
+    """Quintic spline, in the form of SciPy's `splrep`, that leaves as much as the noise."""
+    return splrep(time, values, k=5, s=len(time) * noise**2)
+
+
+def _signal(spline: CubicSpline) -> CubicSignal:
+    """Interpolant with one piece between any two samples."""
+    return CubicSignal(knots=np.asarray(spline.x), coefficients=np.asarray(spline.c))

@@ -1,0 +1,149 @@
+"""From an experiment to windows and a first guess: everything that happens before the first integration."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from identification.experiment import Experiment, ExperimentError, Record
+from identification.windows.clearance import check_clearance
+from identification.windows.declared_model import nominal_model
+from identification.windows.integrated_motion import integrated_motions
+from identification.windows.kinematics import Kinematics, kinematics
+from identification.windows.lanes import grouped, initial_states, inputs_of, lane
+from identification.windows.layout import Estimate, Layout, layout_of
+from identification.windows.release import from_release
+from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start
+from identification.windows.windows import WindowLength, Windows, cut
+from vibrojax.contact import NoContact
+from vibrojax.errors import InputError
+from vibrojax.excitation import SampledMotion
+from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
+
+_PADDED_TO = 256
+"""Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Prepared:
+    """What a fit begins with."""
+
+    experiment: Experiment
+    model: Model
+    layout: Layout
+    fixed: dict[str, float]
+    """Parameters held at the operator's value."""
+    groups: tuple[Windows, ...]
+    """Windows by kind of excitation."""
+    start: Estimate
+    candidates: dict[str, np.ndarray]
+    """Shared parameters (internal coordinates) by where they were read; the first is that of `start`."""
+    motions: tuple[Kinematics | None, ...]
+    """Per record: smoothed motion, None where the motion against the stop was not recorded."""
+    carts: tuple[SampledMotion | None, ...]
+    """Per record: motion of the cart where it was measured and drives the model."""
+
+    @property
+    def record(self) -> np.ndarray:
+        """Record index of every window, group after group."""
+        return np.concatenate([group.record for group in self.groups])
+
+    def with_groups(self, groups: tuple[Windows, ...]) -> "Prepared":
+        """The same with other windows (weights) in the same order."""
+        return dataclasses.replace(self, groups=groups)
+
+
+def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
+    """Cut the records into windows and guess where the fit should start.
+
+    Held-back records are left aside here, so that nothing that is built on windows can see them; so is what a record shows of a hammer
+    that is still held.
+
+    Raises:
+        ExperimentError: the experiment cannot be fitted.
+        InputError: JAX has not been set to double precision.
+    """
+    if jnp.result_type(float) != jnp.float64:
+        raise InputError("JAX computes in single precision: a fit needs float64; call vibrojax.cli.environment.prepare_jax() first")
+    model = nominal_model(experiment.fitting, law)
+    check_clearance(experiment, model.law)
+    experiment = experiment.fitting
+    experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
+    parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
+    fixed = _fixed(experiment, parameters)
+    zeros = tuple((channel, sensor.zero) for channel, sensor in experiment.sensors.items() if sensor.zero is not None)
+    files = tuple(record.file for record in experiment.records)
+    layout = layout_of(model, *parameters[len(model.parameters) :], files=files, zeros=zeros)
+    records = list(experiment.records)
+    bases = [harmonic_start(record) for record in records]
+    inputs = [inputs_of(record) for record in records]
+    measured = [each.cart for each in inputs]
+    accelerations = [_base_acceleration(r, b, m) for r, b, m in zip(records, bases, measured, strict=True)]
+    motions = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
+    motions, sines = integrated_motions(records, motions, accelerations, mass=experiment.mass, stop=not isinstance(model.law, NoContact))
+    bases = [sines.get(index, base) for index, base in enumerate(bases)]
+
+    guesses = first_guesses(experiment, model, motions)
+    values, gap_errors = next(iter(guesses.values()))
+    window = window or WindowLength()
+    cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
+    longest = 1 + max(length for parts in cuts for _, length in parts)  # and one that readings between samples need
+    longest += -longest % _PADDED_TO
+    lanes = [
+        lane(index, record, first, length, longest, inputs[index]) for index, record in enumerate(records) for first, length in cuts[index]
+    ]
+    groups = grouped(lanes)
+    states = np.concatenate([initial_states(group, motions) for group in groups])
+    nuisances = np.array([(amplitude, phase, error) for (amplitude, phase), error in zip(bases, gap_errors, strict=True)])
+    nuisances = np.pad(nuisances, [(0, 0), (0, len(zeros))])
+    start = Estimate(shared=layout.internal(values), nuisances=nuisances, states=states)
+    return Prepared(
+        experiment=experiment,
+        model=model.replace(values),
+        layout=layout,
+        fixed=fixed,
+        groups=groups,
+        start=start,
+        candidates={origin: layout.internal(guess) for origin, (guess, _) in guesses.items()},
+        motions=tuple(motions),
+        carts=tuple(measured),
+    )
+
+
+def _fixed(experiment: Experiment, parameters: tuple[Parameter, ...]) -> dict[str, float]:
+    """Parameters that the operator holds, after a check that all named ones exist and start inside their range."""
+    listed = {p.name: p for p in parameters}
+    for name, option in experiment.parameters.items():
+        if name not in listed:
+            raise ExperimentError(f"unknown parameter {name!r} in [parameters]: this model has {', '.join(listed)}")
+        low, high, start = listed[name].lower, listed[name].upper, option.start
+        if start is not None and not (low <= start <= high):
+            unit = "" if listed[name].unit == "1" else f" {listed[name].unit}"
+            raise ExperimentError(f"start of {name} in [parameters] is {start:g}: expected {low:g} to {high:g}{unit}; correct it")
+    return {name: option.start for name, option in experiment.parameters.items() if option.fixed and option.start is not None}
+
+
+def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:
+    """y'' of the first guess, m/s^2."""
+    if measured is not None:
+        signal = measured.second_derivative
+        return np.concatenate([signal.coefficients[3], [signal.coefficients[3][-1]]])
+    return harmonic_acceleration(record, *base)
+
+
+def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
+    """Some of the windows, in their order, with their own start; the same where all are chosen."""
+    if np.array_equal(chosen, np.arange(len(prepared.record))):
+        return prepared
+    groups, begin = [], 0
+    for group in prepared.groups:
+        mine = chosen[(chosen >= begin) & (chosen < begin + len(group.record))] - begin
+        begin += len(group.record)
+        if len(mine):
+            groups.append(jax.tree.map(lambda leaf, mine=mine: leaf[mine], group))
+    start = prepared.start
+    force = start.force[chosen] if len(start.force) else start.force
+    start = dataclasses.replace(start, states=start.states[chosen], force=force)
+    return dataclasses.replace(prepared, groups=tuple(groups), start=start)

@@ -1,0 +1,1 @@
+"""How numbers, symbols and channels are written, in sentences, tables and figures alike."""

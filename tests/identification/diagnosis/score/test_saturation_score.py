@@ -1,0 +1,28 @@
+"""A saturating spring beside a complete model: it must promise no more than noise, and must be found where it acts."""
+
+import numpy as np
+
+from identification.diagnosis.calibration import ALPHA
+from identification.diagnosis.score.probe_scales import facts
+from identification.diagnosis.score.score import projector, score
+from identification.diagnosis.score.scored import blank
+from identification.likelihood.evidence import chance
+from vibrojax.effects import ForceSaturation
+
+
+def promised(motion, at):
+    """The best candidate, and how likely noise alone promises as much."""
+    candidates = list(blank(ForceSaturation).probes(facts(motion.prepared, at, motion.estimate)))
+    best = score(motion.prepared, projector(motion.fitted(at)), motion.courses, candidates, motion.mass)[0]
+    return best, chance(best.gain, best.degrees, len(candidates))
+
+
+def test_a_complete_model_asks_for_no_saturation(motion):
+    assert promised(motion, motion.shown())[1] > ALPHA
+
+
+def test_saturation_is_seen_where_it_acts(motion):
+    threshold = 0.2 * np.abs(motion.at.u).max()
+    best, by_chance = promised(motion, motion.shown(force=-0.05 * np.clip(motion.at.u / threshold, -1.0, 1.0)))
+    assert by_chance < ALPHA
+    assert float(best.factors[0]) * best.members[0].saturation_force > 0.0

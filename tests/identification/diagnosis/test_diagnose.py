@@ -1,0 +1,135 @@
+"""The whole way from records to a verdict; what was concealed was made by a simulator that shares no line with the program."""
+
+import dataclasses
+import json
+import re
+
+import numpy as np
+import pytest
+
+from benchmarks.simulator import Case, Order, draw_case, write_case
+from identification.diagnosis.diagnose import diagnose_experiment
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Diagnosis
+from identification.experiment import load_experiment
+from tests.identification.conftest import cropped
+
+
+@pytest.fixture(scope="module")
+def complete(example):
+    """The embedded example, which conceals nothing, shortened."""
+    return diagnose_experiment(cropped(example, 4000, (0, 1, 2, 3)), budget_minutes=np.inf)
+
+
+def test_nothing_is_claimed_missing_from_a_complete_model(complete):
+    assert complete.verdict == ADEQUATE
+    assert complete.effects == ()
+    assert complete.location is None
+    assert "Nothing beyond the noise" in complete.sentences[0]
+    assert complete.model is complete.nominal_model
+
+
+def diagnosed(folder, seed: int, order: Order) -> tuple[Diagnosis, Case]:
+    """A drop test and one driven record of a random rig, and what is said of them."""
+    rng = np.random.default_rng(seed)
+    case = draw_case(rng, order)
+    write_case(folder / "rig", case, rng)
+    return diagnose_experiment(load_experiment(folder / "rig"), budget_minutes=np.inf), case
+
+
+def assert_recovered(found: Diagnosis, case: Case) -> None:
+    """The parameters of the nominal model, each within four standard errors."""
+    numbers = {p.name: p for p in found.augmented.parameters if p.name in case.rig.fitted}
+    assert set(numbers) == {"k_i", "n", "lambda_i", "zeta", "f_n"}
+    for name, one in numbers.items():
+        assert one.stderr is not None and abs(one.value - case.rig.fitted[name]) < 4.0 * one.stderr, name
+
+
+SMALL = Order(kind="soft", driven=1, samples=(1601, 4001))
+
+
+def test_a_complete_quiet_rig_is_adequate(tmp_path):
+    found, case = diagnosed(tmp_path, 1, SMALL)
+    assert (found.verdict, found.effects, found.unrest, found.location) == (ADEQUATE, (), None, None)
+    assert found.warnings == ()
+    assert found.nominal.chi2_reduced == pytest.approx(1.0, abs=0.05)
+    assert_recovered(found, case)
+
+
+def test_a_complete_rig_under_a_random_force_is_restless(tmp_path):
+    found, case = diagnosed(tmp_path, 1, dataclasses.replace(SMALL, unrest=("force",)))
+    assert (found.verdict, found.effects, found.location) == (RESTLESS, (), None)
+    assert found.is_complete and found.model is found.nominal_model
+    assert_recovered(found, case)
+    assert found.unrest is not None and case.unrest.share is not None
+    (rms, stderr), (memory, of_memory) = found.unrest.force_rms, found.unrest.memory
+    true = case.unrest.share * case.rig.k * case.rig.base_amplitude
+    assert stderr is not None and abs(rms - true) < 3.0 * stderr
+    assert rms == pytest.approx(true, rel=0.3)
+    assert found.unrest.share == pytest.approx(case.unrest.share, rel=0.3)
+    assert of_memory is not None and abs(memory - 1.0 / (2.0 * np.pi * case.unrest.corner)) < 3.0 * of_memory
+    assert "a random force acts on the hammer" in found.sentences[0]
+    document = json.loads(json.dumps(found.document()))
+    assert document["unrest"]["force_rms"] == {"value": rms, "stderr": stderr, "unit": "N"}
+
+
+def test_dry_friction_is_named_alone_under_random_force_and_coloured_noise(tmp_path):
+    order = dataclasses.replace(SMALL, effects=(("coulomb_friction", 1.0),), unrest=("force", "colour"))
+    found, case = diagnosed(tmp_path, 1, order)
+    assert (found.verdict, [one.effect.name for one in found.effects]) == (MISSING, ["coulomb_friction"])
+    assert found.ambiguous_with == ()
+    assert found.effects[0].probability > 0.99
+    (friction,) = found.effects[0].parameters
+    true = case.parts[0].numbers()["motion"]["friction_force"]
+    assert friction.stderr is not None and abs(friction.value - true) < 4.0 * friction.stderr
+    assert_recovered(found, case)
+    assert found.location is not None
+    assert (found.location.phase, found.location.coordinate) == ("free flight", "velocity")
+    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
+
+
+def test_the_document_holds_plain_json(complete):
+    document = json.loads(json.dumps(complete.document()))
+    assert document["verdict"] == "adequate"
+    assert document["nominal"]["chi2_reduced"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared):
+    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-01"), budget_minutes=np.inf)
+    truth = json.loads((shared / "concealed" / "case-01" / "sealed" / "truth.json").read_text())
+    assert found.verdict == MISSING
+    assert found.effects[0].effect.name == "gap_step"
+    assert found.location is not None
+    assert found.location.record == truth["where"]["record"]
+    assert found.location.time == pytest.approx(truth["where"]["time"], abs=0.05)
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    assert values["gap_jump"] == pytest.approx(truth["numbers"]["gstep"], rel=0.02)
+    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
+
+
+def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
+    found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"), budget_minutes=np.inf)
+    truth = json.loads((shared / "concealed" / "case-11" / "sealed" / "truth.json").read_text())
+    assert found.verdict == UNLISTED
+    assert found.effects == ()
+    frequency = truth["numbers"]["wf"] / (2 * np.pi)
+    learned = re.search(r"2 pi ([0-9.]+)", found.free_form)
+    assert learned is not None
+    assert float(learned.group(1)) == pytest.approx(frequency, abs=2e-3)
+    assert found.augmented.chi2_reduced < 1.1
+
+
+def test_a_single_short_record_is_diagnosed_although_nothing_can_be_left_out(tmp_path):
+    """One free decay of one window."""
+    t, omega = np.arange(400) / 2000.0, 2.0 * np.pi * 6.0
+    x = 5e-3 * np.cos(omega * t) * np.exp(-0.02 * omega * t) + 1e-6 * np.random.default_rng(0).standard_normal(len(t))
+    np.savetxt(tmp_path / "free.csv", np.stack([t, x], axis=1), delimiter=",", header="t,x", comments="")
+    (tmp_path / "experiment.toml").write_text(
+        'schema = 1\n[experiment]\nname = "short"\n[hammer]\nmass = 0.5\n[suspension]\nkind = "linear"\n[contact]\nlaw = "none"\n'
+        '[sensors.hammer_displacement]\nunit = "m"\nnoise = 1e-6\n[[record]]\nfile = "free.csv"\nkind = "free-decay"\ngap = 1.0\n'
+        'columns = { time = "t", hammer_displacement = "x" }\n'
+    )
+    found = diagnose_experiment(load_experiment(tmp_path), budget_minutes=np.inf)
+    assert found.verdict == ADEQUATE
+    assert found.sentences[1] == "There was too little to leave anything out of the fit."
+    assert np.isnan(found.nominal.held_out_nrmse)
+    assert {p.name: p.value for p in found.nominal.parameters}["zeta"] == pytest.approx(0.02, rel=1e-2)

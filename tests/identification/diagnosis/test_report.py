@@ -1,0 +1,308 @@
+import dataclasses
+import io
+import json
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+from rich.console import Console
+
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
+from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
+from identification.report.diagnosis.equation import equation_html
+from identification.report.diagnosis.figures.stretch import stretches
+from identification.report.diagnosis.learned_term import learned_term
+from identification.report.diagnosis.model_force import model_force
+from identification.report.diagnosis.rows import change_rows, steadiness_rows
+from identification.report.diagnosis.write import draw
+from identification.wording.numbers import NONE
+from tests.identification.diagnosis.made_diagnosis import FRICTION, made_diagnosis
+from tests.identification.made_result import made_result
+from tests.identification.report.page_reader import read
+from vibrojax.effects import EFFECTS, GainError, MainsHum
+from vibrojax.effects.free_form import FreeForm
+
+VERDICTS = (MISSING, UNLISTED, ADEQUATE, RESTLESS)
+
+
+@pytest.fixture(scope="module")
+def made():
+    result = made_result()
+    return {verdict: made_diagnosis(result, verdict) for verdict in VERDICTS}
+
+
+@pytest.fixture(scope="module")
+def pages(made, tmp_path_factory):
+    found = {}
+    for verdict, diagnosis in made.items():
+        folder = tmp_path_factory.mktemp(verdict)
+        found[verdict] = write_diagnosis_report(diagnosis, folder)
+    return found
+
+
+def changed(diagnosis, **location):
+    """The same with another location."""
+    return dataclasses.replace(diagnosis, location=dataclasses.replace(diagnosis.location, **location))
+
+
+def told(diagnosis) -> str:
+    console = Console(width=100, record=True, file=io.StringIO())
+    console.print(diagnosis_summary(diagnosis))
+    return console.export_text()
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_the_page_stands_alone(pages, verdict):
+    written = pages[verdict]
+    page, text = read(written[0]), written[0].read_text(encoding="utf-8")
+    assert sorted(written) == sorted(written[0].parent.iterdir())
+    assert len(page.addresses) == len(written) - 1
+    assert all(address.startswith("data:image/png;base64,") for address in page.addresses)
+    assert "<script" not in text
+    assert not re.search(r"https?://|@import|url\(", text)
+    assert all(len(alt) > 30 for alt in page.alts)
+
+
+def test_every_picture_is_drawn_and_legible(made):
+    expected = {
+        "missing",
+        "missing-others",
+        "restitution",
+        "residual-maps",
+        "misfits",
+        "candidates",
+        "record-01-before-after",
+        "record-02-before-after",
+    }
+    assert {image.name for image in draw(made[MISSING])} == expected
+    assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "bend"}
+    for verdict in (ADEQUATE, RESTLESS):
+        assert {image.name for image in draw(made[verdict])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
+    for image in draw(made[UNLISTED]):
+        with Image.open(io.BytesIO(image.png)) as opened:
+            assert opened.size[0] > 300
+            assert len(np.unique(np.asarray(opened.convert("L")))) > 5, f"{image.name} is blank"
+
+
+def test_a_missing_effect_is_named_located_and_compared(pages):
+    text = read(pages[MISSING][0]).text
+    in_order = (
+        "made <by> hand",
+        "Missing: dry friction in the suspension",
+        "Warning: the budget of <5> minutes",
+        "Where it acts",
+        "mostly between −0.0100 and 0.0100 m/s",
+        "What it is",
+        "force = −Fc sign(u′)",
+        "> 99.9 %",
+        "Coulomb 1785",
+        "cannot separate it from drag that grows with the square of the velocity",
+        "Before and after",
+        "0.187",
+        "0.0123",
+        "Parameters before and after",
+        "−4.0 σ",
+        "What else was considered",
+        "What would tell more",
+        "Provenance",
+    )
+    places = [text.find(piece) for piece in in_order]
+    assert -1 not in places, dict(zip(in_order, places, strict=True))
+    assert places == sorted(places)
+
+
+def test_a_parameter_that_will_not_hold_still_is_shown_with_the_records_furthest_apart(made, pages):
+    text = pages[MISSING][0].read_text(encoding="utf-8")
+    assert "From record to record" in text
+    (row,) = steadiness_rows(made[MISSING])
+    assert row.before.startswith("87.3 of 1 (9.4")
+    assert row.apart.startswith("drop.csv") and "cart1.csv" in row.apart
+    assert row.after == NONE
+
+
+def test_nothing_missing_is_said_plainly_and_nothing_is_asserted(pages):
+    text = read(pages[ADEQUATE][0]).text
+    assert "Nothing is missing beyond the noise" in text
+    assert "none explains more than chance would" in text
+    assert "0.24" in text
+    for piece in ("Where it acts", "What it is", "augmented", "The shift is"):
+        assert piece not in text.partition("Provenance")[0], piece
+
+
+def test_a_restless_rig_lacks_nothing_and_its_random_force_is_told(made, pages):
+    text = read(pages[RESTLESS][0]).text
+    assert "Nothing is missing, but a random force acts on the hammer" in text
+    assert "random force of 0.021 N rms" in text and "memory of 8.2 ms" in text
+    for piece in ("Where it acts", "What it is", "What was learned", "augmented", "The shift is"):
+        assert piece not in text.partition("Provenance")[0], piece
+    assert "a random force acts on the hammer" in told(made[RESTLESS])
+
+
+def test_an_unlisted_cause_shows_what_was_learned(made, pages):
+    text = read(pages[UNLISTED][0]).text
+    assert "Something is missing that no listed effect explains" in text
+    assert "force = −a1 u3 + a2 |u′| u′" in text
+    assert "Where it acts" in text
+    assert "harder beyond" in text
+    assert f"0.050 mm of indentation, in {made[UNLISTED].nominal.records[-1].file}" in text
+    assert "What it is" not in text
+
+
+def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
+    odd = dataclasses.replace(
+        changed(made[MISSING], interval=(float("-inf"), 1.0)),
+        nominal=dataclasses.replace(made[MISSING].nominal, held_out_nrmse=float("nan")),
+    )
+    write_diagnosis_json(odd, tmp_path / "diagnosis.json", diagnosis_provenance(odd))
+    read_back = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    assert read_back["location"]["interval"] == [None, 1.0]
+    assert read_back["nominal"]["held_out_nrmse"] is None
+    assert read_back["effects"][0]["parameters"]["friction_force"]["value"] == FRICTION
+    assert {file: found["gap"] for file, found in read_back["augmented"]["records"].items()} == {
+        r.file: r.gap for r in odd.augmented.records
+    }
+    assert read_back["provenance"]["versions"]["jax"]
+    assert "mostly below 1.00 m/s" in read(write_diagnosis_report(odd, tmp_path)[0]).text
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_json_has_every_key_that_programs_read(made, verdict):
+    """The names are a promise; a value that is not known is null, never left out."""
+    document = made[verdict].document({"seed": 0})
+    assert (document["schema"], document["verdict"], document["provenance"]) == (1, verdict, {"seed": 0})
+    assert isinstance(document["ambiguous_with"], list) and isinstance(document["next_experiment"], str)
+    assert all({"chi2_reduced", "held_out_nrmse"} <= document[side].keys() for side in ("nominal", "augmented"))
+    assert len(document["effects"]) == (verdict == MISSING)
+    for effect in document["effects"]:
+        assert {"name", "probability", "parameters"} <= effect.keys()
+        assert all(number.keys() == {"value", "stderr", "unit"} for number in effect["parameters"].values())
+    places = {"channel", "records", "phase", "coordinate", "interval", "time", "record", "sentence"}
+    assert document["location"] is None if verdict in (ADEQUATE, RESTLESS) else places <= document["location"].keys()
+    of_force = {"force_rms", "memory", "share"}
+    assert document["unrest"] is None if verdict != RESTLESS else of_force == document["unrest"].keys()
+    assert verdict != RESTLESS or document["unrest"]["force_rms"] == {"value": 0.021, "stderr": 0.0015, "unit": "N"}
+    if verdict == UNLISTED:
+        assert document["location"]["bend"] == {"depth": 5e-5, "records": [made[verdict].nominal.records[-1].file]}
+
+
+def test_the_terminal_says_the_verdict_first_then_numbers_then_candidates(made):
+    text = told(made[MISSING])
+    in_order = (
+        "Missing: dry friction",
+        "With it the misfit falls",
+        "coulomb_friction",
+        "before",
+        "considered",
+        "2 more in the report",
+        "next:",
+    )
+    places = [text.find(piece) for piece in in_order]
+    assert -1 not in places and places == sorted(places)
+    assert "⁻" not in text
+    assert "Nothing is missing" in told(made[ADEQUATE])
+    assert "learned in its place: force = -a_1 u^3" in told(made[UNLISTED])
+
+
+def test_shifts_are_in_standard_errors_of_the_nominal_fit(made):
+    rows = {row.symbol: row for row in change_rows(made[MISSING])}
+    assert rows["n"].shift == "−4.0 σ"
+    assert rows["F_c"].before == "–"
+    assert rows["F_c"].shift == "new"
+
+
+def test_the_force_of_the_models_is_that_of_the_effect(made):
+    force = model_force(made[MISSING])
+    fast = np.abs(force.v) > 0.02
+    assert fast.sum() > 1000
+    assert np.abs(force.difference + FRICTION * np.sign(force.v))[fast].max() < 1e-9
+    assert model_force(made[ADEQUATE]) is None
+
+
+def test_the_learned_term_is_drawn_against_what_decides_it(made):
+    term = learned_term(made[UNLISTED])
+    assert term.channel is None
+    assert next(iter(term.coordinates)) == ("displacement", "m")
+    assert np.abs(term.value + 4e4 * term.coordinates["displacement", "m"] ** 3).max() < 1e-9
+    assert learned_term(made[ADEQUATE]) is None
+
+
+def test_a_term_on_a_channel_is_drawn_in_its_unit(made):
+    drift = FreeForm(terms=("t",), of_channel="hammer_acceleration", c1=3.0)
+    augmented = dataclasses.replace(made[UNLISTED].augmented, model=dataclasses.replace(made[UNLISTED].model, effects=(drift,)))
+    diagnosis = dataclasses.replace(made[UNLISTED], augmented=augmented)
+    assert learned_term(diagnosis).channel == "hammer_acceleration"
+    assert "m/s" in {image.name: image.alt for image in draw(diagnosis)}["learned-term"]
+
+
+def test_a_sine_whose_phase_belongs_to_a_record_is_not_drawn_along_all_of_them(made):
+    hum = MainsHum(frequency_hz=50.0, sine=0.3, cosine=0.0, of_channel="hammer_acceleration")
+    augmented = dataclasses.replace(made[UNLISTED].augmented, model=dataclasses.replace(made[UNLISTED].model, effects=(hum,)))
+    assert learned_term(dataclasses.replace(made[UNLISTED], augmented=augmented)) is None
+
+
+@pytest.mark.parametrize("phase", ["contact", "separation", "after impact", "all"])
+def test_other_phases_are_drawn_where_they_are(made, phase):
+    other = changed(made[MISSING], phase=phase, channel="impact_force")
+    parts = [one.part.stop - one.part.start for one in stretches(other)]
+    assert {one.channel for one in stretches(other)} == {"impact_force"}
+    assert (max(parts) < 200) == (phase in ("contact", "separation"))
+    assert len(draw(other)) == 8
+
+
+def test_an_instant_is_shown_where_it_is(made):
+    other = changed(made[MISSING], time=0.5, record="cart1.csv", interval=None, coordinate="time")
+    (stretch,) = (one for one in stretches(other) if one.before.file == "cart1.csv")
+    shown = stretch.before.time[stretch.part]
+    assert shown[0] < 0.5 < shown[-1]
+    assert "dashed line is the instant" in {image.name: image.caption for image in draw(other)}["residual-maps"]
+
+
+def test_a_fault_of_one_channel_in_one_record_says_so(made, tmp_path):
+    effect = GainError(factor=1.02, of_channel="impact_force")
+    asserted = dataclasses.replace(made[MISSING].effects[0], effect=effect, parameters=())
+    nominal = made[MISSING].nominal
+    model = dataclasses.replace(nominal.model, effects=(effect,))
+    diagnosis = dataclasses.replace(
+        made[MISSING],
+        effects=(asserted,),
+        augmented=dataclasses.replace(made[MISSING].augmented, model=model, parameters=nominal.parameters),
+    )
+    text = read(write_diagnosis_report(diagnosis, tmp_path)[0]).text
+    assert "a channel whose calibration factor is wrong (impact force)" in text
+
+
+def test_little_is_known(made, tmp_path):
+    bare = dataclasses.replace(
+        changed(made[MISSING], profiles=(), maps={}, records={}, channels={}, interval=None),
+        considered=(),
+        ambiguous_with=(),
+        warnings=(),
+        next_experiment="",
+    )
+    text = read(write_diagnosis_report(bare, tmp_path)[0]).text
+    assert "There was no candidate" in text
+    assert told(bare)
+
+
+def test_channels_and_samples_may_be_missing(tmp_path):
+    result = made_result(channels=("hammer_acceleration",), samples=700)
+    holes = [
+        dataclasses.replace(r, measured={c: np.where(np.arange(700) % 7 < 3, np.nan, v) for c, v in r.measured.items()})
+        for r in result.records
+    ]
+    for verdict in VERDICTS:
+        assert write_diagnosis_report(made_diagnosis(dataclasses.replace(result, records=tuple(holes)), verdict), tmp_path)
+
+
+def test_numbers_with_a_power_of_ten_are_written_as_such():
+    assert str(equation_html("-1.2e-03 u + 3e+5")) == "−1.2 × 10<sup>−3</sup> <i>u</i> + 3 × 10<sup>5</sup>"
+    assert str(equation_html("0.141(19) N sin(2 pi 6.27(3) Hz t)")) == "0.141(19) N sin(2 <i>π</i> 6.27(3) Hz <i>t</i>)"
+    assert str(equation_html("-2.0(1) N s/(m^2 s) u'")) == "−2.0(1) N s/(m<sup>2</sup> s) <i>u</i>′"
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_every_listed_equation_can_be_written(name):
+    html = str(equation_html(EFFECTS[name].equation))
+    assert html.count("<sub>") == html.count("</sub>")
+    assert "_" not in html and "^" not in html and "'" not in html

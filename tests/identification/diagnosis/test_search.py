@@ -1,0 +1,131 @@
+"""How the search ends; what it names is in `test_diagnose.py`."""
+
+import time
+
+import numpy as np
+import pytest
+
+from identification.diagnosis import search as module
+from identification.diagnosis.score.scored import Scored
+from identification.diagnosis.search import BUDGET, COMPLETE, MOST, Rival, search, share_added
+from identification.likelihood.fitted import Fitted
+from identification.likelihood.variances import Variances
+from identification.windows.prepare import Prepared
+from tests.effects.facts import FACTS
+from tests.identification.diagnosis import made_fit
+from vibrojax.effects.free_form import FreeForm
+
+
+@pytest.fixture(scope="module")
+def rubbing(motion, friction):
+    """A model that friction is missing from."""
+    return motion.fitted(motion.shown(force=friction(0.05)))
+
+
+def test_no_step_begins_after_the_deadline(rubbing):
+    told = []
+    found = search(rubbing, deadline=time.monotonic() - 1.0, progress=told.append)
+    assert (found.ended, found.steps, found.refused) == (BUDGET, (), ())
+    assert found.fitted is rubbing and found.first is found.last
+    assert told == ["scoring all candidates beside the nominal model"]
+
+
+def test_no_step_begins_with_as_many_effects_as_are_fitted_together(rubbing, monkeypatch):
+    monkeypatch.setattr(module, "MOST_EFFECTS", 0)
+    assert search(rubbing, deadline=np.inf).ended == MOST
+
+
+def test_nothing_is_added_to_a_complete_model(recovered):
+    found = search(recovered, deadline=np.inf)
+    assert (found.ended, found.steps) == (COMPLETE, ())
+    assert found.fitted.names == ()
+
+
+def test_a_line_of_a_frequency_of_its_own_is_learned_before_a_mode_is_fitted(motion):
+    """A mode that rings with a state of its own in every window would explain it too."""
+    said = []
+    found = search(motion.recorded(FreeForm(terms=("sine_1",), c1=0.2, f1_hz=11.3)), deadline=np.inf, progress=said.append)
+    assert found.learned is not None and found.learned.effect.terms == ("sine_1",)
+    assert found.learned.effect.f1_hz == pytest.approx(11.3, abs=0.01)
+    assert (found.ended, found.steps, found.fitted.names) == (COMPLETE, (), ())
+    assert not any("second_mode" in line for line in said)
+
+
+@pytest.mark.parametrize(("model", "more", "share"), [(11.0, 1.0, 1.0), (2.0, 1.0, 0.1), (1.001, 1.0, 1e-4), (2.0, 12.0, 1.0)])
+def test_share_of_the_misfit_that_more_than_a_model_explains(model, more, share):
+    """The nominal model leaves 11."""
+    assert share_added(11.0, model, more) == pytest.approx(share, rel=1e-6)
+
+
+def test_a_further_effect_that_matters_little_is_not_added(rubbing, monkeypatch):
+    monkeypatch.setattr(module, "RELEVANT", 1.1)
+    found = search(rubbing, deadline=np.inf)
+    assert (found.ended, found.steps) == (COMPLETE, ()) and found.refused[0].name == "coulomb_friction"
+
+
+def made(kind, **known):
+    """An object of a class of which nothing but this is known."""
+    return type(kind.__name__, (kind,), {"__init__": lambda self: None} | known)()
+
+
+def rival(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
+    """One that was fitted, as much of it as the choice looks at."""
+    found = made(
+        Fitted, **{"chi2_reduced": 5.0, "criterion": -gain, "to_go": 0.0, "title": name, "continued": name, "variances": None} | known
+    )
+    return Rival(candidate=made_fit.candidate(name, expected), fitted=found, gain=gain)
+
+
+@pytest.mark.parametrize(
+    ("rivals", "name", "expected", "hopeless"),
+    [
+        ([], "quadratic_drag", 1.0, False),
+        ([rival(gain=1000.0, expected=900.0)], "quadratic_drag", 50.0, True),
+        ([rival(gain=1000.0, expected=900.0)], "quadratic_drag", 150.0, False),
+        ([rival(gain=-1e5, expected=900.0)], "quadratic_drag", 1.0, False),
+        ([rival(gain=200.0, expected=900.0)], "quadratic_drag", 50.0, False),
+        ([rival(gain=1000.0, expected=900.0, chi2_reduced=1.01)], "quadratic_drag", 150.0, True),
+        ([rival(gain=1000.0, expected=900.0)], "deep_stop", 0.0, False),
+        ([rival(gain=1000.0, expected=900.0)], "back_stop", 0.0, False),
+    ],
+)
+def test_what_is_worth_a_fit(rivals, name, expected, hopeless):
+    """By what was gained, no matter what had been expected of it; what no derivative shows always is."""
+    scored = made(Scored, known=FACTS, fitted=made(Fitted, chi2_reduced=10.0))
+    assert module._is_hopeless(made_fit.candidate(name, expected), scored, rivals, 900.0) is hopeless
+
+
+def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
+    """Their criteria with what another step would bring, against that of the best, 100 after its fit, and the model without, 180."""
+    rough = [
+        rival("coulomb_friction", criterion=110.0, to_go=10.0),
+        rival("quadratic_drag", criterion=130.0, to_go=10.0),
+        rival("hysteresis", criterion=130.0, to_go=1.0),
+        rival("cubic_stiffness", criterion=300.0, to_go=100.0),
+    ]
+    ends = {"coulomb_friction": 100.0, "quadratic_drag": 105.0, "cubic_stiffness": None}
+
+    def attempt(start, variances, *, rounds):
+        if ends[start] is None:
+            return None
+        return made(Fitted, criterion=ends[start], log_likelihood=-0.5 * ends[start], lightened=lambda self: self)
+
+    monkeypatch.setattr(module, "_attempt", attempt)
+    beside = made(Fitted, criterion=180.0, log_likelihood=-90.0)
+    found = module._finished(rough, beside, lambda stage: None)
+    assert [(one.name, one.fitted.criterion) for one in found] == [
+        ("coulomb_friction", 100.0),
+        ("quadratic_drag", 105.0),
+        ("hysteresis", 130.0),
+        ("cubic_stiffness", 300.0),
+    ]
+    assert [one.gain for one in found[:2]] == [80.0, 75.0]
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), module.NoConvergenceError("lost")])
+def test_a_fit_that_fails_is_none(error, monkeypatch):
+    def fails(*given, **more):
+        raise error
+
+    monkeypatch.setattr(module, "point", fails)
+    assert module._attempt(made(Prepared, start=None), made(Variances), rounds=1) is None

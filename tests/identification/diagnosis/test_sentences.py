@@ -1,0 +1,74 @@
+"""What is said with each verdict."""
+
+import dataclasses
+
+import pytest
+
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Disagreement
+from identification.diagnosis.sentences import percent, sentences
+from tests.identification.diagnosis.made_diagnosis import UNREST, made_diagnosis
+from tests.identification.made_result import made_result
+
+
+@pytest.fixture(scope="module")
+def made():
+    result = made_result(samples=300)
+    return {verdict: made_diagnosis(result, verdict) for verdict in (ADEQUATE, RESTLESS, MISSING, UNLISTED)}
+
+
+def said(diagnosis, *, ambiguous=(), unrest=None, after=None) -> str:
+    of = (diagnosis.verdict, diagnosis.effects, ambiguous, diagnosis.location, diagnosis.nominal, after or diagnosis.augmented)
+    return " ".join(sentences(*of, diagnosis.free_form, unrest))
+
+
+def test_nothing_missing_is_said_with_the_error_of_prediction(made):
+    text = said(made[ADEQUATE])
+    assert text.startswith("Nothing beyond the noise: the nominal model explains the records (reduced chi-square")
+    assert "on windows left out of the fit is 1.2 %." in text
+    assert "random force" not in text
+
+
+def test_a_restless_rig_is_told_its_random_force(made):
+    text = said(made[RESTLESS], unrest=UNREST)
+    assert text.startswith("More than the sensors' noise, but nothing that motion, drive, time or record explains: a random force acts")
+    assert "a random force of 0.021 N rms (1.2 % of the spring's force) with a memory of 8.2 ms." in text
+
+
+@pytest.mark.parametrize("verdict", [MISSING, UNLISTED])
+def test_a_random_force_is_told_beside_a_cause_as_well(made, verdict):
+    assert "random force of 0.021 N rms" in said(made[verdict], unrest=UNREST)
+    assert "random force" not in said(made[verdict])
+
+
+def test_what_is_missing_comes_first_then_where_then_what_it_does_to_the_error(made):
+    text = said(made[MISSING], ambiguous=("quadratic_drag",))
+    in_order = [
+        "Dry friction in the suspension (F_c = ",
+        "free flight",
+        "falls from 19 % to 1.2 %",
+        "cannot separate it from quadratic_drag",
+    ]
+    places = [text.find(piece) for piece in in_order]
+    assert -1 not in places and places == sorted(places)
+
+
+def test_what_is_on_no_list_is_described_by_what_was_learned(made):
+    text = said(made[UNLISTED])
+    assert text.startswith("Something real is missing, and no listed effect explains it.")
+    assert f"describes it: {made[UNLISTED].free_form}." in text
+
+
+@pytest.mark.parametrize(("by_chance", "told"), [(1e-9, True), (1e-4, False)])
+def test_a_parameter_that_varies_between_records_is_told_by_its_ends(made, by_chance, told):
+    values = {"a.csv": (1.5e6, 1e4), "b.csv": (2.5e6, 2e4), "c.csv": (2e6, 1e4)}
+    sure = Disagreement(name="k_i", chi2=60.0, degrees=2, chance=by_chance, records=values)
+    vague = dataclasses.replace(sure, name="n", chance=0.3)
+    text = said(made[ADEQUATE], after=dataclasses.replace(made[ADEQUATE].augmented, disagreements=(vague, sure)))
+    assert ("varies between records" in text) is told
+    if told:
+        assert text.index("in a.csv") < text.index("in b.csv") and "c.csv" not in text
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.0041, "0.41 %"), (0.99, "99 %"), (0.996, "100 %"), (1.36, "136 %")])
+def test_shares_are_told_in_percent(share, told):
+    assert percent(share) == told

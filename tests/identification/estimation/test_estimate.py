@@ -1,0 +1,137 @@
+"""The whole fit: recovery, control, verdicts."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from identification.estimation.estimate import fit_experiment
+from identification.experiment import ParameterOption, load_experiment
+from identification.result.result import FIXED, NOT_IDENTIFIABLE, OK
+from identification.windows.simulate import simulate_record
+from tests.identification.conftest import TRUTH, cropped
+
+COMPLETE = ("case-03", "case-05", "case-16")
+
+
+@pytest.fixture(scope="module")
+def fitted(example):
+    """The embedded example, fitted as `fit-parameters` does."""
+    return fit_experiment(example)
+
+
+def test_example_is_recovered(fitted, truth):
+    """Every parameter within three standard errors, and within 2 %; no misfit; no warning."""
+    assert fitted.converged
+    assert fitted.warnings == ()
+    assert fitted.unrest is None
+    assert set(fitted.noise) == set(fitted.experiment.records[0].channels)
+    assert all(one.scale == pytest.approx(1.0, abs=0.03) for one in fitted.noise.values())
+    assert 0.98 < fitted.chi2_reduced < 1.02
+    for parameter in fitted.parameters:
+        true = truth[parameter.spec.name]
+        assert parameter.status == OK
+        assert abs(parameter.value - true) < 3 * parameter.stderr
+        assert parameter.value == pytest.approx(true, rel=0.02)
+        assert parameter.ci95[0] < parameter.value < parameter.ci95[1]
+
+
+def test_discretisation_is_a_tenth_of_the_errors(fitted):
+    """Halving all steps moves no parameter by a tenth of its standard error."""
+    assert fitted.discretisation < 0.1
+
+
+def test_stiffness_and_damping_follow(fitted, example):
+    """k = m omega_n^2 and c = 2 zeta omega_n m."""
+    values = {p.spec.name: p.value for p in fitted.parameters}
+    derived = {d.name: d for d in fitted.derived}
+    omega = 2 * math.pi * values["f_n"]
+    assert derived["k"].value == pytest.approx(example.mass * omega**2)
+    assert derived["c"].value == pytest.approx(2 * values["zeta"] * omega * example.mass)
+    assert 0 < derived["k"].stderr < 1e-3 * derived["k"].value
+
+
+def test_a_mass_that_nothing_tells_leaves_the_stiffness_without_an_error(small):
+    """A motion without forces tells the natural frequency, and nothing of the mass."""
+    drop, _ = small.records
+    seen = dataclasses.replace(drop, channels={"hammer_displacement": drop.channels["hammer_displacement"]})
+    found = fit_experiment(dataclasses.replace(small, records=(seen,), mass_is_known=False), starts=1)
+    status = {p.spec.name: p.status for p in found.parameters}
+    assert (status["m"], status["f_n"]) == (NOT_IDENTIFIABLE, OK)
+    assert [d.stderr for d in found.derived] == [None, None]
+
+
+def test_records_stand_beside_their_predictions(fitted, example):
+    """Residuals of every channel are at the noise, and every sample has a prediction."""
+    for fit, record in zip(fitted.records, example.records, strict=True):
+        for name in record.channels:
+            residual = (fit.measured[name] - fit.predicted[name]) / fit.noise[name]
+            assert residual.shape == record.time.shape
+            assert np.std(residual) == pytest.approx(1.0, abs=0.05)
+
+
+def test_contact_parameters_are_not_identifiable_without_contact(example):
+    """A record without impacts says nothing of the stop, and the fit says so; the suspension is found all the same."""
+    quiet = cropped(example, 150, (0,))
+    result = fit_experiment(quiet)
+    status = {p.spec.name: p for p in result.parameters}
+    for name in ("k_i", "n", "lambda_i"):
+        assert status[name].status == NOT_IDENTIFIABLE
+        assert status[name].stderr is None
+        assert "does not touch" in status[name].reason
+    assert status["f_n"].stderr is not None and abs(status["f_n"].value - TRUTH["f_n"]) < 4.0 * status["f_n"].stderr
+
+
+def test_a_fixed_parameter_stays(small):
+    """`fixed` holds the start; the others are still estimated."""
+    held = dataclasses.replace(small, parameters={"n": ParameterOption(start=1.45, fixed=True)})
+    result = fit_experiment(held)
+    rows = {p.spec.name: p for p in result.parameters}
+    assert rows["n"].value == 1.45
+    assert rows["n"].status == FIXED
+    assert rows["k_i"].stderr > 0
+
+
+def test_window_states_are_fitted_though_all_parameters_are_held(small, truth):
+    free_flight = dataclasses.replace(small.records[0], kind="free-decay", gap=1.0)
+    channels = {"hammer_displacement": free_flight.channels["hammer_displacement"][:180]}
+    record = dataclasses.replace(free_flight, time=free_flight.time[:180], channels=channels)
+    held = {name: ParameterOption(start=value, fixed=True) for name, value in truth.items()}
+    result = fit_experiment(dataclasses.replace(small, records=(record,), parameters=held))
+    assert result.converged
+    assert result.chi2_reduced == pytest.approx(1.0, abs=0.35)
+
+
+@pytest.mark.parametrize("starts", [1, 6])
+def test_starts_end_in_the_same_place(small, starts):
+    """With and without screening the fit ends in the same minimum."""
+    result = fit_experiment(small, starts=starts)
+    reference = fit_experiment(small, starts=2, seed=5)
+    for one, other in zip(result.parameters, reference.parameters, strict=True):
+        assert one.value == pytest.approx(other.value, abs=0.2 * one.stderr)
+
+
+@pytest.mark.parametrize("case", COMPLETE)
+def test_complete_models_are_recovered_from_concealed_cases(case, shared):
+    """Cases that conceal nothing: within 3 standard errors and 2 %, chi-square at one, sealed records predicted."""
+    folder = shared / "concealed" / case
+    result = fit_experiment(load_experiment(folder))
+    nominal = json.loads((folder / "sealed" / "truth.json").read_text())["nominal"]
+    omega = math.sqrt(nominal["k"] / nominal["m"])
+    truth = {
+        "k_i": nominal["ki"],
+        "n": nominal["n"],
+        "lambda_i": nominal["lam"],
+        "zeta": nominal["c"] / (2 * nominal["m"] * omega),
+        "f_n": omega / (2 * math.pi),
+    }
+    for parameter in result.parameters:
+        assert abs(parameter.value - truth[parameter.spec.name]) < 3 * parameter.stderr
+        assert parameter.value == pytest.approx(truth[parameter.spec.name], rel=0.02)
+    assert 0.9 < result.chi2_reduced < 1.1
+    for record in load_experiment(folder / "sealed", need_files=False).records:
+        predicted = simulate_record(result.model, record)
+        for name, values in record.channels.items():
+            assert np.sqrt(np.mean((predicted[name] - values) ** 2)) < 0.02 * np.std(values)

@@ -1,0 +1,121 @@
+"""Records that no fit may see: kept from it, and predicted."""
+
+import dataclasses
+import shutil
+
+import numpy as np
+import pytest
+
+from identification.estimation.estimate import fit_experiment
+from identification.estimation.held_back import held_back_fits
+from identification.experiment import ExperimentError, load_experiment
+from identification.report import fit_summary
+from identification.report.write import write_report
+from identification.result.json_file import fit_json
+from identification.windows.prepare import prepare
+from identification.windows.simulate import simulate_record
+from identification.windows.windows import WindowLength
+from tests.identification.conftest import cropped
+from vibrojax.data_files import data_path
+from vibrojax.effects import Hysteresis
+
+
+@pytest.fixture(scope="module")
+def parted(example):
+    """Half a second of the drop test and of two cart records, the last held back."""
+    short = cropped(example, 2000, (0, 1, 2))
+    return dataclasses.replace(short, records=(*short.records[:2], dataclasses.replace(short.records[2], held_back=True)))
+
+
+@pytest.fixture(scope="module")
+def fitted(parted):
+    return fit_experiment(parted)
+
+
+def with_held_back(tmp_path, *, which: tuple[str, ...], value: str = "true"):
+    folder = tmp_path / "rig"
+    shutil.copytree(data_path("example"), folder)
+    text = (folder / "experiment.toml").read_text()
+    for name in which:
+        text = text.replace(f'file = "{name}"', f'file = "{name}"\nheld_back = {value}')
+    (folder / "experiment.toml").write_text(text)
+    return folder
+
+
+def test_an_experiment_says_which_records_are_held_back(tmp_path):
+    experiment = load_experiment(with_held_back(tmp_path, which=("cart2.csv.gz",)))
+    assert [record.file for record in experiment.held_back] == ["cart2.csv.gz"]
+    assert [record.file for record in experiment.fitting.records] == ["drop.csv.gz", "cart1.csv.gz", "cart3.csv.gz"]
+    assert len(experiment.records) == 4
+
+
+def test_something_must_be_left_to_fit(tmp_path):
+    every = ("drop.csv.gz", "cart1.csv.gz", "cart2.csv.gz", "cart3.csv.gz")
+    with pytest.raises(ExperimentError, match=r"every record of experiment.toml is held back: expected at least one to fit"):
+        load_experiment(with_held_back(tmp_path, which=every))
+
+
+def test_held_back_is_true_or_false(tmp_path):
+    with pytest.raises(ExperimentError, match=r"held_back in record 'drop.csv.gz' is 'yes': expected true or false"):
+        load_experiment(with_held_back(tmp_path, which=("drop.csv.gz",), value='"yes"'))
+
+
+def test_no_window_is_cut_from_a_held_back_record(parted):
+    prepared = prepare(parted)
+    assert [record.file for record in prepared.experiment.records] == [record.file for record in parted.records[:2]]
+    assert set(prepared.record) == {0, 1}
+
+
+def test_what_is_held_back_cannot_change_the_fit(parted, fitted):
+    """The same numbers to the last digit with the held-back record turned upside down."""
+    last = parted.records[2]
+    turned = dataclasses.replace(last, channels={name: -values for name, values in last.channels.items()})
+    again = fit_experiment(dataclasses.replace(parted, records=(*parted.records[:2], turned)))
+    assert [p.value for p in again.parameters] == [p.value for p in fitted.parameters]
+    assert again.held_back[0].chi2_reduced["hammer_displacement"] > 100 * fitted.held_back[0].chi2_reduced["hammer_displacement"]
+
+
+def test_a_held_back_record_of_the_same_rig_is_predicted_to_its_noise(fitted, parted):
+    (predicted,) = fitted.held_back
+    assert predicted.file == parted.records[2].file
+    assert all(chi2 == pytest.approx(1.0, abs=0.15) for chi2 in predicted.chi2_reduced.values())
+    gap = next(nuisance for nuisance in predicted.nuisances if nuisance.name == "gap_error")
+    assert gap.stderr is not None
+    assert abs(gap.value - -7e-6) < 5 * gap.stderr + 2e-6
+
+
+def test_a_wrong_model_predicts_it_worse(fitted, parted):
+    wrong = fitted.model.replace({"lambda_i": 0.7})
+    (predicted,) = held_back_fits(parted, wrong)
+    assert predicted.chi2_reduced["impact_force"] > 5.0
+
+
+def test_nothing_held_back_is_nothing_predicted(parted, fitted):
+    assert held_back_fits(parted.fitting, fitted.model) == ()
+
+
+def test_a_model_with_effects_predicts_its_own_motion(parted, fitted):
+    """An effect with a state of its own, which a window may begin with."""
+    model = dataclasses.replace(fitted.model, effects=(Hysteresis(hysteresis_force=0.1, yield_displacement=1e-3),))
+    record = parted.records[2]
+    stated = dataclasses.replace(record, initial_displacement=0.0, initial_velocity=0.0)
+    clean = simulate_record(model, stated)
+    rng = np.random.default_rng(5)
+    channels = {name: clean[name] + record.noise[name] * rng.standard_normal(len(record.time)) for name in record.channels}
+    experiment = dataclasses.replace(parted, records=(parted.records[0], dataclasses.replace(record, channels=channels)))
+    complete, bare = (
+        held_back_fits(experiment, each, window=WindowLength())[0].chi2_reduced["hammer_displacement"] for each in (model, fitted.model)
+    )
+    assert complete == pytest.approx(1.0, abs=0.15)
+    assert bare > 2.0
+
+
+def test_reports_tell_fitted_and_predicted_apart(fitted, tmp_path):
+    document = fit_json(fitted)
+    assert [record["file"] for record in document["held_back"]] == ["cart2.csv.gz"]
+    assert [record["file"] for record in document["records"]] == ["drop.csv.gz", "cart1.csv.gz"]
+    assert set(document["provenance"]["sha256"]) == {"experiment.toml", "drop.csv.gz", "cart1.csv.gz", "cart2.csv.gz"}
+    assert "not fitted, predicted:" in [str(block) for block in fit_summary(fitted).renderables]
+    write_report(fitted, tmp_path, provenance=document["provenance"])
+    page = (tmp_path / "report.html").read_text()
+    assert page.index("Records held back from the fit") < page.rindex("cart2.csv.gz")

@@ -1,0 +1,100 @@
+"""A fit on disk: the same fit comes back, and the same page is drawn from it."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from identification.commands.run import run_report
+from identification.report import write_report
+from identification.result.netcdf_result import StoredFit, read_result, write_result
+from identification.result.plain_dataclass import from_plain, to_plain
+from identification.result.reference import read_reference
+from identification.result.stored_records import SERIES
+from identification.result.unrest import Unrest
+from tests.identification.made_result import made_result, with_unknown
+from vibrojax.data_files import data_path
+from vibrojax.errors import InputError
+
+PROVENANCE = {"seed": 7, "sha256": {"drop.csv": "ab"}, "versions": {"python": "3"}, "seconds": {"fit": 1.5}}
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """A fit with what a page can show: a misfit, an undetermined parameter, missing samples, a random force, one held back, a reference."""
+    force = Unrest(force_rms=(0.021, None), memory=(8.2e-3, 9e-4), share=0.0123, gain=412.0)
+    result = with_unknown(made_result(misfit=0.05, notices=("one <odd> sample",), samples=1000, unrest=force), "zeta")
+    gappy = dataclasses.replace(result.records[0], measured={k: v.copy() for k, v in result.records[0].measured.items()})
+    gappy.measured["impact_force"][3:9] = np.nan
+    apart = dataclasses.replace(result.records[1], file="märz/späteres.csv", nrmse={"impact_force": float("nan")})
+    result = dataclasses.replace(result, records=(gappy, result.records[1]), held_back=(apart,), warnings=("look out",))
+    reference = read_reference(data_path("thesis", "figure_3_3.toml"))
+    stored = StoredFit(result=result, reference=reference, provenance=PROVENANCE)
+    folder = tmp_path_factory.mktemp("fit")
+    write_result(stored, folder / "result.nc")
+    return stored, folder
+
+
+def test_every_number_comes_back_as_it_was(stored):
+    before, after = stored[0].result, read_result(stored[1] / "result.nc").result
+    for old, new in zip((*before.records, *before.held_back), (*after.records, *after.held_back), strict=True):
+        assert to_plain(new, without=SERIES) == to_plain(old, without=SERIES)
+        for name in ("time", "relative_displacement", "relative_velocity", "in_contact", "window"):
+            np.testing.assert_array_equal(getattr(new, name), getattr(old, name))
+            assert getattr(new, name).dtype == getattr(old, name).dtype
+        for one, other in ((new.measured, old.measured), (new.predicted, old.predicted)):
+            assert list(one) == list(other)
+            for channel in one:
+                np.testing.assert_array_equal(one[channel], other[channel])
+    for field in dataclasses.fields(before):
+        if field.name not in ("records", "held_back", "model", "correlation", "experiment"):
+            assert getattr(after, field.name) == getattr(before, field.name), field.name
+    np.testing.assert_array_equal(after.correlation, before.correlation)
+    assert after.model.values() == before.model.values()
+    assert to_plain(after.experiment, without=("time", "channels")) == to_plain(before.experiment, without=("time", "channels"))
+    assert read_result(stored[1] / "result.nc").reference == stored[0].reference
+
+
+def test_the_page_drawn_again_is_the_same_to_the_last_byte(stored, tmp_path):
+    first, again = tmp_path / "first", tmp_path / "again"
+    first.mkdir()
+    again.mkdir()
+    write_report(stored[0].result, first, reference=stored[0].reference, provenance=PROVENANCE)
+    run_report(stored[1], again)
+    assert sorted(path.name for path in first.iterdir()) == sorted(path.name for path in again.iterdir())
+    for path in first.iterdir():
+        assert path.read_bytes() == (again / path.name).read_bytes(), path.name
+
+
+def test_other_programs_read_the_series(stored):
+    with xr.open_dataset(stored[1] / "result.nc", engine="scipy") as data:
+        force = data["record1_measured_impact_force"]
+        assert (force.dims, force.attrs["units"], force.attrs["record"]) == (("record1_time",), "N", "drop.csv")
+        noise = stored[0].result.records[0].noise["impact_force"]
+        expected = (force - data["record1_model_impact_force"]) / noise
+        np.testing.assert_allclose(data["record1_residual_impact_force"], expected, rtol=1e-12)
+        assert json.loads(data.attrs["fit"])["parameters"][0]["spec"]["name"] == "k_i"
+
+
+def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
+    with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc of a fit or a diagnosis"):
+        run_report(tmp_path, tmp_path)
+    whole = (stored[1] / "result.nc").read_bytes()
+    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 1,', b'"schema": 9,', 1)):
+        (tmp_path / "result.nc").write_bytes(content)
+        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 1") as caught:
+            read_result(tmp_path / "result.nc")
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("kind", "plain"), [(float, "many"), (int, "1"), (str, None), (tuple[int, ...], ["a"]), (tuple[int, int], [1])])
+def test_nothing_is_taken_for_another_type(kind, plain):
+    with pytest.raises((TypeError, ValueError)):
+        from_plain(kind, plain)
+
+
+def test_an_array_has_no_plain_form():
+    with pytest.raises(TypeError, match="ndarray has no plain form"):
+        to_plain({"a": np.zeros(3)})

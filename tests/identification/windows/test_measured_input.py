@@ -1,0 +1,26 @@
+"""Recorded cart motion as an input: the sensor's noise is no motion."""
+
+import numpy as np
+
+from identification.experiment import Record
+from identification.windows.measured_input import measured_motion
+
+
+def test_the_noise_of_the_cart_does_not_drive_the_model():
+    time, noise = np.arange(4000) / 4000.0, 1e-5
+    clean = 1e-3 * np.sin(2 * np.pi * 6.0 * time)
+    noisy = clean + noise * np.random.default_rng(0).standard_normal(len(time))
+    record = Record(
+        file="a.csv",
+        kind="cart-excitation",
+        gap=0.0,
+        base="measured",
+        time=time,
+        channels={"cart_displacement": noisy},
+        noise={"cart_displacement": noise},
+    )
+    motion = measured_motion(record)
+    assert np.std(motion.position.coefficients[3] - clean[:-1]) < 0.3 * noise
+    inside = slice(100, -100)
+    acceleration = -((2 * np.pi * 6.0) ** 2) * clean[:-1]
+    assert np.std((motion.second_derivative.coefficients[3] - acceleration)[inside]) < 0.05 * np.ptp(acceleration)

@@ -1,0 +1,45 @@
+"""First guesses and the operator's own values."""
+
+import dataclasses
+
+import jax
+import numpy as np
+import pytest
+
+from identification.experiment import ExperimentError, ParameterOption
+from identification.least_squares.fit import integrator_for
+from identification.windows.prepare import prepare
+from vibrojax.errors import InputError
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+@pytest.mark.parametrize(("name", "start"), [("n", 5.0), ("zeta", 0.0), ("lambda_i", -1.0)])
+def test_a_start_outside_the_range_is_refused(small, name, start, fixed):
+    options = {name: ParameterOption(start=start, fixed=fixed)}
+    with pytest.raises(ExperimentError, match=rf"start of {name} in \[parameters\] is .*: expected .* to .*; correct it"):
+        prepare(dataclasses.replace(small, parameters=options))
+
+
+def test_a_load_cell_with_the_wrong_sign_of_motion_gives_a_finite_start(small):
+    def flipped(record):
+        turned = {"hammer_displacement": -1e3, "hammer_acceleration": -1.0}
+        return dataclasses.replace(record, channels={name: turned.get(name, 1.0) * each for name, each in record.channels.items()})
+
+    prepared = prepare(dataclasses.replace(small, records=tuple(flipped(record) for record in small.records)))
+    assert np.isfinite(prepared.start.shared).all()
+
+
+def test_two_stamps_close_together_do_not_shorten_every_step(small):
+    record = small.records[1]
+    time = record.time.copy()
+    time[500] = time[499] + 1e-7
+    measured = dataclasses.replace(record, base="measured")
+    both = (measured, dataclasses.replace(measured, time=time))
+    even, uneven = (integrator_for(prepare(dataclasses.replace(small, records=(each,)))) for each in both)
+    assert float(uneven.flight_step) == pytest.approx(float(even.flight_step))
+    assert uneven.most_steps == even.most_steps
+
+
+def test_single_precision_is_refused_with_what_to_do(small):
+    with jax.enable_x64(False), pytest.raises(InputError, match="single precision: a fit needs float64; call .*prepare_jax"):
+        prepare(small)
