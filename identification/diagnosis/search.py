@@ -4,6 +4,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
@@ -149,8 +150,8 @@ def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
         return None
     progress(f"fitting {one.name} that varies between records beside {model.title}")
     prepared = with_variation(model, one)
-    found = fitted(point(prepared, prepared.start, model.variances), rounds=3, measure_noise=False)
-    return found if found.criterion < model.criterion else None
+    found = _attempt(prepared, model.variances, rounds=3)
+    return found if found is not None and found.criterion < model.criterion else None
 
 
 def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
@@ -211,8 +212,8 @@ def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
         nuisances=there.nuisances[:, : model.estimate.nuisances.shape[1]],
         states=there.states[:, : model.estimate.states.shape[1]],
     )
-    again = fitted(point(prepared, start, model.variances), rounds=1, measure_noise=False, iterations=6, settle=False)
-    return again if again.log_likelihood > model.log_likelihood - 0.5 * np.log(ALPHA) else model
+    again = _attempt(dataclasses.replace(prepared, start=start), model.variances, rounds=1, iterations=6, settle=False)
+    return model if again is None or again.log_likelihood < model.log_likelihood - 0.5 * np.log(ALPHA) else again
 
 
 def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Rival]:
@@ -260,10 +261,10 @@ def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[R
     return sorted(found, key=lambda rival: rival.fitted.criterion)
 
 
-def _attempt(prepared: Prepared, variances: Variances, *, rounds: int) -> Fitted | None:
-    """A fit from where it is prepared to start; None where it cannot be integrated or has no likelihood."""
+def _attempt(prepared: Prepared, variances: Variances, *, rounds: int, **options: Any) -> Fitted | None:
+    """A fit from where it is prepared to start, with options of `fitted`; None where it cannot be integrated or has no likelihood."""
     try:
-        found = fitted(point(prepared, prepared.start, variances), rounds=rounds, measure_noise=False)
+        found = fitted(point(prepared, prepared.start, variances), rounds=rounds, measure_noise=False, **options)
     except (NoConvergenceError, np.linalg.LinAlgError):
         return None
     return found if np.isfinite(found.log_likelihood) else None

@@ -112,7 +112,9 @@ class Marginal:
 
 def marginal(of: Grams, root: Float[np.ndarray, "knots knots"]) -> Marginal:
     """By Woodbury's identity: what it costs grows with the cube of the knots, not of the samples."""
-    factor = np.linalg.cholesky(np.eye(len(root)) + root.T @ of.force @ root)
+    shown = root.T @ of.force @ root
+    rounding = len(root) * np.finfo(float).eps * np.trace(shown, axis1=1, axis2=2)  # of a window that runs away, more than the unit matrix
+    factor = np.linalg.cholesky((1.0 + rounding)[:, None, None] * np.eye(len(root)) + shown)
     taken = np.linalg.solve(factor, root.T @ of.cross)
     return Marginal(
         gram=of.fit - taken.transpose(0, 2, 1) @ taken,

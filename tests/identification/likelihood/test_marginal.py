@@ -88,6 +88,18 @@ def test_marginal_is_that_of_the_whole_covariance(exact, textbook):
     np.testing.assert_array_equal(found.deviation, found.gram[:, 0, 0])
 
 
+def test_a_window_that_runs_away_leaves_the_others_as_they_are(exact):
+    """Its inner products are beyond what rounding leaves of the unit matrix."""
+    rng, knots = np.random.default_rng(0), len(ROOT)
+    answer = rng.normal(size=(knots, 3)) * np.exp(3.0 * rng.normal(size=(knots, 1)))
+    huge = 1e20 * answer @ answer.T / np.abs(answer @ answer.T).max()
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(np.eye(knots) + ROOT.T @ huge @ ROOT)
+    found = marginal(dataclasses.replace(exact, force=np.concatenate([exact.force[:-1], huge[None]])), ROOT)
+    assert np.all(np.isfinite(found.log_determinant))
+    np.testing.assert_allclose(found.log_determinant[:-1], marginal(exact, ROOT).log_determinant[:-1], rtol=1e-12)
+
+
 def test_single_precision_of_the_answer_is_enough(at, answer, exact):
     """The same from records on, for a force that shows ten times as much as the noise."""
     found, expected = (marginal(of, 10.0 * ROOT) for of in (made_grams(at, answer), exact))
