@@ -7,6 +7,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from identification.diagnosis.diagnose import diagnose_experiment
+from identification.diagnosis.diagnosis import Diagnosis
 from identification.estimation.estimate import DERIVED, fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary, write_report
@@ -15,7 +16,8 @@ from identification.report.diagnosis.result_file import StoredDiagnosis, stored_
 from identification.result.json_file import provenance, write_fit_json
 from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
 from identification.result.netcdf_result import StoredFit, stored_fit, write_result
-from identification.result.reference import check_reference, read_reference
+from identification.result.reference import Reference, check_reference, read_reference
+from identification.result.result import FitResult
 from identification.windows.declared_model import nominal_model
 from identification.windows.simulate import simulate_record
 from vibrojax.errors import InputError, NoConvergenceError
@@ -51,12 +53,17 @@ def run_fit(
             "or ask `vibrojax diagnose` where model and records differ"
         )
     progress("drawing the report")
+    write_fit(result, folder, table)
+    return fit_summary(result, table)
+
+
+def write_fit(result: FitResult, folder: Path, reference: Reference | None = None) -> None:
+    """Write fit.json, model.json, result.nc, report.html and plots into a folder that exists."""
     origin = provenance(result)
     write_fit_json(result, folder / "fit.json", origin)
     write_model(result.model, folder / "model.json", provenance=origin)
-    write_result(StoredFit(result=result, reference=table, provenance=origin), folder / FILE_NAME)
-    write_report(result, folder, reference=table, provenance=origin)
-    return fit_summary(result, table)
+    write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
+    write_report(result, folder, reference=reference, provenance=origin)
 
 
 def run_diagnose(
@@ -74,13 +81,18 @@ def run_diagnose(
     progress("reading the records")
     diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, progress=progress)
     progress("drawing the report")
+    write_diagnosed(diagnosis, folder)
+    return diagnosis_summary(diagnosis)
+
+
+def write_diagnosed(diagnosis: Diagnosis, folder: Path) -> None:
+    """Write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into a folder that exists."""
     origin = diagnosis_provenance(diagnosis)
     write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
     write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
     write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
     write_diagnosis_report(diagnosis, folder, provenance=origin)
-    return diagnosis_summary(diagnosis)
 
 
 def _units(model: Model) -> dict[str, str]:

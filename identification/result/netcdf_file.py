@@ -34,18 +34,21 @@ def floats(values: np.ndarray) -> np.ndarray:
     return values.astype(np.float64)
 
 
-def write_netcdf(path: Path, *, kind: str, title: str, variables: dict[str, xr.Variable], document: dict[str, Any]) -> None:
-    """Write a file; one that is there is replaced.
+def dataset(*, kind: str, title: str, variables: dict[str, xr.Variable], document: dict[str, Any]) -> xr.Dataset:
+    """What a file holds.
 
     Args:
-        path: of the file.
         kind: `FIT` or `DIAGNOSIS`.
         title: for whoever opens it.
         variables: by name.
         document: all else, plain.
     """
-    attributes = {"title": title, kind: json.dumps({"schema": _SCHEMA} | document, allow_nan=False)}
-    xr.Dataset(variables, attrs=attributes).to_netcdf(path, engine="scipy")
+    return xr.Dataset(variables, attrs={"title": title, kind: json.dumps({"schema": _SCHEMA} | document, allow_nan=False)})
+
+
+def write_netcdf(found: xr.Dataset, path: Path) -> None:
+    """Write a file; one that is there is replaced."""
+    found.to_netcdf(path, engine="scipy")
 
 
 def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series], T]]) -> T:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from identification.result.json_file import plain
-from identification.result.netcdf_file import FIT, Series, read_netcdf, write_netcdf
+from identification.result.netcdf_file import FIT, Series, dataset, read_netcdf, write_netcdf
 from identification.result.plain_dataclass import from_plain, to_plain
 from identification.result.reference import Reference
 from identification.result.result import Derived, FitResult, ParameterEstimate, StartOutcome
@@ -54,6 +55,11 @@ def write_result(stored: StoredFit, path: Path) -> None:
         stored: the fit and what its page shows beside it.
         path: of the file; replaced if it exists.
     """
+    write_netcdf(fit_dataset(stored), path)
+
+
+def fit_dataset(stored: StoredFit) -> xr.Dataset:
+    """Every record beside its prediction, over its time, SI; all else as JSON in one attribute."""
     result = stored.result
     records = store_records((*result.records, *result.held_back), _PREFIX)
     document = {
@@ -67,7 +73,7 @@ def write_result(stored: StoredFit, path: Path) -> None:
         "provenance": plain(stored.provenance),
     }
     title = f"{result.experiment.name}: fitted impact model"
-    write_netcdf(path, kind=FIT, title=title, variables=records.variables, document=document)
+    return dataset(kind=FIT, title=title, variables=records.variables, document=document)
 
 
 def read_result(path: Path) -> StoredFit:

@@ -55,6 +55,12 @@ class Prepared:
         return dataclasses.replace(self, groups=groups)
 
 
+def check_precision() -> None:
+    """Raise `InputError` unless JAX computes in double precision."""
+    if jnp.result_type(float) != jnp.float64:
+        raise InputError('JAX computes in single precision: expected float64; call jax.config.update("jax_enable_x64", True) first')
+
+
 def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
     """Cut the records into windows and guess where the fit should start.
 
@@ -65,8 +71,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
         ExperimentError: the experiment cannot be fitted.
         InputError: JAX has not been set to double precision.
     """
-    if jnp.result_type(float) != jnp.float64:
-        raise InputError("JAX computes in single precision: a fit needs float64; call vibrojax.cli.environment.prepare_jax() first")
+    check_precision()
     model = nominal_model(experiment.fitting, law)
     check_clearance(experiment, model.law)
     experiment = experiment.fitting

@@ -9,7 +9,7 @@ import xarray as xr
 
 from identification.diagnosis.diagnosis import Asserted, Bend, Diagnosis, Disagreement, Location, Number, Profile, Side
 from identification.result.json_file import plain
-from identification.result.netcdf_file import DIAGNOSIS, Series, floats, variable, write_netcdf
+from identification.result.netcdf_file import DIAGNOSIS, Series, dataset, floats, variable, write_netcdf
 from identification.result.plain_dataclass import from_plain, to_plain
 from identification.result.stored_records import restore_experiment, restore_records, store_experiment, store_records
 from vibrojax.model import Model
@@ -43,6 +43,11 @@ def write_diagnosis(stored: StoredDiagnosis, path: Path) -> None:
         stored: the diagnosis and its provenance.
         path: of the file; replaced if it exists.
     """
+    write_netcdf(diagnosis_dataset(stored), path)
+
+
+def diagnosis_dataset(stored: StoredDiagnosis) -> xr.Dataset:
+    """Every record beside both models, over its time, SI, and the profiles of the misfit; all else as JSON in one attribute."""
     found = stored.diagnosis
     variables, nominal = _side(found.nominal, _BEFORE)
     of_location, location = _location(found.location)
@@ -60,7 +65,7 @@ def write_diagnosis(stored: StoredDiagnosis, path: Path) -> None:
         "provenance": plain(stored.provenance),
     }
     title = f"{found.experiment.name}: what the impact model leaves out"
-    write_netcdf(path, kind=DIAGNOSIS, title=title, variables=variables, document=document)
+    return dataset(kind=DIAGNOSIS, title=title, variables=variables, document=document)
 
 
 def stored_diagnosis(document: dict[str, Any], series: Series) -> StoredDiagnosis:

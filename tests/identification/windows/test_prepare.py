@@ -41,5 +41,5 @@ def test_two_stamps_close_together_do_not_shorten_every_step(small):
 
 
 def test_single_precision_is_refused_with_what_to_do(small):
-    with jax.enable_x64(False), pytest.raises(InputError, match="single precision: a fit needs float64; call .*prepare_jax"):
+    with jax.enable_x64(False), pytest.raises(InputError, match="single precision: expected float64; call .*jax_enable_x64"):
         prepare(small)

@@ -1,0 +1,207 @@
+"""The package in four calls: load an experiment, fit it, diagnose it, simulate it.
+
+The first needs no JAX; the others compute in double precision, which is the caller's to set: `jax.config.update("jax_enable_x64", True)`.
+"""
+
+import dataclasses
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import xarray as xr
+from rich.console import Console, RenderableType
+
+from identification.commands.run import write_diagnosed, write_fit
+from identification.diagnosis.diagnose import diagnose_experiment
+from identification.diagnosis.diagnosis import Diagnosis
+from identification.estimation.estimate import fit_experiment
+from identification.experiment import Experiment, load_experiment
+from identification.report import fit_summary
+from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary
+from identification.report.diagnosis.result_file import StoredDiagnosis, diagnosis_dataset
+from identification.result.json_file import provenance
+from identification.result.netcdf_result import StoredFit, fit_dataset
+from identification.result.result import FitResult, ParameterEstimate
+from identification.windows.prepare import check_precision
+from identification.windows.simulate import simulate_record
+from vibrojax.model import Model
+
+Progress = Callable[[str], None]
+_WIDTH = 140
+"""Characters of a table that is shown as text."""
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Fit:
+    """A fitted experiment: shown as the tables of `fit-parameters`.
+
+    Attributes:
+        result: everything that was estimated, with the records beside their predictions.
+    """
+
+    result: FitResult
+
+    @property
+    def model(self) -> Model:
+        """Fitted; runs with any integrator."""
+        return self.result.model
+
+    @property
+    def parameters(self) -> dict[str, ParameterEstimate]:
+        """By name: value, standard error, interval, status."""
+        return {one.spec.name: one for one in self.result.parameters}
+
+    def report(self, folder: Path | str) -> Path:
+        """Write what `fit-parameters` writes into a folder, which is made where it is not there; returns the path of the page."""
+        folder = _made(folder)
+        write_fit(self.result, folder)
+        return folder / "report.html"
+
+    def to_xarray(self) -> xr.Dataset:
+        """Every record beside its prediction, SI, and the estimates with their standard errors over `parameter`."""
+        found = fit_dataset(StoredFit(result=self.result, reference=None, provenance=provenance(self.result)))
+        estimates = self.result.parameters
+        values = [one.value for one in estimates]
+        errors = [float("nan") if one.stderr is None else one.stderr for one in estimates]
+        names = [one.spec.name for one in estimates]
+        return found.assign_coords(parameter=names).assign(estimate=("parameter", values), stderr=("parameter", errors))
+
+    def __repr__(self) -> str:
+        return _text(fit_summary(self.result))
+
+    def _repr_html_(self) -> str:
+        return _html(fit_summary(self.result))
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Diagnosed:
+    """What the nominal model of an experiment leaves out: shown as the tables of `vibrojax diagnose`.
+
+    Attributes:
+        diagnosis: verdict, evidence, and the models before and after.
+    """
+
+    diagnosis: Diagnosis
+
+    @property
+    def verdict(self) -> str:
+        """One of "adequate", "restless", "missing" and "unlisted"."""
+        return self.diagnosis.verdict
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the asserted effects, the most probable first."""
+        return tuple(one.effect.name for one in self.diagnosis.effects)
+
+    @property
+    def model(self) -> Model:
+        """With the effects; the nominal one where nothing is missing."""
+        return self.diagnosis.model
+
+    def report(self, folder: Path | str) -> Path:
+        """Write what `vibrojax diagnose` writes into a folder, which is made where it is not there; returns the path of the page."""
+        folder = _made(folder)
+        write_diagnosed(self.diagnosis, folder)
+        return folder / "report.html"
+
+    def to_xarray(self) -> xr.Dataset:
+        """Every record beside both models, SI, and the profiles of the misfit."""
+        return diagnosis_dataset(StoredDiagnosis(diagnosis=self.diagnosis, provenance=diagnosis_provenance(self.diagnosis)))
+
+    def __repr__(self) -> str:
+        return _text(diagnosis_summary(self.diagnosis))
+
+    def _repr_html_(self) -> str:
+        return _html(diagnosis_summary(self.diagnosis))
+
+
+def fit(
+    experiment: Experiment | Path | str,
+    *,
+    law: str | None = None,
+    starts: int | None = None,
+    seed: int = 0,
+    progress: Progress = lambda stage: None,
+) -> Fit:
+    """Estimate the parameters of the nominal model.
+
+    Args:
+        experiment: loaded, or the path of its folder or `experiment.toml`.
+        law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        starts: to try; several where the first fit leaves a misfit, if None.
+        seed: of every random draw.
+        progress: called with a line of text at each stage.
+
+    Raises:
+        InputError: JAX computes in single precision, or the experiment cannot be used.
+        NoConvergenceError: the model cannot be integrated in any window.
+    """
+    check_precision()
+    return Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, progress=progress))
+
+
+def diagnose(
+    experiment: Experiment | Path | str,
+    *,
+    law: str | None = None,
+    budget_minutes: float = 5.0,
+    progress: Progress = lambda stage: None,
+) -> Diagnosed:
+    """Say what the nominal model leaves out, and model it.
+
+    Args:
+        experiment: loaded, or the path of its folder or `experiment.toml`.
+        law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        budget_minutes: no new search step is begun after so long; the verdict then says that it was not finished.
+        progress: called with a line of text at each stage.
+
+    Raises:
+        InputError: JAX computes in single precision, or the experiment cannot be used.
+        NoConvergenceError: the nominal model cannot be integrated in any window.
+    """
+    check_precision()
+    return Diagnosed(diagnose_experiment(_loaded(experiment), law=law, budget_minutes=budget_minutes, progress=progress))
+
+
+def simulate(model: Model, experiment: Experiment | Path | str, *, as_recorded: bool = False) -> dict[str, xr.Dataset]:
+    """Every channel of every record as a model has it, SI, over `time` in s; by the stem of the record's file.
+
+    Args:
+        model: such as that of a fit.
+        experiment: loaded, or the path of its folder or `experiment.toml`; its records need not be there.
+        as_recorded: with the faults of the recorder that are among the model's effects.
+
+    Raises:
+        InputError: JAX computes in single precision, or a record does not state how it begins.
+        NoConvergenceError: a record cannot be integrated.
+    """
+    check_precision()
+    loaded = _loaded(experiment, need_files=False)
+    series = {record.stem: simulate_record(model, record, as_recorded=as_recorded) for record in loaded.records}
+    return {
+        stem: xr.Dataset({name: ("time", values) for name, values in one.items() if name != "time"}, coords={"time": one["time"]})
+        for stem, one in series.items()
+    }
+
+
+def _loaded(experiment: Experiment | Path | str, *, need_files: bool = True) -> Experiment:
+    return experiment if isinstance(experiment, Experiment) else load_experiment(Path(experiment), need_files=need_files)
+
+
+def _made(folder: Path | str) -> Path:
+    path = Path(folder)
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def _text(shown: RenderableType) -> str:
+    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False)
+    with console.capture() as capture:
+        console.print(shown)
+    return capture.get()
+
+
+def _html(shown: RenderableType) -> str:
+    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, record=True)
+    console.print(shown)
+    return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')
