@@ -3,7 +3,7 @@
 Nominal is blue and dashed, augmented orange, measured a wide grey line, throughout.
 
 To add a figure: write a file with a function that takes a `Diagnosis` and yields `Picture` objects, then list it in
-`identification/discrepancy/report/figures/__init__.py`.
+`identification/report/diagnosis/figures/__init__.py`.
 """
 
 from collections.abc import Callable, Iterator
