@@ -1,1 +1,1 @@
-"""What the nominal model leaves out: score, search, location, verdict; `identification.diagnosis.diagnose` runs them."""
+"""Search for effects missing from the nominal model: score test, forward search, location of the misfit, verdict; see `diagnose`."""

@@ -1,4 +1,4 @@
-"""From the search to what is asserted: probabilities, alternatives that the records cannot separate, and the list of all candidates."""
+"""Posterior probabilities of the asserted effects, inseparable alternatives, and the table of all scored candidates."""
 
 import dataclasses
 from collections.abc import Callable
@@ -18,9 +18,9 @@ from vibrojax.effects.base import UNIT_OF_CHANNEL
 
 
 def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:
-    """An effect's own parameters under their short names; of the parts that each record has of its own, the amplitude.
+    """Estimated parameters of one effect, named without the effect's prefix; parameters estimated per record appear as one amplitude A.
 
-    That is the root of their summed squares, as root mean square over the records.
+    A is the root mean square, over the records, of the root of their summed squares.
     """
     prefix = f"{effect.name}."
     found = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in shared if n.name.startswith(prefix)]
@@ -36,7 +36,10 @@ def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted
 
 
 def probability(steps: tuple[Step, ...], name: str) -> float:
-    """Of an effect among those that were fitted in its place: weights exp(-BIC / 2), less the chance that none of them acts."""
+    """Posterior probability of an effect: its weight exp(-BIC / 2) among the alternatives of its search step, times 1 - p of the best.
+
+    p is the probability that noise alone gives the gain of the best alternative (`chance`).
+    """
     for one in steps:
         if one.rivals[0].name == name:
             best = one.rivals[0]
@@ -48,7 +51,7 @@ def probability(steps: tuple[Step, ...], name: str) -> float:
 
 
 def twins(steps: tuple[Step, ...], names: tuple[str, ...]) -> tuple[str, ...]:
-    """Effects whose likelihood in the place of an asserted one is lower by no more than chance at the level `ALPHA` may make it."""
+    """Effects that the records cannot separate from an asserted one: their BIC in its place is higher by less than `WITHIN_CHANCE`."""
     found: list[str] = []
     for one in steps:
         if one.rivals[0].name not in names:
@@ -60,7 +63,7 @@ def twins(steps: tuple[Step, ...], names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def considered(search: Search, predicted: Callable[[Fitted], float]) -> tuple[Considered, ...]:
-    """Every candidate that was scored, step by step, the largest expected gain first; those that were fitted with what became of them."""
+    """Table of all scored candidates, by search step and decreasing expected gain, with refit results for those that were fitted."""
     rows: list[Considered] = []
     for one in search.steps:
         rows += _rows(one.scored, one.rivals, predicted)
@@ -93,7 +96,7 @@ def _key(candidate: Candidate) -> tuple[str, str | None]:
 
 
 def _in_full(rival: Rival, best: Rival, scored: Scored, predicted: Callable[[Fitted], float]) -> dict[str, float]:
-    """What became of a candidate that was fitted with everything else."""
+    """Refit results of one candidate: log-likelihood gain, BIC less that of the best, fall of the held-out error."""
     return {
         "drop": rival.gain,
         "bic": rival.fitted.criterion - best.fitted.criterion,
@@ -102,14 +105,14 @@ def _in_full(rival: Rival, best: Rival, scored: Scored, predicted: Callable[[Fit
 
 
 def detail(candidate: Candidate) -> str:
-    """Which channel, record or grid point."""
+    """Channel, record and searched or frequency parameters of a candidate, as text."""
     effect = candidate.members[0]
     own = [f"{p.symbol} {float(getattr(effect, p.field)):.3g} {p.unit}" for p in effect.parameters if p.name.endswith("_hz") or p.searched]
     return ", ".join([text for text in (effect.channel, effect.record) if text] + own)
 
 
 def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...]) -> tuple[Asserted, ...]:
-    """The effects of the final model, by probability."""
+    """Effects of the final model with posterior probability and parameters, the most probable first."""
     gaps = {record.gap for record in fitted.prepared.experiment.records}
     gap = gaps.pop() if len(gaps) == 1 else None
     found = [

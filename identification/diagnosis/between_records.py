@@ -1,4 +1,4 @@
-"""Parameters record by record: what each would estimate alone, and how much they vary beyond their errors."""
+"""Variation of parameters between records: each record's own estimate, and a chi-square test of homogeneity."""
 
 import numpy as np
 from scipy.special import chdtrc
@@ -10,9 +10,9 @@ from vibrojax.parameters import Parameter
 
 
 def disagreements(fitted: Fitted) -> tuple[Disagreement, ...]:
-    """Every estimated parameter that two records or more determine.
+    """Homogeneity test of every parameter that at least two records identify.
 
-    The scatter of the records' own estimates over their errors is chi-square distributed where the parameter is the same in all.
+    The weighted sum of squared deviations of the records' own estimates is chi-square distributed where the parameter is the same in all.
     """
     layout, shared, files = fitted.prepared.layout, fitted.estimate.shared, [r.file for r in fitted.prepared.experiment.records]
     shift, sigma = record_estimates(fitted)

@@ -1,18 +1,20 @@
-"""Every number by which a verdict is decided.
+"""Thresholds that decide a verdict.
 
-Set on development seeds with `python -m benchmarks.concealed` and then left alone.
+The development seeds of `python -m benchmarks.concealed` set them; they are fixed.
 """
 
 import math
 
 ALPHA = 1e-4
-"""Chance of noise and random force alone passing for one kind of effect, for a free-form term, for a random force, and for a parameter that
-varies between records. Some thirty are tried in a diagnosis."""
+"""Significance level: probability that noise and random force alone pass for one kind of effect, for a free-form term, for a random force,
+or for a parameter that varies between records. A diagnosis makes some thirty such tests.
+"""
 WITHIN_CHANCE = -2.0 * math.log(ALPHA)
-"""Difference of the information criteria of two models that chance at this level may make: the records do not separate them."""
+"""BIC difference, -2 ln ALPHA, below which the records do not separate two models."""
 RELEVANT = 0.01
-"""Share of the nominal model's misfit, as chi-square, from which a further effect, or a free-form term beside named effects, matters.
+"""Smallest relevant share of the nominal model's misfit (chi-square) for a further effect, or for a free-form term beside named effects.
 
-It is a tenth of the root mean square."""
+It is a tenth of the root mean square.
+"""
 MOST_EFFECTS = 3
-"""Listed effects in one model."""
+"""Largest number of listed effects in one model."""

@@ -1,4 +1,4 @@
-"""One call from an experiment to a diagnosis: what the nominal model leaves out, if anything."""
+"""Diagnosis of an experiment: from the fit of the nominal model to a verdict on missing effects."""
 
 import dataclasses
 import time
@@ -40,7 +40,7 @@ _ENDED = {
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Cause:
-    """What the verdict rests on: the final model, and the free-form term if it has one."""
+    """Verdict and final model, with the formula of its free-form term if it has one."""
 
     verdict: str
     fitted: Fitted
@@ -48,7 +48,7 @@ class _Cause:
 
 
 class _Course:
-    """Seconds by stage, and when to begin no further step."""
+    """Wall time by stage, and the deadline after which no search step begins."""
 
     def __init__(self, budget_minutes: float, progress: Progress) -> None:
         self.seconds: dict[str, float] = {}
@@ -57,7 +57,7 @@ class _Course:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Time what happens inside."""
+        """Record the wall time of the enclosed block."""
         begin = time.monotonic()
         yield
         self.seconds[name] = time.monotonic() - begin
@@ -66,12 +66,12 @@ class _Course:
 def diagnose_experiment(
     experiment: Experiment, *, law: str | None = None, budget_minutes: float = 5.0, progress: Progress = lambda stage: None
 ) -> Diagnosis:
-    """Fit the nominal model, and say what it leaves out. Nothing in it is drawn at random.
+    """Fit the nominal model, search for missing effects and return the verdict. The procedure uses no random numbers.
 
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        budget_minutes: no new search step is begun after so long; the verdict then says that the search was not finished.
+        budget_minutes: time after which no search step begins; the verdict then states that the search was not finished.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -88,7 +88,10 @@ def diagnose_experiment(
 
 
 def _cause(found: Search, term: Learned | None) -> _Cause:
-    """Listed effects if a free-form term adds little to them; else that term; else a random force, if there is one."""
+    """Verdict from the share of the misfit: a free-form term if it adds more than `RELEVANT` to the listed effects; else these, if any.
+
+    Without listed effects, the verdict depends on whether the random force is significant.
+    """
     nominal, model = found.first.fitted, found.fitted
     if term is not None and share_added(nominal.chi2_reduced, model.chi2_reduced, term.fitted.chi2_reduced) > RELEVANT:
         return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
@@ -98,7 +101,7 @@ def _cause(found: Search, term: Learned | None) -> _Cause:
 
 
 def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Course) -> Diagnosis:
-    """The verdict and its evidence."""
+    """The verdict with its evidence: held-out errors, alternatives, location of the misfit, next experiment."""
     start, verdict, after = found.first.fitted, cause.verdict, cause.fitted
     with course.stage("evidence"):
         course.progress("predicting windows left out of the fit")
@@ -133,7 +136,7 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Co
 
 
 def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
-    """What the reader must know beside the verdict."""
+    """Warnings beside the verdict: unfinished search, no convergence, parameters without a standard error."""
     said = [_ENDED[found.ended]] if found.ended in _ENDED else []
     if not after.converged:
         said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
@@ -144,7 +147,7 @@ def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
 
 
 class _Predicted:
-    """Error of each model on windows left out of its fit, worked out once."""
+    """Held-out error of each model (`held_out`), computed once per model."""
 
     def __init__(self) -> None:
         self._known: dict[int, tuple[Fitted, float]] = {}
@@ -156,7 +159,7 @@ class _Predicted:
 
 
 def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side:
-    """A model beside the records, with its errors; and beside those that were held back."""
+    """A model with parameters, errors and predictions, for the fitted records and for those held back."""
     unseen = held_back_fits(experiment, fitted.model)
     return Side(
         model=fitted.model,
@@ -170,24 +173,24 @@ def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side
 
 
 def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
-    """Every record beside the model, as it was fitted."""
+    """Every fitted record with its prediction, without random force."""
     prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)
     return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
 
 
 def _rms_nrmse(records: tuple[RecordFit, ...]) -> float:
-    """Over all channels that hold more than noise; a prediction that broke off counts as one that knows nothing."""
+    """Root mean square of the normalised errors over all channels with signal; a failed prediction counts as 1."""
     errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
     return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
 
 
 def _has_signal(record: RecordFit, channel: str) -> bool:
-    """Whether there is anything in a channel to predict."""
+    """Whether a channel's variance exceeds that of its noise by the factor `SIGNAL`."""
     return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)
 
 
 def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Location | None:
-    """Where the misfit of the nominal model sits; None where there is none."""
+    """Location of the nominal model's misfit; None where the verdict finds none."""
     if verdict in (ADEQUATE, RESTLESS):
         return None
     effects = [one.effect for one in named]

@@ -1,4 +1,4 @@
-"""What a diagnosis returns: the verdict, its evidence, and both models beside the records."""
+"""Result of a diagnosis: the verdict, its evidence, and the nominal and augmented models with their predictions."""
 
 import dataclasses
 from typing import Any
@@ -12,13 +12,13 @@ from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
 NOT_FINISHED = "not finished"
-"""Begin of the warning of a search that the budget has ended."""
+"""First words of the warning that the time budget ended the search."""
 ADEQUATE, RESTLESS, MISSING, UNLISTED = "adequate", "restless", "missing", "unlisted"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Number:
-    """A parameter as estimated: SI value, standard error (None where it has no meaning), unit and symbol."""
+    """An estimated parameter: SI value, standard error (None where it has no meaning), unit and symbol."""
 
     name: str
     symbol: str
@@ -29,11 +29,11 @@ class Number:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Asserted:
-    """An effect that the verdict asserts, or that its last sentence weighs.
+    """An effect of the final model, asserted as missing from the nominal one.
 
     Attributes:
         effect: with its estimated numbers.
-        probability: of being the cause among everything considered.
+        probability: posterior, among all alternatives of its search step.
         parameters: estimated.
         gap: as set, m, where all records have the same; else None.
     """
@@ -45,7 +45,7 @@ class Asserted:
 
     @property
     def told(self) -> tuple[Number, ...]:
-        """The parameters as readers are told them: a place that counts from the gap as set stands on the axis of u, if there is one gap."""
+        """The parameters as reported: a position relative to the gap as set is given on the axis of u, if all records have the same gap."""
         symbols = {p.name: p.from_gap for p in self.effect.parameters if p.from_gap} if self.gap is not None else {}
         return tuple(self._place(one, symbols[one.name]) if one.name in symbols else one for one in self.parameters)
 
@@ -55,14 +55,14 @@ class Asserted:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Profile:
-    """What is missing against one coordinate: bins with mean and standard error of it.
+    """Mean missing force, or residual, against one coordinate of the motion, in bins.
 
     Attributes:
         coordinate: "time", "excitation phase", "displacement", "velocity", "indentation", "impact speed" or "time since impact".
         unit: of the coordinate.
-        quantity: what is missing: "force" (N), or the residual of a channel, in its noise.
-        center, mean, stderr: (bins,).
-        explained: share of the excess misfit's variance that the mean explains.
+        quantity: "force" (N), or the channel of the residual (in units of its noise).
+        center, mean, stderr: (bins,); median coordinate, mean and standard error of the quantity.
+        explained: share of the excess misfit that the bin means predict in records, or periods, left out of them.
     """
 
     coordinate: str
@@ -76,16 +76,16 @@ class Profile:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Bend:
-    """Where force against indentation bends, read off the records without integrating a motion.
+    """A kink of the contact law: force against indentation as recorded, and two regressions, without and with the kink.
 
     Attributes:
-        depth: indentation from which on it is harder, m.
+        depth: indentation beyond which the stop is stiffer, m.
         files: of the records with contacts.
-        record: (samples,) which of these each sample in contact is of.
-        contact: (samples,) number of its contact, no two alike.
-        indentation: (samples,) from where the records, smoothed, say that the stop begins, m.
-        force: (samples,) that the load cell shows, or the hammer's inertia where that tells nothing, N.
-        straight, bent: (samples,) force of the contact law that describes these best, without and with a bend, N.
+        record: (samples,) index into `files` of each sample in contact.
+        contact: (samples,) number of its contact, unique over all records.
+        indentation: (samples,) from the position of the stop in the smoothed records, m.
+        force: (samples,) of the load cell, or inertia of the hammer where the load cell shows no loops, N.
+        straight, bent: (samples,) force of the best contact law without and with a kink, N.
     """
 
     depth: float
@@ -99,26 +99,26 @@ class Bend:
 
     @property
     def deeper(self) -> tuple[str, ...]:
-        """Files of the records with samples beyond it."""
+        """Files of the records with samples beyond `depth`."""
         return tuple(file for index, file in enumerate(self.files) if (self.indentation[self.record == index] > self.depth).any())
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Location:
-    """Where the nominal model goes wrong.
+    """Location of the nominal model's misfit: channel, record, phase of the motion and coordinate.
 
     Attributes:
-        channel: that shows it most.
+        channel: with the largest share of the excess misfit.
         channels: share of the excess misfit by channel.
         records: share of the excess misfit by record file.
         phase: "free flight", "contact", "separation", "after impact" or "all".
-        coordinate: that explains it best.
-        interval: of that coordinate, in its unit, that holds most of it; None where it acts everywhere.
-        time: s, of an effect that begins at an instant; else None.
+        coordinate: that explains the misfit best.
+        interval: of that coordinate, in its unit, that holds most of the misfit; None where it is everywhere.
+        time: onset, s, of an effect that begins at an instant; else None.
         record: file, of an effect that acts in one record only; else None.
-        sentence: that a test engineer understands.
+        sentence: the location in words for a test engineer.
         profiles: by coordinate, the best first.
-        bend: of the contact law, if the records show one and no listed effect explains the misfit.
+        bend: kink of the contact law, if the records show one and no listed effect explains the misfit.
         maps: by record file, mean squared residual over the noise variance in equal parts of the record (rows) and of the excitation
             period (columns); (24, 24); NaN where there is none.
     """
@@ -139,18 +139,18 @@ class Location:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Considered:
-    """One candidate that was looked at.
+    """One scored candidate, with its refit results if it was fitted.
 
     Attributes:
         name: of the effect.
         detail: which channel, record or frequency.
         gain: expected improvement of twice the log-likelihood (score test).
-        chance: probability that chance alone gives as much.
-        drop: improvement of twice the log-likelihood when the whole was fitted again with it; a lower bound where the fit ended early,
-            since it could not become the best; None where it was not fitted.
-        bic: Bayesian information criterion after that, less that of the best; None where it was not fitted.
+        chance: probability that noise alone gives as much (Bonferroni).
+        drop: improvement of twice the log-likelihood after the refit; a lower bound where the refit stopped early, since the candidate
+            could not become the best; None where it was not fitted.
+        bic: Bayesian information criterion after the refit, less that of the best; None where it was not fitted.
         held_out: fall of the error on windows left out of the fit, over the standard deviation of the record; None where it was not fitted.
-        beside: effects that were in the model already.
+        beside: effects already in the model.
     """
 
     name: str
@@ -165,14 +165,14 @@ class Considered:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Disagreement:
-    """How a parameter differs from record to record.
+    """Variation of one parameter between records, with a chi-square test of homogeneity.
 
     Attributes:
         name: of the parameter.
-        chi2: scatter of the records' own estimates over their errors.
-        degrees: records that determine it, less one.
-        chance: that noise alone scatters them as much.
-        records: by file, what it alone would estimate and the standard error, SI.
+        chi2: weighted sum of squared deviations of the records' own estimates from their mean.
+        degrees: number of records that identify it, less one.
+        chance: probability that noise alone scatters them as much.
+        records: by file, the record's own estimate and standard error, SI.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Disagreement:
     def scatter(self) -> float:
         """Standard deviation of the values beyond their errors, SI, by the method of moments (DerSimonian and Laird 1986).
 
-        0 where one record alone tells the parameter.
+        0 where only one record identifies the parameter.
         """
         value, weight = np.array([(value, stderr**-2.0) for value, stderr in self.records.values()]).T
         chi2 = float(weight @ (value - weight @ value / weight.sum()) ** 2)
@@ -195,17 +195,17 @@ class Disagreement:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Side:
-    """One of the two models beside the records.
+    """A fitted model (nominal or augmented) with its errors and predictions.
 
     Attributes:
         model: fitted.
-        parameters: every shared one, those of effects too.
-        chi2_reduced: of the whole.
+        parameters: all shared ones, those of effects included.
+        chi2_reduced: of the whole fit.
         held_out_nrmse: error on the records held back, root mean square over them and their channels; without any, on windows left out
             of the fit, see `held_out`.
-        records: beside their predictions.
+        records: with their predictions.
         disagreements: of the parameters between records.
-        held_back: records that no fit has seen, beside their predictions.
+        held_back: records left out of every fit, with their predictions.
     """
 
     model: Model
@@ -223,16 +223,16 @@ class Diagnosis:
 
     Attributes:
         verdict: `ADEQUATE`, `RESTLESS`, `MISSING` or `UNLISTED`.
-        sentences: the verdict in words, first what is missing, then what it does to the error; two to six of them.
-        effects: asserted, by probability.
-        free_form: formula of the term that was learned where no listed effect explains the misfit; empty otherwise.
-        ambiguous_with: names of effects that these records cannot tell from the asserted ones.
+        sentences: the verdict in words: first what is missing, then its effect on the error; two to six of them.
+        effects: asserted, the most probable first.
+        free_form: formula of the learned term where no listed effect explains the misfit; empty otherwise.
+        ambiguous_with: names of effects that these records cannot separate from the asserted ones.
         location: of the misfit; None where there is none.
-        considered: all candidates, the best first.
-        nominal, augmented: models before and after; the same where nothing is missing.
-        unrest: random force beside the augmented model; None where there is no evidence of one.
-        next_experiment: what would separate the leading causes.
-        warnings: that the reader must see.
+        considered: all candidates, by search step and decreasing expected gain.
+        nominal, augmented: nominal and final model; the same where nothing is missing.
+        unrest: random force beside the augmented model; None where it is not significant.
+        next_experiment: a further record that would separate the leading alternatives.
+        warnings: for the reader.
         seconds: wall time by stage.
     """
 
@@ -253,26 +253,26 @@ class Diagnosis:
 
     @property
     def is_finished(self) -> bool:
-        """Whether the search ended before the budget did."""
+        """Whether the search ended before its time budget."""
         return not any(warning.startswith(NOT_FINISHED) for warning in self.warnings)
 
     @property
     def is_complete(self) -> bool:
-        """Whether the nominal model lacks nothing that could be modelled: `ADEQUATE` or `RESTLESS`."""
+        """Whether no deterministic effect is missing from the nominal model: `ADEQUATE` or `RESTLESS`."""
         return self.verdict in (ADEQUATE, RESTLESS)
 
     @property
     def nominal_model(self) -> Model:
-        """Before."""
+        """The nominal model as fitted."""
         return self.nominal.model
 
     @property
     def model(self) -> Model:
-        """After."""
+        """The final, augmented model."""
         return self.augmented.model
 
     def document(self, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
-        """`diagnosis.json`."""
+        """The diagnosis as plain data for `diagnosis.json`."""
         return {
             "schema": 1,
             "verdict": self.verdict,

@@ -1,4 +1,4 @@
-"""Standard errors of a fitted model: those of the whole likelihood."""
+"""Standard errors of a fitted model under the full likelihood (noise and random force)."""
 
 import numpy as np
 
@@ -9,12 +9,12 @@ from identification.likelihood.fitted import Fitted
 
 
 def errors(fitted: Fitted) -> Uncertainty:
-    """Covariance of everything that was estimated (generalised least squares)."""
+    """Covariance of all estimated parameters and nuisances (generalised least squares)."""
     return uncertainty(fitted.posterior.equations, fitted.estimate, free_unknowns(fitted.prepared))
 
 
 def numbers(fitted: Fitted) -> tuple[Number, ...]:
-    """Every shared parameter with its standard error; None where it is held, not identifiable, or stopped at the edge of its range."""
+    """Every shared parameter with its standard error; None where it is fixed, not identifiable, or at a bound."""
     prepared, estimate = fitted.prepared, fitted.estimate
     active, spread, (low, high) = free_unknowns(prepared), errors(fitted), bounds(prepared)
     found = []

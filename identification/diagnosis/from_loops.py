@@ -1,4 +1,4 @@
-"""Candidates that begin from what the loops of force against indentation tell, however far that is from the nominal fit."""
+"""Candidates whose start values come from regressions of the force-indentation loops, independent of the nominal fit."""
 
 import dataclasses
 
@@ -15,9 +15,10 @@ from identification.windows.start.contact import Loops
 
 
 def from_loops(scored: Scored) -> list[tuple[Candidate, Prepared]]:
-    """Each effect that the loops show, at the strength that they tell, with the windows that begin at law and gaps beside it.
+    """Candidates with start values from the force-indentation loops, for each effect that the loops show, with their windows.
 
-    A law that has been fitted without the effect has bent until no derivative shows the effect. The loops need no nominal motion.
+    The start values of contact law and gaps come from the same regression. A nominal law fitted without the effect may have absorbed it, so
+    that the score test is not sensitive to it; the loops need no nominal motion.
     """
     seen = SeenLoops(scored)
     candidates = {one.name: one for one in scored.found if one.members[0].in_loops}
@@ -26,7 +27,7 @@ def from_loops(scored: Scored) -> list[tuple[Candidate, Prepared]]:
 
 
 def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: SeenLoops) -> tuple[Candidate, Prepared]:
-    """The candidate with the numbers of the loops: its own, the law's, and the gaps' where they are estimated."""
+    """The candidate with start values from the loops: those of the effect, of the law, and of the gaps where they are estimated."""
     effect = probe.members[0]
     read = dataclasses.replace(effect, **{p.field: loops.values[f"{effect.name}.{p.name}"] for p in effect.parameters})
     candidate = dataclasses.replace(probe, members=(read,), factors=np.ones(1))

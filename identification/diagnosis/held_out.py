@@ -1,4 +1,4 @@
-"""How well a model predicts windows that it was not fitted to."""
+"""Cross-validation: prediction error of a model on windows left out of its fit."""
 
 import dataclasses
 
@@ -15,18 +15,18 @@ from identification.windows.prepare import Prepared, windows_of
 
 FOLDS = 4
 SIGNAL = 9.0
-"""Variance of a channel over that of its noise below which it holds nothing to predict."""
+"""Ratio of a channel's variance to its noise variance below which the channel holds no signal to predict."""
 _LOST = 4.0
-"""Mean square error over variance at which a prediction is as bad as any."""
+"""Upper limit of a channel's normalised mean squared error, for predictions that diverge."""
 
 
 def held_out(fitted: Fitted) -> float:
-    """Error on windows left out of the fit: rms beyond the noise over the standard deviation of the record.
+    """Cross-validated error: rms error beyond the noise on windows left out of the fit, over the standard deviation of the record.
 
-    Every fourth window is predicted by the fit to the other three, in turn; a window's initial state is its own, and no random force acts.
-    What the fit would be without a fold follows by one Gauss-Newton step from the whole fit, which lies close by. Fewer windows than folds
-    are left out one by one; of a single window nothing can be left out, and its error is not a number. The root of the mean square over
-    channels and records; not below what so many samples can tell from noise.
+    Every fourth window is predicted by the fit to the other three, in turn. A window's initial state is refitted, and no random force acts.
+    One Gauss-Newton step from the full fit gives the fit without a fold. Fewer windows than folds are left out one by one; for a single
+    window the result is NaN. The result is the root mean square over channels and records; the excess of each channel is at least the
+    sampling error sqrt(2 / samples) of its noise variance.
     """
     prepared = fitted.prepared
     folds = min(FOLDS, len(prepared.record))
@@ -44,7 +44,7 @@ def held_out(fitted: Fitted) -> float:
 
 
 def _fitted_without(fitted: Fitted, left_out: np.ndarray) -> Estimate:
-    """The fit to all windows but some, and these windows' own states, without a force."""
+    """Estimate from all windows but some (one Gauss-Newton step), with the states of the left-out windows and no random force."""
     keep = ~np.isin(np.arange(len(fitted.prepared.record)), left_out)
     equations, estimate, (low, high) = fitted.posterior.equations, fitted.estimate, bounds(fitted.prepared)
     kept = dataclasses.replace(
@@ -64,7 +64,7 @@ def _fitted_without(fitted: Fitted, left_out: np.ndarray) -> Estimate:
 
 
 def _along(fitted: Fitted, part: Prepared, estimate: Estimate) -> Linearised:
-    """Some of the windows, with the steps of the whole fit, whose compiled program serves."""
+    """Selected windows linearised at an estimate, with the integration steps of the full fit, for which a compiled program exists."""
     return linearised(part, integrator_for(fitted.prepared), estimate, fitted.variances.places)
 
 
@@ -81,7 +81,7 @@ def _equations(part: Prepared, at: Linearised, estimate: Estimate) -> Equations:
 
 
 def _nrmse(fitted: Fitted, residual: Float[np.ndarray, "windows time channels"]) -> float:
-    """From residuals over the noise as stated, which is taken off."""
+    """Normalised error from residuals over the stated noise, less the noise variance."""
     at, parts = fitted.point.at, []
     for index in np.unique(at.record):
         record = fitted.prepared.experiment.records[index]

@@ -1,4 +1,4 @@
-"""A candidate taken into the model, and the whole fitted again."""
+"""Start of a refit: the fitted model extended by a candidate, or reduced by an effect."""
 
 import dataclasses
 
@@ -21,17 +21,17 @@ from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 
 _FAR = 0.7
-"""Longest step of a shared parameter, in its internal coordinate."""
+"""Longest first-order shift of a shared parameter, in its internal coordinate."""
 _NO_FORCE = np.zeros((0, 0))
 _ROOM = 3.0
-"""Scale of an effect's own state over its root mean square in the windows."""
+"""Prior scale of an effect's own state over its root mean square in the windows."""
 
 
 def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], *, is_small: bool = True) -> Prepared:
-    """The fitted model and its windows with one more effect, at the strength that the candidate has.
+    """The fitted model and its windows with one more effect, at the candidate's strength.
 
-    Everything else starts where it is beside the effect, to first order: the random force that has stood for it above all. Unless the
-    effect `is_small`, that tells nothing, and all starts as it is.
+    All other unknowns start at their first-order values beside the effect; the random force no longer includes what the effect explains.
+    Where the effect is not small (`is_small` false), first order does not hold, and they start unchanged.
     """
     effect, of_records = strengthened(candidate, records=len(courses))
     before, estimate = fitted.prepared, beside(fitted, _answers(fitted, candidate, courses)) if is_small else fitted.estimate
@@ -47,7 +47,7 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], 
 
 
 def _answers(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> np.ndarray:
-    """Change of the residual by a candidate at its strength, to first order, (windows, time, channels)."""
+    """First-order change of the residual due to a candidate at its strength, (windows, time, channels)."""
     at = fitted.point.without_force()
     files, mass = fitted.prepared.layout.files, float(fitted.model.mass)
     shown = [response(at, mass, signatures(at, courses, files, [member])[0]) for member in candidate.members]
@@ -57,7 +57,7 @@ def _answers(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) 
 
 
 def beside(fitted: Fitted, change: np.ndarray) -> Estimate:
-    """Mode of all that the model has already, in the linear model, where the residual changes by so much, (windows, time, channels)."""
+    """Mode of the linear model's unknowns where `change`, (windows, time, channels), is added to the residual."""
     here = fitted.point
     at = here.without_force()
     inner = grams(dataclasses.replace(at, residual=at.residual + change), here.answer, fitted.variances.noise, here.inner.force)
@@ -75,9 +75,9 @@ def beside(fitted: Fitted, change: np.ndarray) -> Estimate:
 
 
 def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: np.ndarray, force: np.ndarray = _NO_FORCE) -> Prepared:
-    """The same windows under another model, starting from its own numbers.
+    """The same windows under another model, with start values from that model.
 
-    What is searched for is held where it is new; where it had been set free, it stays so.
+    Searched parameters are fixed where they are new; those already set free stay free.
     """
     extra = tuple(p for p in prepared.layout.parameters if p.name == MASS.name)
     values = {name: float(value) for name, value in model.values().items()} | {"m": float(model.mass)}
@@ -103,7 +103,7 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
 
 
 def without(fitted: Fitted, name: str) -> Prepared:
-    """The same windows under the fitted model less one effect, everything else as it is."""
+    """The same windows under the fitted model without one effect, all other values unchanged."""
     layout, estimate, whole = fitted.prepared.layout, fitted.estimate, fitted.model
     model = dataclasses.replace(whole, effects=tuple(effect for effect in whole.effects if effect.name != name))
     names = (*layout.nuisances[: layout.without_effects], *(p.name for p in model.record_parameters))
@@ -115,14 +115,14 @@ def without(fitted: Fitted, name: str) -> Prepared:
 
 
 def _in_size(p: Parameter, value: float) -> Parameter:
-    """The parameter with a scale that suits its value: a step of a fit is limited in units of it."""
+    """The parameter with a scale not below its value; the scale limits the steps of a fit."""
     if p.logarithmic or not abs(value) > p.scale:
         return p
     return dataclasses.replace(p, scale=10.0 ** np.ceil(np.log10(abs(value))))
 
 
 def _with_room(layout: Layout, states: np.ndarray) -> tuple[OwnState, ...]:
-    """The effects' own states with a scale that leaves room for the windows' initial ones: it is the size of a prior on them."""
+    """The effects' own states with scales of at least `_ROOM` times their initial rms: the scale is the width of their prior."""
     found = list(layout.own_states)
     for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
         size = _ROOM * float(np.sqrt(np.mean(states[:, column] ** 2)))
@@ -132,7 +132,7 @@ def _with_room(layout: Layout, states: np.ndarray) -> tuple[OwnState, ...]:
 
 
 def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect, np.ndarray]:
-    """The effect of a candidate at its estimated strength, and what each record has of its own, (records, parameters)."""
+    """Effect of a candidate at its estimated strength, and its parameters per record, (records, parameters)."""
     own = [p for p in candidate.members[0].parameters if p.per_record]
     if own:
         factors = candidate.factors.reshape(len(candidate.members), -1)
@@ -146,14 +146,14 @@ def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect,
 
 
 def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:
-    """Moved into the range of every parameter."""
+    """Internal coordinates clipped to the range of every parameter."""
     low = np.array([p.to_internal(max(p.lower, 1e-300) if p.logarithmic else p.lower) for p in layout.parameters])
     high = np.array([p.to_internal(p.upper) for p in layout.parameters])
     return np.clip(shared, low, high)
 
 
 def lengthened(of: Fitted) -> Fitted | None:
-    """The model on ordinary windows, from its parameters on short ones; None where it has these already, or does not get near them."""
+    """The model on windows of ordinary length, started from short ones; None if already ordinary, or if the fit is not near the motion."""
     experiment, model = of.prepared.experiment, of.model
     nominal = prepare(experiment, law=model.law.name)
     if len(nominal.record) >= len(of.prepared.record) or not is_near(of):

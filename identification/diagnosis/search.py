@@ -1,4 +1,4 @@
-"""Forward search: score all candidates, fit the best few, take the one with the greatest evidence, and score again."""
+"""Forward search: score all candidates, refit the best few, add the one with the greatest evidence, and score again."""
 
 import dataclasses
 import time
@@ -28,51 +28,51 @@ from vibrojax.errors import NoConvergenceError
 Progress = Callable[[str], None]
 COMPLETE, MOST, BUDGET = "no further effect is significant", "as many effects as are fitted together", "budget"
 _SHORT_LIST = 5
-"""Kinds of candidates that are fitted in one step, at most, beside those that no derivative shows."""
+"""Largest number of kinds of candidates refitted in one search step, besides those that the score test does not apply to."""
 _WORTH_A_FIT = 0.1
-"""Share of the largest gain, expected and obtained, from which a candidate is fitted."""
+"""Share of the largest gain, expected and obtained, above which a candidate is refitted."""
 _CLOSE, _LITTLE = 0.4, 0.1
-"""The same once another candidate has gained as much as was expected of it, and leaves so little of the misfit."""
+"""The same share once a candidate has obtained its expected gain; residual share of the misfit below which that candidate explains it."""
 _STOPS = 3
-"""Candidates without a derivative that are fitted."""
+"""Candidates without a derivative that are refitted."""
 _BAD = 0.02
-"""Share of the windows with hardly any weight from which such candidates are fitted."""
+"""Share of the windows with little weight above which such candidates are refitted."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rival:
-    """A candidate fitted with everything else: to the end, or for one round where it cannot become the best."""
+    """An alternative: one candidate refitted with all other parameters, to convergence, or for one round if it cannot become the best."""
 
     candidate: Candidate
     fitted: Fitted
     gain: float
-    """Twice the log-likelihood beyond that of the model without it."""
+    """Twice the log-likelihood gain over the model without it."""
 
     @property
     def name(self) -> str:
-        """Of the effect."""
+        """Name of the effect."""
         return self.candidate.name
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Step:
-    """One step of the search."""
+    """One search step: scored candidates and refitted alternatives."""
 
     scored: Scored
     rivals: tuple[Rival, ...]
-    """The greatest evidence first."""
+    """By decreasing evidence."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Search:
-    """What the search went through, and where it ended.
+    """Result of the forward search: its steps, the final model, and the reason for its end.
 
     Attributes:
         steps: those that added an effect.
-        last: all candidates beside the final model.
-        refused: candidates that were fitted beside the final model, and gained too little.
+        last: score test of all candidates beside the final model.
+        refused: candidates refitted beside the final model, without sufficient gain.
         ended: `COMPLETE`, `MOST` or `BUDGET`.
-        learned: a free-form term beside the final model that has more evidence than any listed effect.
+        learned: a free-form term beside the final model with more evidence than any listed effect.
     """
 
     steps: tuple[Step, ...]
@@ -88,12 +88,12 @@ class Search:
 
     @property
     def first(self) -> Scored:
-        """All candidates beside the nominal model."""
+        """Score test of all candidates beside the nominal model."""
         return self.steps[0].scored if self.steps else self.last
 
 
 def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage: None) -> Search:
-    """Add effects to a model until none has evidence, or there are `MOST_EFFECTS`.
+    """Forward search: add effects to a model until no candidate is significant and relevant, or there are `MOST_EFFECTS`.
 
     Args:
         start: the nominal model, fitted.
@@ -132,18 +132,18 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
 
 
 def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
-    """A free-form term, where a steady line of a force has a larger expected gain than any listed effect.
+    """A free-form term, where a sinusoidal force has a larger expected gain than any listed effect.
 
-    A mode that rings undamped with a phase of its own in every window imitates such a line.
+    An undamped mode with a phase of its own in every window resembles such a line.
     """
     best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
     return learn(scored, deadline=deadline, progress=progress) if strongest_line(scored) > best else None
 
 
 def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
-    """The model with the parameter that varies most surely between records; None where chance scatters them as much.
+    """The model with a random effect on the parameter that varies most significantly between records; None where none does.
 
-    None, too, where an effect has `gained` more than that could.
+    None, too, where an effect `gained` more than the variation can, or where the fit does not lower the BIC.
     """
     one = next(iter(variations(model)), None)
     if one is None or one.chi2 < gained or one.std == 0.0 or one.chance * len(model.prepared.layout.parameters) > ALPHA:
@@ -155,7 +155,7 @@ def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
 
 
 def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
-    """The model without the effects taken in before, where the last one explains what they had stood for (backward elimination)."""
+    """The model after backward elimination of the earlier effects that the last one makes superfluous."""
     for name in model.names[:-1]:
         progress(f"fitting {model.title} without {name}")
         less = _attempt(without(model, name), model.variances, rounds=3)
@@ -169,19 +169,19 @@ def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
 
 
 def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
-    """Whether chance hardly gives such a gain, and the information criterion asks for it."""
+    """Whether the gain of an alternative is significant and lowers the BIC."""
     numbers = max(best.fitted.unknowns - beside.unknowns, 1)
     by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
     return by_chance < ALPHA and best.fitted.criterion < beside.criterion
 
 
 def _adds(found: Fitted, model: Fitted, nominal: Fitted) -> float:
-    """Share of the misfit that only the model with a further effect explains."""
+    """Share of the misfit that only the model with the further effect explains."""
     return share_added(nominal.chi2_reduced, model.chi2_reduced, found.chi2_reduced)
 
 
 def share_added(nominal: float, model: float, more: float) -> float:
-    """Of the misfit of the nominal model that more than a model explains, the share that the model does not; from reduced chi-squares.
+    """Share of the misfit explained by `more` that `model` does not explain; from the reduced chi-squares of nested models.
 
     Example:
         >>> share_added(11.0, 2.0, 1.0)
@@ -191,15 +191,15 @@ def share_added(nominal: float, model: float, more: float) -> float:
 
 
 def _kept(scored: Scored, rivals: list[Rival]) -> Step:
-    """A step without the large arrays that nothing needs any more."""
+    """A search step without its large arrays."""
     return Step(scored=dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened()), rivals=tuple(rivals))
 
 
 def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
-    """The model itself, or a better fit of it that the numbers of the best alternative lead to.
+    """The model, or a better fit of it that starts from the parameters of the best alternative.
 
-    A fit that has ended in a wrong place may be led out of it by any effect: that is no evidence for the effect. One that has converged
-    near the recorded motion is in no such place.
+    A fit that has diverged to a wrong motion may recover with any effect; that recovery is no evidence for the effect. A converged fit near
+    the recorded motion stays as it is.
     """
     if not rivals or (model.converged and is_near(model)):
         return model
@@ -217,9 +217,9 @@ def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
 
 
 def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Rival]:
-    """The most promising candidates, each fitted with everything else; the greatest evidence first.
+    """Alternatives: the candidates with the largest expected gain, each refitted with all other parameters, by decreasing evidence.
 
-    None is fitted where a line, of which more was expected, leaves little of the misfit.
+    None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit.
     """
     if line is not None and _left(line.fitted, scored.fitted) < _LITTLE:
         return []
@@ -238,7 +238,7 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
 
 
 def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best: float) -> bool:
-    """Whether far less is expected of it than was of the best, and than has been gained already; of what no derivative shows, never."""
+    """Whether a candidate's expected gain is far below the best expected and obtained ones; never where the score test does not apply."""
     effect = candidate.members[0]
     if not rivals or effect.is_stop or effect.in_loops or effect.shown_by(scored.known):
         return False
@@ -248,7 +248,7 @@ def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best
 
 
 def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[Rival]:
-    """Those that can still come as near to the best as chance may bring them, fitted to the end; the greatest evidence first."""
+    """Alternatives refitted to convergence where their BIC may come within `WITHIN_CHANCE` of the best, by decreasing evidence."""
     found, best = [], beside.criterion
     for rival in rivals:
         if rival.fitted.criterion - 2.0 * rival.fitted.to_go < best + WITHIN_CHANCE:
@@ -262,7 +262,7 @@ def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[R
 
 
 def _attempt(prepared: Prepared, variances: Variances, *, rounds: int, **options: Any) -> Fitted | None:
-    """A fit from where it is prepared to start, with options of `fitted`; None where it cannot be integrated or has no likelihood."""
+    """A fit from the prepared start, with options of `fitted`; None where the integration fails or the likelihood is not finite."""
     try:
         found = fitted(point(prepared, prepared.start, variances), rounds=rounds, measure_noise=False, **options)
     except (NoConvergenceError, np.linalg.LinAlgError):
@@ -275,23 +275,23 @@ def _rival(candidate: Candidate, found: Fitted, beside: Fitted) -> Rival:
 
 
 def _explains(rival: Rival, beside: Fitted) -> bool:
-    """Whether a candidate has gained what was expected of it, and leaves little of the misfit."""
+    """Whether an alternative has obtained its expected gain and explains nearly all of the misfit."""
     return rival.gain >= rival.candidate.gain > 0 and _left(rival.fitted, beside) < _LITTLE
 
 
 def _left(found: Fitted, beside: Fitted) -> float:
-    """Share of the misfit that is left of what it was."""
+    """Residual share of the misfit."""
     return (found.chi2_reduced - 1.0) / max(beside.chi2_reduced - 1.0, 1e-300)
 
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
-    """The candidate after one round of its fit; empty where it cannot be fitted."""
+    """The candidate after one round of its refit; empty where the refit fails."""
     found = _attempt(prepared, beside.variances, rounds=1)
     return [] if found is None else [_rival(candidate, found, beside)]
 
 
 def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
-    """Candidates to be fitted, with their windows and starts."""
+    """Candidates to be refitted, with their windows and start values."""
     short = [one for candidate in list(scored.significant.values())[:_SHORT_LIST] for one in _starts(candidate, scored)]
     weight = scored.fitted.variances.weight
     resist = float(np.mean(weight < 0.2 * np.median(weight))) >= _BAD
@@ -303,7 +303,7 @@ def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
 
 
 def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
-    """The candidate, and as many other probes of its effect as the effect wants to be fitted from."""
+    """The candidate, and further probes of its effect as alternative starts, up to the effect's `tries`."""
     others = [one for one in scored.found if one.name == candidate.name and 0.0 < one.gain < candidate.gain]
     return [candidate, *others[: candidate.members[0].tries - 1]]
 
@@ -311,7 +311,7 @@ def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
 def _extended(candidate: Candidate, scored: Scored) -> Prepared:
     """Windows with the candidate at the strength of the score test.
 
-    A stop begins as it was proposed, and so does what the records show: along a motion without it no derivative tells its strength.
+    A stop, and an effect shown by the records, starts as proposed: along a motion without it the score gives no strength.
     """
     effect = candidate.members[0]
     if not (effect.is_stop or effect.shown_by(scored.known)):
@@ -321,5 +321,5 @@ def _extended(candidate: Candidate, scored: Scored) -> Prepared:
 
 
 def _compiled(prepared: Prepared, beside: Fitted) -> None:
-    """Integrated once, so that the program is there when its turn comes: one core compiles while the other fits."""
+    """Compile the candidate's program ahead of its refit: one core compiles while the other fits."""
     linearised(prepared, integrator_for(prepared), prepared.start, beside.variances.places)

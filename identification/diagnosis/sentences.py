@@ -1,4 +1,4 @@
-"""The verdict in words that a test engineer understands."""
+"""The verdict in sentences for a test engineer."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from identification.wording.channel_labels import spoken
 from identification.wording.numbers import millimetres, rounded, with_unit
 
 _NAMED = 4
-"""Records from which on they are counted, not named."""
+"""Number of records from which on sentences give their count, not their names."""
 
 
 def sentences(
@@ -27,9 +27,9 @@ def sentences(
     *,
     finished: bool = True,
 ) -> tuple[str, ...]:
-    """What is missing, where, and what it does to the error; the first sentence stands alone.
+    """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
-    `unrest`: random force beside the final model. `restitution`: where it departs from the nominal model's.
+    `unrest`: random force beside the final model. `restitution`: measured coefficient that departs from the nominal model's.
     """
     unseen = "windows left out of the fit"
     if before.held_back:
@@ -70,7 +70,7 @@ def sentences(
 
 
 def _bending(one: Bend) -> str:
-    """Where the contact law does, which is told without a cause."""
+    """Sentence on the kink of the contact law, without a cause."""
     deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
     return (
         f"Force against indentation, read off the records, rises faster beyond {millimetres(one.depth)} than before, as a second stop or a"
@@ -79,7 +79,7 @@ def _bending(one: Bend) -> str:
 
 
 def _losing(one: Restitution) -> str:
-    """How restitution goes with the speed, which is told without a cause."""
+    """Sentence on restitution against approach speed, without a cause."""
     before, after = (f"{end.measured:.2f} at {end.approach_speed:.2g} m/s" for end in (one.slow, one.fast))
     power = "" if one.exponent is None else f" (1 − e with the speed to the power {rounded(*one.exponent).text})"
     return (
@@ -94,7 +94,7 @@ def _joined(parts: Sequence[str]) -> str:
 
 
 def _varying(side: Side) -> tuple[str, ...]:
-    """The parameter that varies most surely between records, from its least to its largest value."""
+    """Sentence on the parameter that varies most significantly between records, with its smallest and largest value."""
     differ = [one for one in side.disagreements if one.chance < ALPHA / len(side.disagreements)]
     if not differ:
         return ()
@@ -106,12 +106,12 @@ def _varying(side: Side) -> tuple[str, ...]:
 
 
 def _main(one: Asserted) -> str:
-    """Where the effect acts, and its numbers."""
+    """Place where the effect acts, and its parameters."""
     return ", ".join([*_places(one), *(_number(p) for p in one.told)])
 
 
 def _places(one: Asserted) -> list[str]:
-    """Channel and record, where it acts in one alone."""
+    """Channel, and record if the effect acts in one alone."""
     channel = one.effect.channel
     return [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
 
@@ -125,5 +125,5 @@ def _moves(before: Side, after: Side) -> str:
 
 
 def percent(share: float) -> str:
-    """To two digits, from 1 on to whole percent."""
+    """A share in percent: two digits below 100 %, whole percent above."""
     return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"

@@ -1,1 +1,1 @@
-"""The fit of an experiment: parameters and their errors."""
+"""Fit of an experiment: parameters with standard errors, records with predictions."""

@@ -1,4 +1,4 @@
-"""One call from an experiment to a fit with errors, verdicts and checks."""
+"""Fit of an experiment: estimates, standard errors, identifiability of each parameter, and checks."""
 
 import dataclasses
 import time
@@ -36,11 +36,11 @@ from identification.windows.prepare import Prepared, prepare
 
 Progress = Callable[[str], None]
 DERIVED = {"k": "N/m", "c": "N s/m"}
-"""Unit by name of the numbers that follow from mass, natural frequency and damping ratio."""
+"""Units of the numbers derived from mass, natural frequency and damping ratio, by name."""
 FORCE_BY_CHANCE = 1e-4
-"""Chance of noise alone showing the random force that a fit states."""
+"""Probability that noise alone gives the random force that a fit reports."""
 _STRUCK = 12.0
-"""A force this many standard deviations above zero is no noise."""
+"""Load-cell force, in standard deviations of the noise, above which it is significant."""
 
 
 def fit_experiment(
@@ -51,9 +51,9 @@ def fit_experiment(
     Arguments:
         experiment: as loaded; its held-back records are predicted at the end.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        starts: how many starts are tried; None tries several only where the first fit leaves a misfit, 1 never does.
+        starts: number of starts; None uses several only where the first fit leaves a misfit, 1 never does.
         seed: of the random starts.
-        progress: told each stage by a line of text.
+        progress: called with a line of text at each stage.
     """
     clock = _Clock()
     progress("reading first guesses from the records")
@@ -108,7 +108,7 @@ def fit_experiment(
 def _optimum(
     prepared: Prepared, degrees: int, starts: int | None, seed: int, clock: "_Clock", progress: Progress
 ) -> tuple[Outcome, tuple[StartOutcome, ...]]:
-    """The fit from the first guesses; where it leaves a misfit, or so many starts are asked for, the best of several."""
+    """The fit from the first guesses; where it has a misfit, or several starts are requested, the best of several starts."""
     outcome = _fitted(prepared, progress)
     clock.lap("fit")
     misfit = not outcome.converged or 2.0 * outcome.cost / max(degrees, 1) > chi2_limit(degrees, OVERALL)
@@ -121,14 +121,14 @@ def _optimum(
 
 
 def _fitted(prepared: Prepared, progress: Progress) -> Outcome:
-    """The staged fit, telling each step."""
+    """The staged fit; reports the progress of each step."""
     return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
 
 
 def _from_other_starts(
     prepared: Prepared, outcome: Outcome, search: Multistart, seed: int, progress: Progress
 ) -> tuple[Outcome, tuple[StartOutcome, ...]]:
-    """The fit as it is, or a better one from another start; and what became of all starts."""
+    """The present fit, or a better one from another start, with the outcomes of all starts."""
     progress("trying other starts on single impacts")
     other, tried = search(prepared, seed=seed)
     if other is None:
@@ -138,7 +138,7 @@ def _from_other_starts(
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
-    """Samples that count, less estimated numbers; a window on a prescribed path has no free initial state."""
+    """Number of weighted samples less that of estimated unknowns; a window on a prescribed path has no free initial state."""
     counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
     free_windows = sum(len(group.record) for group in prepared.groups if group.prescribed is None)
     return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
@@ -156,7 +156,7 @@ def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> flo
 
 
 def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
-    """The table."""
+    """Table of the shared parameters with standard errors and status."""
 
     def evaluate(estimate: Estimate) -> Equations:
         at = point(of.prepared, dataclasses.replace(estimate, force=of.estimate.force), of.variances)
@@ -166,7 +166,7 @@ def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[Parame
 
 
 def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]) -> ParameterEstimate:
-    """One row of the table."""
+    """One shared parameter with standard error, interval and status."""
     prepared, estimate = of.prepared, of.estimate
     spec = prepared.layout.parameters[index]
     internal = estimate.shared[index]
@@ -186,7 +186,7 @@ def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, eval
 
 
 def _why_not(prepared: Prepared, name: str) -> str:
-    """Reason for a missing error."""
+    """Reason why a parameter has no standard error."""
     in_law = name in {p.name for p in prepared.model.law.parameters}
     touched = any(motion is None or motion.touching.any() for motion in prepared.motions)
     if in_law and not touched:
@@ -222,7 +222,7 @@ def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) ->
 
 
 def _warnings(outcome: Outcome, restless: Unrest | None, shift: float) -> tuple[str, ...]:
-    """What the reader of the result must know."""
+    """Warnings beside the result: no convergence, random force, step size."""
     found = []
     if not outcome.converged:
         found.append(f"the iteration stopped after {outcome.iterations} steps without converging")
@@ -234,7 +234,7 @@ def _warnings(outcome: Outcome, restless: Unrest | None, shift: float) -> tuple[
 
 
 def _implausible_gaps(prepared: Prepared) -> tuple[str, ...]:
-    """Records whose load cell is struck while the hammer, as recorded, is nowhere near the stop."""
+    """Warnings on records whose load cell shows impacts while the recorded hammer stays clear of the stop."""
     found = []
     for record, motion in zip(prepared.experiment.records, prepared.motions, strict=True):
         if motion is None or motion.force is None or motion.touching.any():
@@ -249,13 +249,13 @@ def _implausible_gaps(prepared: Prepared) -> tuple[str, ...]:
 
 
 class _Clock:
-    """Seconds by stage."""
+    """Wall time by stage, s."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
     def lap(self, stage: str) -> None:
-        """End a stage; the next one begins."""
+        """Record the wall time of a stage that ends."""
         last, self._last = self._last, time.perf_counter()
         self.seconds[stage] = self._last - last

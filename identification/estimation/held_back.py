@@ -1,4 +1,4 @@
-"""Records that no fit has seen, predicted."""
+"""Prediction of held-back records, which enter no fit."""
 
 import dataclasses
 
@@ -17,22 +17,21 @@ from identification.windows.windows import WindowLength
 from vibrojax.model import MASS, Model
 
 LONG = WindowLength(longest=4096)
-"""Held-back records go through in windows of two impacts, or of so many samples where there are none: a record that fits is one piece."""
+"""Window length of held-back records: two impacts, or at most this many samples where there are none; a well-fitted record is one piece."""
 _SIDE_BY_SIDE = 1
-"""Such windows are too long and too few to be padded to a chunk."""
+"""Windows per chunk: they are too long and too few to be padded to more."""
 
 
 def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength = LONG) -> tuple[RecordFit, ...]:
     """Predict every held-back record with a model that was fitted to the others.
 
-    What the model shares between records stays as it is. Estimated are only the numbers that belong to a record or a window and that no
-    other record can tell: the initial state of every window, amplitude and phase of a sine, the setting error of the gap, and what an
-    effect has of its own in each record.
+    Shared parameters stay fixed. Only the numbers that belong to a record or a window and that no other record identifies are estimated:
+    the initial state of every window, amplitude and phase of a sine, the setting error of the gap, and an effect's parameters per record.
 
     Args:
         experiment: whole, as loaded.
         model: fitted; with or without effects.
-        window: how long a stretch is predicted from one initial state.
+        window: length of a stretch predicted from one initial state.
 
     Returns:
         One `RecordFit` for each record of `experiment.held_back`, in their order; empty where none is held back. Where the model cannot be
@@ -60,7 +59,7 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
 
 
 def _nuisance_errors(outcome: Outcome, active: Active) -> np.ndarray:
-    """(records, nuisances) standard errors by the noise, NaN where not estimated."""
+    """(records, nuisances) standard errors due to the noise, NaN where not estimated."""
     reduced = reduce(outcome.equations, outcome.estimate, active, 0.0)
     errors = np.full(len(reduced.active), np.nan)
     errors[reduced.active] = np.sqrt(np.diag(covariance(reduced.hessian[np.ix_(reduced.active, reduced.active)])))
@@ -68,7 +67,7 @@ def _nuisance_errors(outcome: Outcome, active: Active) -> np.ndarray:
 
 
 def _under(prepared: Prepared, model: Model, *, weighed: bool) -> Prepared:
-    """The same windows under a fitted model, which keeps its numbers; gaps as set, those of the guess belong to its own law."""
+    """The same windows under a fitted model with its parameters; gaps are as set, because guessed gap errors belong to the guessed law."""
     layout = layout_of(model, *(() if weighed else (MASS,)), files=prepared.layout.files, zeros=prepared.layout.zeros)
     values = {name: float(value) for name, value in model.values().items()} | {MASS.name: float(model.mass)}
     start = prepared.start

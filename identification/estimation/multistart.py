@@ -1,4 +1,4 @@
-"""Many starts of the contact parameters at once, followed downhill on single impacts with Optax."""
+"""Multistart search of the contact parameters: gradient descent on single impacts with Optax, all starts at once."""
 
 import dataclasses
 
@@ -21,11 +21,11 @@ _SPREAD = 0.6
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Multistart:
-    """A check that no better minimum of the contact parameters was passed over.
+    """Multistart check for a better minimum of the contact parameters.
 
-    The first starts are those read from the records, the others are drawn around them. Every iteration solves the windows' initial states
-    by Gauss-Newton and moves the contact parameters down the remaining slope by Adam; all starts and impacts are lanes of one
-    integration. All starts are judged on the same few impacts, so their order is fair.
+    The first starts are those read from the records; the others are drawn around them. Every iteration solves the windows' initial states
+    by Gauss-Newton and moves the contact parameters along the gradient by Adam; all starts and impacts are lanes of one integration. All
+    starts use the same few impacts, so their costs are comparable.
     """
 
     count: int = 6
@@ -33,10 +33,10 @@ class Multistart:
     learning_rate: float = 0.08
 
     worthwhile: float = 0.9
-    """A random start is offered when it ends below this share of the cost of the best start that was read."""
+    """A start is proposed if its final cost is below this share of that of the best start read from the records."""
 
     def __call__(self, prepared: Prepared, *, seed: int) -> tuple[np.ndarray | None, tuple[StartOutcome, ...]]:
-        """Shared parameters of a start that promises a better minimum, if there is one, and what became of every start, best first."""
+        """Shared parameters of a start with a lower cost, if there is one, and the outcome of every start, best first."""
         free = _free(prepared)
         impacts = impact_windows(prepared, _IMPACTS)
         if impacts is None or not free.any() or self.count < 2:
@@ -59,14 +59,14 @@ class Multistart:
         return best[order[0]] if promising else None, outcomes
 
     def _draw(self, prepared: Prepared, free: np.ndarray, seed: int) -> np.ndarray:
-        """(starts, parameters) internal coordinates."""
+        """Internal coordinates of the starts, (starts, parameters)."""
         read = np.stack(list(prepared.candidates.values()))
         scatter = _SPREAD * np.random.default_rng(seed).standard_normal((self.count, len(free))) * free
         scatter[: len(read)] = 0.0
         return np.clip(read[np.arange(self.count) % len(read)] + scatter, *bounds(prepared))
 
     def _descend(self, prepared: Prepared, free: np.ndarray, shared: np.ndarray, group: Windows, states: np.ndarray):
-        """Cost of every start at the first and at the best iteration, and the parameters there."""
+        """Cost of every start at the first and at the best iteration, and the parameters at the best."""
         evaluate = self._evaluator(prepared, group)
         lanes = len(group.record)
         optimiser = optax.adam(optax.cosine_decay_schedule(self.learning_rate, self.iterations, alpha=0.05))
@@ -86,7 +86,7 @@ class Multistart:
         return initial, lowest, best
 
     def _evaluator(self, prepared: Prepared, group: Windows):
-        """Function to the cost of every lane after a step of its state, the slope of the shared parameters there, and that step."""
+        """Function that returns the cost of every lane after a step of its state, the gradient in the shared parameters, and that step."""
         model, integrator = as_arrays(prepared.model), integrator_for(prepared)
         lanes, parameters = len(group.record), prepared.layout.shared
         tiled = jax.tree.map(lambda leaf: jnp.asarray(np.tile(leaf, (self.count, *[1] * (leaf.ndim - 1)))), group)
@@ -104,6 +104,6 @@ class Multistart:
 
 
 def _free(prepared: Prepared) -> np.ndarray:
-    """(parameters,) bool: parameters of the contact law that are not held."""
+    """(parameters,) bool: parameters of the contact law that are not fixed."""
     names = {p.name for p in prepared.model.law.parameters} - set(prepared.fixed)
     return np.array([p.name in names for p in prepared.layout.parameters])

@@ -1,4 +1,4 @@
-"""The nominal model fitted in the whole likelihood, from wherever it can be reached: ordinary windows, or short ones first."""
+"""Fit of the nominal model under the full likelihood, on windows of ordinary length or, where that diverges, on short ones."""
 
 from collections.abc import Callable
 
@@ -16,15 +16,15 @@ from vibrojax.errors import NoConvergenceError
 
 _MOST_ITERATIONS = 15
 _NEAR = 10.0
-"""Mean squared residual from which an ordinary fit that is not there yet may take its time."""
+"""Largest mean squared residual at which an ordinary fit with slow convergence is continued."""
 _BAD = 4.0
-"""Mean squared residual in the metric of the likelihood of a window that has settled wrongly."""
+"""Mean squared whitened residual above which a window counts as diverged."""
 _SOME, _FEW = 0.4, 0.1
-"""Share of such windows that may be after one round, and in the end."""
+"""Largest share of diverged windows after one round, and in the end."""
 
 
 def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
-    """The nominal model, on ordinary windows if it gets near most of them; else on short ones, which forgive more.
+    """Fit the nominal model, on ordinary windows if most of them converge; else on short ones, which tolerate a larger model error.
 
     Raises:
         NoConvergenceError: it cannot be integrated in any window.
@@ -43,7 +43,7 @@ def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Cal
 
 
 def if_near(start: Point) -> Fitted | None:
-    """The fit from a point on; given up after one round where it does not get near most windows."""
+    """The fit from a point; None where most windows are diverged after the first round, or too many in the end."""
     rough = fitted(start, rounds=1, iterations=6, measure_noise=False)
     if not is_near(rough, share=_SOME):
         return None
@@ -52,13 +52,13 @@ def if_near(start: Point) -> Fitted | None:
 
 
 def is_near(of: Fitted, *, share: float = _FEW) -> bool:
-    """Whether all but such a share of the windows have settled on the recorded motion."""
+    """Whether at most that share of the windows has diverged from the recorded motion."""
     each = of.posterior.deviation() / np.maximum(of.point.inner.samples, 1)
     return float(np.mean(~of.point.at.finite | (each > _BAD))) <= share
 
 
 def ordinary(prepared: Prepared) -> Estimate | None:
-    """Least squares on ordinary windows; None where that does not settle inside its bounds."""
+    """Least-squares fit on ordinary windows; None where it does not converge inside its bounds."""
     try:
         outcome = fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS))
         samples = sum(int((group.weight > 0).sum()) for group in prepared.groups)

@@ -1,4 +1,4 @@
-"""Every record beside its prediction, put together again from the windows."""
+"""Records with their predictions, assembled from the windows."""
 
 import dataclasses
 
@@ -26,7 +26,7 @@ def _predict(model, layout, integrator: Landing, windows: Windows, local):
 
 
 def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, errors: np.ndarray) -> tuple[RecordFit, ...]:
-    """One `RecordFit` a record; `errors` are the standard errors of the nuisances, (records, nuisances), NaN where not estimated."""
+    """One `RecordFit` per record; `errors` are the standard errors of the nuisances, (records, nuisances), NaN where not estimated."""
     names = ("relative_velocity", "in_contact", "window")
     series = [{name: np.full(len(record.time), np.nan) for name in (*EVERY_CHANNEL, *names)} for record in prepared.experiment.records]
     model, begin = as_arrays(prepared.model), 0
@@ -71,7 +71,7 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
 
 
 def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[Nuisance, ...]:
-    """What was estimated for one record, SI; `values` and `errors` in the coordinates of the fit."""
+    """Nuisances estimated for one record, SI; `values` and `errors` in the coordinates of the fit."""
     of_zeros, of_variations = [scale for _, scale in layout.zeros], [std for _, std in layout.variations]
     scales = [1.0] * len(NUISANCES) + of_zeros + of_variations + [p.scale for p in layout.record_parameters]
     units = [*(_UNITS[name] for name in NUISANCES), *(UNITS[channel] for channel, _ in layout.zeros), *["1"] * len(of_variations)]
@@ -85,15 +85,15 @@ def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[
 
 
 def _residual(measured: np.ndarray, predicted: np.ndarray) -> np.ndarray:
-    """Measured less predicted; where a prediction broke off, as much as if it were the mean."""
+    """Measured less predicted values; where the prediction failed, the channel's mean is the prediction."""
     return np.where(np.isfinite(predicted), measured - predicted, measured - np.nanmean(measured))
 
 
 def _over(error: float, spread: float) -> float:
-    """An error over the channel's standard deviation; NaN where the channel stands still."""
+    """An error over the channel's standard deviation; NaN for a constant channel."""
     return float(error / spread) if spread > 0.0 else np.nan
 
 
 def _rms(values: np.ndarray) -> float:
-    """Root mean square of what is there."""
+    """Root mean square of the finite values."""
     return float(np.sqrt(np.nanmean(values**2)))

@@ -1,4 +1,4 @@
-"""The nominal fit where the model is badly wrong somewhere: short windows, and those that resist it count little."""
+"""Robust nominal fit for large model errors: short windows, with reduced weight for those that the model does not fit."""
 
 import dataclasses
 from collections.abc import Callable
@@ -15,21 +15,21 @@ from identification.windows.windows import WindowLength
 from vibrojax.errors import NoConvergenceError
 
 SHORT = WindowLength(impacts=0.5, longest=170)
-"""Windows so short that the free initial states take up most of what the model gets wrong; none but a free decay's exceeds 256 samples."""
+"""Windows so short that the free initial states absorb most of the model error; none but a free decay's exceeds 256 samples."""
 _LEAST_CUT = 4.0
-"""Mean squared residual of a window, in variances of the noise, above which it loses weight."""
+"""Smallest mean squared residual of a window, in variances of the noise, above which its weight is reduced."""
 _ORDERLY = 0.3
-"""Share of the windows that is trusted to be explained about as well as any."""
+"""Share of the windows whose residual sets that threshold."""
 _ROUNDS = 3
 _LOST = 40.0
-"""Of a window that could not be integrated, rho over the cut."""
+"""rho over the cut of a window whose integration failed."""
 _EVERY = 4
-"""Every so manieth window tells the starts apart."""
+"""Interval of the windows on which the starts are compared."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """How much a window may be misfitted before it loses weight: rho(x) = x up to `cut`, then cut (1 + ln(x / cut)).
+    """Robust loss of a window: rho(x) = x up to `cut`, then cut (1 + ln(x / cut)).
 
     x is the mean squared residual of a window over the noise variance.
     """
@@ -39,23 +39,23 @@ class Tolerance:
     cut: float
 
     def weights(self, cost: np.ndarray) -> np.ndarray:
-        """Slope of rho for every window; 0 where it could not be integrated."""
+        """Weight of every window, the slope of rho; 0 where the integration failed."""
         x = 2.0 * cost / np.maximum(self.samples, 1)
         return np.where(np.isfinite(cost), np.minimum(1.0, self.cut / np.maximum(x, 1e-300)), 0.0)
 
     def cost(self, cost: np.ndarray) -> np.ndarray:
-        """Half n rho for every window; a window that could not be integrated counts as one that is e^39 cuts away."""
+        """Half n rho for every window; a failed integration counts as x = e^39 cuts."""
         finite = np.isfinite(cost)
         x = 2.0 * np.where(finite, cost, 0.0) / np.maximum(self.samples, 1)
         far = self.cut * (1.0 + np.log(np.maximum(x, self.cut) / self.cut))
         return 0.5 * self.samples * np.where(finite, np.where(x > self.cut, far, x), _LOST * self.cut)
 
     def total(self, cost: np.ndarray) -> float:
-        """Of all windows."""
+        """Sum of the robust cost over all windows."""
         return float(self.cost(cost).sum())
 
     def evaluator(self, evaluate: Callable[[Estimate], Equations]) -> Callable[[Estimate], Equations]:
-        """Normal equations of the tolerant cost; windows that cannot be integrated are left out."""
+        """Normal equations of the robust cost; windows whose integration fails are left out."""
 
         def tolerant(estimate: Estimate) -> Equations:
             found = evaluate(estimate)
@@ -71,7 +71,7 @@ class Tolerance:
 
 
 def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
-    """From the costs of the windows: the orderly share of them sets what is usual. A free decay has no impact to miss: all are orderly."""
+    """Robust loss with its threshold from the costs of the windows: from `_ORDERLY` of them, or all for free decays without impacts."""
     samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
     x = np.where(np.isfinite(cost), 2.0 * cost / np.maximum(samples, 1), 1e12)
     orderly = 1.0 if prepared.experiment.only_decays else _ORDERLY
@@ -79,9 +79,9 @@ def tolerance(prepared: Prepared, cost: np.ndarray) -> Tolerance:
 
 
 def robust_estimate(prepared: Prepared) -> tuple[Prepared, Estimate]:
-    """The nominal model on short windows of the same records, as most of them want it.
+    """Robust estimate of the nominal model on short windows of the same records.
 
-    Raises `NoConvergenceError` where not one of them can be integrated.
+    Raises `NoConvergenceError` where none of them can be integrated.
     """
     short = prepare(prepared.experiment, law=prepared.model.law.name, window=SHORT)
     evaluate, active, limits = evaluator(short, integrator_for(short)), free_unknowns(short), bounds(short)
@@ -105,7 +105,7 @@ def robust_estimate(prepared: Prepared) -> tuple[Prepared, Estimate]:
 
 
 def _starts(short: Prepared) -> list[Estimate]:
-    """The first guesses of the fit; where one is at the end of its range, also guesses that give every contact a gap of its own."""
+    """First guesses of the fit; where one is at a bound, also guesses in which every contact has its own gap."""
     layout, starts = short.layout, [dataclasses.replace(short.start, shared=shared) for shared in short.candidates.values()]
     (low, high), held = bounds(short), ~free_unknowns(short).shared
     if all(np.all((start.shared > low + 1e-6) & (start.shared < high - 1e-6) | held) for start in starts):

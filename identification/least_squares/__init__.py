@@ -1,1 +1,1 @@
-"""Residuals of all windows and how a sum of squares is minimised."""
+"""Nonlinear least squares: residuals of all windows, normal equations, Levenberg-Marquardt, standard errors."""

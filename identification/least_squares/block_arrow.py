@@ -1,4 +1,4 @@
-"""Block-arrow normal equations: window states are eliminated, what remains is a small dense system."""
+"""Block-arrow normal equations: elimination of the window states reduces them to a small dense system."""
 
 import dataclasses
 
@@ -24,12 +24,12 @@ class Equations:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Reduced:
-    """Normal equations after the window states are eliminated: unknowns are shared parameters, then the nuisances record by record."""
+    """Normal equations with the window states eliminated; the unknowns are shared parameters, then nuisances record by record."""
 
     hessian: np.ndarray
     gradient: np.ndarray
     scores: np.ndarray
-    """(windows, unknowns): what each window adds to `gradient`."""
+    """(windows, unknowns): contribution of each window to `gradient`."""
     active: np.ndarray
     """(unknowns,) bool"""
     eliminated: tuple[np.ndarray, np.ndarray]
@@ -37,7 +37,7 @@ class Reduced:
 
 
 def reduce(equations: Equations, estimate: Estimate, active: Active, damping: float) -> Reduced:
-    """Eliminate the window states and sum the windows."""
+    """Eliminate the window states (Schur complement) and sum over the windows."""
     count = equations.hessian.shape[2] - estimate.states.shape[1]
     hessian = equations.hessian + damping * diagonal(equations.hessian)
     state = hessian[:, count:, count:]
@@ -64,7 +64,7 @@ def reduce(equations: Equations, estimate: Estimate, active: Active, damping: fl
 
 
 def columns(estimate: Estimate, record: Int[np.ndarray, " windows"]) -> Int[np.ndarray, "windows unknowns"]:
-    """Where a window's shared parameters and nuisances stand among all unknowns."""
+    """Indices of each window's shared parameters and nuisances among all unknowns."""
     shared, width = len(estimate.shared), estimate.nuisances.shape[1]
     own = shared + width * record[:, None] + np.arange(width)
     return np.concatenate([np.broadcast_to(np.arange(shared), (len(own), shared)), own], axis=1)
@@ -73,9 +73,9 @@ def columns(estimate: Estimate, record: Int[np.ndarray, " windows"]) -> Int[np.n
 def solve(
     reduced: Reduced, equations: Equations, estimate: Estimate, *, longest: float = np.inf
 ) -> tuple[Float[np.ndarray, " shared"], Float[np.ndarray, "records nuisances"], Float[np.ndarray, "windows states"]]:
-    """Step of shared parameters, nuisances and window states; unknowns that are not active or not determined stay.
+    """Step of shared parameters, nuisances and window states; unknowns that are fixed or not identifiable do not move.
 
-    A shared parameter that would move by more than `longest` is held at that, and all others follow it.
+    A shared parameter that would move by more than `longest` is limited to that, and all others follow it.
     """
     shared = len(estimate.shared)
     step = _step_within(reduced, shared, longest)
@@ -87,7 +87,7 @@ def solve(
 
 
 def _step_within(reduced: Reduced, shared: int, longest: float) -> Float[np.ndarray, " unknowns"]:
-    """The Newton step, its longest shared components one after another cut and taken as given."""
+    """Newton step; its shared components longer than `longest` are limited one by one and held."""
     step, free = np.zeros(len(reduced.gradient)), reduced.active.copy()
     while True:
         held = step != 0
@@ -95,7 +95,7 @@ def _step_within(reduced: Reduced, shared: int, longest: float) -> Float[np.ndar
         gradient = reduced.gradient[free] + reduced.hessian[np.ix_(free, held)] @ step[held]
         step[free] = -covariance(reduced.hessian[np.ix_(free, free)]) @ gradient
         lengths = np.where(free[:shared], np.abs(step[:shared]), 0.0)
-        if not lengths.max(initial=0.0) > longest:  # what is not a number goes on to the caller
+        if not lengths.max(initial=0.0) > longest:  # NaN is passed on to the caller
             return step
         far = int(np.argmax(lengths))
         step[far], free[far] = np.copysign(longest, step[far]), False
@@ -118,5 +118,5 @@ def newton_decrement(reduced: Reduced, equations: Equations) -> float:
 
 
 def diagonal(matrices: Float[np.ndarray, "... unknowns unknowns"]) -> Float[np.ndarray, "... unknowns unknowns"]:
-    """The diagonals of a stack of matrices, as matrices."""
+    """The diagonal of each matrix of a stack, as a diagonal matrix."""
     return matrices * np.eye(matrices.shape[-1])

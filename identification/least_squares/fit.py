@@ -1,4 +1,4 @@
-"""The fit: suspension from free flight, contact law from impacts, then all together."""
+"""Staged least-squares fit: suspension from free flight, contact law from impacts, then all parameters together."""
 
 import dataclasses
 import math
@@ -23,18 +23,18 @@ from vibrojax.model import Model
 
 Progress = Callable[[str, int, float], None]
 _STEPS_PER_PERIOD = 96.0
-"""Of the fastest vibration, in flight."""
+"""Integration steps per period of the fastest vibration, in flight."""
 _STEPS_PER_OWN_PERIOD = 18.0
-"""Of an effect's own vibration."""
+"""Integration steps per period of an effect's own vibration."""
 _CONTACT_STEPS = 80.0
 CHUNK = 4
 """Windows that are integrated side by side."""
 _FEWEST_FLIGHT_STEPS = 50
-"""In a window whose hammer does not vibrate at all."""
+"""Fewest steps in a window whose hammer does not vibrate."""
 _MOST_IMPACTS = 6
-"""In one window, each up to twice as long as expected."""
+"""Impacts in one window for which steps are reserved, each up to twice as long as expected."""
 _OUT_OF_REACH = 1e3
-"""m"""
+"""Added gap that puts the stop out of reach, m."""
 _CLEAR_OF_CONTACT = 8
 """Samples left out before a contact."""
 _NEAR = 0.02
@@ -42,7 +42,7 @@ _NEAR = 0.02
 
 
 def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
-    """Steps short enough for these frequencies and impacts; `refinement` 2 halves every step. One compilation serves both."""
+    """Integrator with steps that resolve frequencies and impacts; `refinement` 2 halves every step, with the same compiled program."""
     groups = prepared.groups
     fastest = max([float(group.frequency_hz.max()) for group in groups] + [prepared.model.values().get("f_n", 0.0)])
     flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf
@@ -89,9 +89,9 @@ def evaluator(prepared: Prepared, integrator: Landing, *, side_by_side: int = CH
 
 
 def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
-    """With Gaussian priors of their own scale: on the effects' states at the start of every window, and on the zeros of every record.
+    """Normal equations with Gaussian priors: on the effects' states at the start of every window, and on the nuisances with a unit prior.
 
-    A record's prior is shared out among its windows.
+    Those are the zeros and the variations of every record; a record's prior is divided among its windows.
     """
     for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
         scale, value = layout.own_states[index].scale, estimate.states[:, column]
@@ -110,7 +110,7 @@ def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equa
 def fit(
     prepared: Prepared, *, method: LevenbergMarquardt | None = None, progress: Progress = lambda stage, iteration, cost: None
 ) -> Outcome:
-    """Estimate everything from `prepared.start` on; the stages share one compiled program and differ in weights and free parameters."""
+    """Estimate all unknowns from `prepared.start` in stages, which share one compiled program and differ in weights and free parameters."""
     method = method or LevenbergMarquardt()
     integrator = integrator_for(prepared)
     estimate = prepared.start
@@ -138,10 +138,10 @@ def fit(
 
 
 def _best_candidate(prepared: Prepared, evaluate: Callable[[Estimate], Equations], estimate: Estimate, in_law: np.ndarray) -> Estimate:
-    """The suspension as it stands, with the contact law of whichever first guess fits the records best once the windows have settled.
+    """The present suspension with the contact law of the first guess that fits the records best, window states fitted.
 
-    Every window settles from two initial states, that of its free flight and that read off the record, and keeps the better: after a
-    graze, one of them may lead to a motion with an impact too many.
+    Every window is fitted from two initial states, that of its free flight and that read off the record, and keeps the better. After a
+    grazing impact, one of them may lead to a motion with one impact too many.
     """
     best, lowest = estimate, np.inf
     for guess in prepared.candidates.values():
@@ -156,21 +156,21 @@ def _best_candidate(prepared: Prepared, evaluate: Callable[[Estimate], Equations
 
 
 def free_unknowns(prepared: Prepared) -> Active:
-    """Everything that the whole fit estimates."""
+    """All unknowns that the last stage of the fit estimates."""
     held = _mask(prepared, set(prepared.fixed))
     records, touched = list(prepared.experiment.records), touched_records(prepared)
     return Active(shared=~held, nuisances=free_nuisances(records, prepared.layout, any_contact=touched))
 
 
 def flight_only(prepared: Prepared) -> tuple[Windows, ...]:
-    """The windows with every sample from their first contact on left out, and the stop out of reach: a linear problem."""
+    """The windows up to their first contact, with the stop out of reach: a linear problem."""
     return tuple(
         dataclasses.replace(group, weight=_before_contact(group, prepared), gap=group.gap + _OUT_OF_REACH) for group in prepared.groups
     )
 
 
 def _before_contact(group: Windows, prepared: Prepared) -> np.ndarray:
-    """Weights with nothing from shortly before the first possible contact on: a graze may be too weak for any sensor to stand out."""
+    """Weights that are zero from shortly before the first possible contact on; a grazing impact may be too weak for detection."""
     weight = group.weight.copy()
     for lane, (record, first, length) in enumerate(zip(group.record, group.first, group.lengths, strict=True)):
         motion = prepared.motions[record]
@@ -184,7 +184,7 @@ def _before_contact(group: Windows, prepared: Prepared) -> np.ndarray:
 
 
 def touched_records(prepared: Prepared) -> np.ndarray:
-    """(records,) bool: the hammer met the stop, or got beyond the gap as set; where its motion is not known, all but a free decay."""
+    """(records,) bool: the hammer touched the stop or exceeded the gap as set; where the motion is unknown, all but a free decay."""
     records = prepared.experiment.records
     return np.array(
         [
@@ -199,14 +199,14 @@ def _mask(prepared: Prepared, names: set[str]) -> np.ndarray:
 
 
 def bounds(prepared: Prepared) -> tuple[np.ndarray, np.ndarray]:
-    """Range of every shared parameter in internal coordinates."""
+    """Bounds of every shared parameter in internal coordinates."""
     parameters = prepared.layout.parameters
     low = np.array([p.to_internal(max(p.lower, 1e-300) if p.logarithmic else p.lower) for p in parameters])
     return low, np.array([p.to_internal(p.upper) for p in parameters])
 
 
 def as_arrays(model: Model) -> Model:
-    """The model with array leaves, so that compiled code does not depend on its numbers."""
+    """The model with array leaves, so that compiled code does not depend on its values."""
     arrays = jax.tree.map(jnp.asarray, eqx.filter(model, eqx.is_inexact_array_like))
     return eqx.combine(arrays, model)
 

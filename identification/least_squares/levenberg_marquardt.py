@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt with a trust region, and a first settling of the windows' initial states."""
+"""Levenberg-Marquardt with a trust region, and the fit of the windows' initial states alone."""
 
 import dataclasses
 from collections.abc import Callable
@@ -10,12 +10,12 @@ from identification.windows.layout import Active, Estimate
 from vibrojax.errors import NoConvergenceError
 
 _PATIENCE = 8
-"""Iterations; so many may fail in a row before the damping has grown enough."""
+"""Iterations over which slow convergence is judged; that many may fail in a row before the damping has grown enough."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """Where the iteration ended."""
+    """Result of a Levenberg-Marquardt iteration."""
 
     estimate: Estimate
     equations: Equations
@@ -28,21 +28,21 @@ class Outcome:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LevenbergMarquardt:
-    """Trust-region control of the iteration.
+    """Levenberg-Marquardt iteration with a trust region.
 
-    Converged when the whole remaining Gauss-Newton step is shorter than `tolerance` standard errors, or when steps no longer lower
-    the cost by as much as they promise because it is flat to within the rounding of the integration. No shared parameter moves by more
-    than `longest_step` at once (a factor of e^0.7 for those estimated by their logarithm); where one would, the others go with it.
+    Converged when the full remaining Gauss-Newton step is shorter than `tolerance` standard errors, or when the expected decrease of the
+    cost is within the rounding of the integration. No shared parameter moves by more than `longest_step` at once (a factor of e^0.7 for
+    those estimated by their logarithm); where one would, the others follow it.
     """
 
     tolerance: float = 0.03
     flat: float = 1e-8
-    """Relative change of the cost that counts as none."""
+    """Relative change of the cost that counts as zero."""
     longest_step: float = 0.7
     most_iterations: int = 40
     crawl: float = 0.0
     floor: float = 0.0
-    """Where `_PATIENCE` iterations remove less than the share `crawl` of what the cost is above `floor`, it crawls, and stops."""
+    """Slow convergence ends the iteration: `_PATIENCE` iterations lower the cost above `floor` by less than the share `crawl`."""
 
     def __call__(
         self,
@@ -80,20 +80,20 @@ class LevenbergMarquardt:
         return Outcome(estimate=estimate, equations=equations, cost=cost, converged=converged, iterations=iteration, decrement=decrement)
 
     def _trial(self, estimate: Estimate, equations: Equations, active: Active, bounds, damping: float) -> Estimate:
-        """Damped step within the trust region, cut to the bounds."""
+        """Damped step within the trust region, clipped to the bounds."""
         shared, nuisances, states = solve(reduce(equations, estimate, active, damping), equations, estimate, longest=self.longest_step)
         moved = estimate.moved(shared, nuisances, states)
         return dataclasses.replace(moved, shared=np.clip(moved.shared, *bounds))
 
 
 def _to_go(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> tuple[Active, float]:
-    """What may move, and the squared length of the Gauss-Newton step in standard errors."""
+    """The unknowns that may move, and the squared length of their Gauss-Newton step in standard errors."""
     free = off_the_bounds(equations, estimate, active, bounds)
     return free, float(newton_decrement(reduce(equations, estimate, free, 0.0), equations))
 
 
 def off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bounds: tuple[np.ndarray, np.ndarray]) -> Active:
-    """What is active, less the shared parameters that sit at an end of their range and would leave it."""
+    """The active unknowns without the shared parameters at a bound whose step points out of their range."""
     slope = reduce(equations, estimate, active, 0.0).gradient[: len(estimate.shared)]
     low, high = bounds
     leaving = ((estimate.shared <= low) & (slope > 0)) | ((estimate.shared >= high) & (slope < 0))
@@ -101,9 +101,9 @@ def off_the_bounds(equations: Equations, estimate: Estimate, active: Active, bou
 
 
 def settle(evaluate: Callable[[Estimate], Equations], estimate: Estimate, *, iterations: int = 6) -> tuple[Estimate, np.ndarray]:
-    """Fit the initial state of every window on its own, each with its own damping, all else held.
+    """Fit the initial state of every window by itself, each with its own damping, all else fixed.
 
-    One window that starts badly then cannot hold up the others, as it would in a common trust region. Returns the windows' costs as well.
+    A window with a bad start then does not delay the others, as it would in a common trust region. Returns the windows' costs as well.
     """
     equations, count = evaluate(estimate), estimate.states.shape[1]
     damping = np.full(len(equations.cost), 1e-3)

@@ -1,4 +1,4 @@
-"""Residuals of all windows and their derivatives: the only place where the fit meets the solver."""
+"""Residuals of all windows and their derivatives; only this module calls the solver in a fit."""
 
 import dataclasses
 
@@ -18,11 +18,11 @@ from vibrojax.model import Model
 from vibrojax.system import System
 
 _INTERPOLATED = 2
-"""Samples after an instant that an interpolation takes in."""
+"""Samples after an instant that an interpolation uses."""
 
 
 class Normal(eqx.Module):
-    """Gauss-Newton quantities of every window."""
+    """Cost, gradient and Gauss-Newton matrix of every window."""
 
     hessian: Float[Array, "lanes size size"]
     gradient: Float[Array, "lanes size"]
@@ -31,7 +31,7 @@ class Normal(eqx.Module):
 
 
 def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array, " size"]) -> System:
-    """The rig in one window, from that window's vector."""
+    """The rig in one window, built from that window's vector of unknowns."""
     shared, (amplitude, phase, gap_error, *others) = local[: layout.shared], local[layout.shared : -layout.states]
     variations, others = others[len(layout.zeros) :][: len(layout.variations)], others[len(layout.zeros) + len(layout.variations) :]
     for (name, std), value in zip(layout.variations, variations, strict=True):
@@ -52,7 +52,7 @@ def lane_system(model: Model, layout: Layout, lane: Windows, local: Float[Array,
 
 
 def initial_states(layout: Layout, local: Float[Array, "lanes size"]) -> Float[Array, "lanes states"]:
-    """u, u' and the effects' own states at the start of every window; those that are not estimated begin at rest."""
+    """u, u' and the effects' own states at the start of every window; states that are not estimated start at rest."""
     own = jnp.zeros((local.shape[0], len(layout.own_states)), local.dtype)
     begin = local[:, layout.size - layout.states :]
     own = own.at[:, jnp.asarray(layout.free_own, int)].set(begin[:, len(STATES) :])
@@ -62,7 +62,7 @@ def initial_states(layout: Layout, local: Float[Array, "lanes size"]) -> Float[A
 def predict(
     model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
 ) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
-    """Model channels of every window, in the order of `windows.channels`, and the trajectories they come from."""
+    """Model channels of every window, in the order of `windows.channels`, and the trajectories."""
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
     states = initial_states(layout, local)
     if windows.prescribed is None:
@@ -78,7 +78,7 @@ def predict(
 
 
 def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
-    """Samples of each window that are integrated: its own and one more for readings between samples, or as many as its last ones need."""
+    """Number of samples to integrate in each window: its own and one more for interpolation, or as many as its last ones require."""
     further = jnp.zeros(windows.lengths.shape)
     for effect in systems.effects:
         further = jnp.maximum(further, lax.stop_gradient(effect.looks_ahead))
@@ -90,7 +90,7 @@ def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
 def weighted_residual(
     model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
 ) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
-    """r = (measured - model) / sigma, zero where nothing counts, and the motions."""
+    """r = (measured - model) / sigma, zero where nothing counts, and the trajectories."""
     predicted, trajectory = predict(model, layout, integrator, windows, local)
     counted = windows.weight > 0
     return jnp.where(counted, (windows.measured - predicted) * windows.weight, 0.0), trajectory
@@ -98,14 +98,14 @@ def weighted_residual(
 
 @soon_compiled
 def residuals(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]):
-    """Compiled `weighted_residual`, and each window's result code."""
+    """Compiled `weighted_residual`, with each window's result code."""
     residual, trajectory = weighted_residual(model, layout, integrator, windows, local)
     return residual, trajectory.result
 
 
 @soon_compiled
 def normal_equations(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> Normal:
-    """Cost, gradient and Gauss-Newton matrix of every window, by forward-mode differentiation in its own vector.
+    """Cost, gradient and Gauss-Newton matrix of every window, by forward-mode differentiation with respect to its own vector.
 
     Windows share no state, so one sweep with `size` tangents gives the derivatives of all of them.
     """

@@ -1,4 +1,4 @@
-"""Initial states of windows, found from their beginnings on."""
+"""Fit of the windows' initial states on growing parts of each window."""
 
 import dataclasses
 
@@ -12,13 +12,13 @@ from identification.windows.windows import Windows
 from vibrojax.integrate import Landing
 
 _SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
-"""Of a window: so much of it tells its initial state, one after the other."""
+"""Parts of a window, from its start, on which the initial state is fitted in turn."""
 
 
 def settled_gradually(prepared: Prepared, integrator: Landing, *, side_by_side: int = CHUNK) -> tuple[Estimate, np.ndarray]:
-    """Initial states from `prepared.start` on, found on the beginning of every window and then on ever more of it; with the windows' costs.
+    """Fit the initial states from `prepared.start` on a growing part of every window; returns the windows' costs as well.
 
-    A state that is a little wrong misses an impact far along the window, from where no derivative leads back.
+    A slightly wrong state may miss an impact late in the window, and no derivative leads back from there.
     """
     estimate, cost = prepared.start, np.zeros(len(prepared.record))
     for share in _SHARES:
@@ -28,13 +28,13 @@ def settled_gradually(prepared: Prepared, integrator: Landing, *, side_by_side: 
 
 
 def _beginning(group: Windows, share: float) -> Windows:
-    """The windows cut off: what comes later has no weight, and no step is taken for it."""
+    """The windows cut off: later samples have no weight and are not integrated."""
     lengths = np.ceil(share * group.lengths).astype(group.lengths.dtype)
     counts = np.arange(group.weight.shape[1]) < lengths[:, None]
     return dataclasses.replace(group, lengths=lengths, weight=np.where(counts[..., None], group.weight, 0.0))
 
 
 def settled_without_force(prepared: Prepared, estimate: Estimate) -> Estimate:
-    """The same parameters, with the windows' states that fit best where no random force acts: what the model itself predicts."""
+    """The same parameters with the window states that fit best without random force: the prediction of the model itself."""
     without = dataclasses.replace(estimate, force=np.zeros((0, 0)))
     return settle(evaluator(prepared, integrator_for(prepared)), without, iterations=4)[0]

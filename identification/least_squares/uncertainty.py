@@ -1,4 +1,4 @@
-"""How well the records determine each number: covariance, verdicts on identifiability, 95 % intervals."""
+"""Standard errors and identifiability: covariance of the estimates and 95 % intervals."""
 
 import dataclasses
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from identification.windows.layout import Active, Estimate
 CHI2_95 = float(chdtri(1, 0.05))
 _SIGMAS_95 = float(ndtri(0.975))
 _NULL = 1e-11
-"""Eigenvalue of the scaled Gauss-Newton matrix below which a direction counts as not determined."""
+"""Eigenvalue of the scaled Gauss-Newton matrix below which a direction is not identifiable."""
 _WIDEST = 1.0
-"""Standard error in internal coordinates (a factor of e) beyond which a parameter counts as not identifiable."""
+"""Standard error in internal coordinates (a factor of e) above which a parameter is not identifiable."""
 _CURVED = 0.1
-"""Relative departure of the likelihood from a parabola at 1.96 standard errors beyond which the interval is a profile."""
+"""Relative departure of the log-likelihood from a parabola at 1.96 standard errors above which the interval is a profile."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ class Uncertainty:
 
     Attributes:
         covariance: of all unknowns (shared, then nuisances record by record); zero rows where not estimated.
-        identifiable: (parameters,) bool; False for those that were free and are not determined.
+        identifiable: (parameters,) bool; False for free parameters that the records do not identify.
     """
 
     covariance: np.ndarray
@@ -44,7 +44,7 @@ class Uncertainty:
 
 
 def uncertainty(equations: Equations, estimate: Estimate, active: Active) -> Uncertainty:
-    """Covariance at the optimum: the inverse Gauss-Newton matrix of normal equations in the metric of the likelihood."""
+    """Covariance at the optimum: inverse Gauss-Newton matrix of the normal equations of the likelihood."""
     identifiable = _identifiable(reduce(equations, estimate, active, 0.0), len(estimate.shared))
     kept = dataclasses.replace(active, shared=active.shared & identifiable)
     reduced = reduce(equations, estimate, kept, 0.0)
@@ -55,7 +55,7 @@ def uncertainty(equations: Equations, estimate: Estimate, active: Active) -> Unc
 
 
 def _identifiable(reduced: Reduced, shared: int) -> np.ndarray:
-    """(parameters,) bool: determined at all, and to better than a factor of e; parameters that are not free count as identifiable."""
+    """(parameters,) bool: identifiable, with a standard error below a factor of e; parameters that are not free count as identifiable."""
     part = np.flatnonzero(reduced.active)
     hessian = reduced.hessian[np.ix_(part, part)]
     scale = np.sqrt(np.maximum(np.diag(hessian), 0.0))
@@ -74,7 +74,7 @@ def interval(
 ) -> tuple[float, float, str]:
     """95 % interval of one shared parameter in internal coordinates, and whether it is "normal" or a "profile".
 
-    The profile likelihood is followed along its tangent, with one Gauss-Newton step of all other unknowns at every point.
+    The profile likelihood is followed along its tangent; one Gauss-Newton step moves all other unknowns at every point.
     """
     best = equations.total(estimate)
     sigma = spread.stderr[index]
@@ -100,7 +100,7 @@ def interval(
 
 
 def covariance_of(equations: Equations, estimate: Estimate, active: Active) -> np.ndarray:
-    """Inverse Gauss-Newton matrix of all unknowns, zero where not active."""
+    """Covariance (inverse Gauss-Newton matrix) of all unknowns, zero where not active."""
     reduced = reduce(equations, estimate, active, 0.0)
     full = np.zeros_like(reduced.hessian)
     full[np.ix_(reduced.active, reduced.active)] = covariance(reduced.hessian[np.ix_(reduced.active, reduced.active)])
@@ -108,7 +108,7 @@ def covariance_of(equations: Equations, estimate: Estimate, active: Active) -> n
 
 
 def _along(equations: Equations, estimate: Estimate, active: Active, index: int, shift: float) -> tuple[Estimate, Active]:
-    """The point where one parameter is moved and all others follow to first order, and what is free there."""
+    """The point with one parameter moved and all others at their first-order optimum, and the free unknowns there."""
     shared = estimate.shared.copy()
     shared[index] += shift
     others = dataclasses.replace(active, shared=active.shared & (np.arange(len(shared)) != index))
@@ -119,5 +119,5 @@ def _along(equations: Equations, estimate: Estimate, active: Active, index: int,
 
 
 def _profile_cost(equations: Equations, estimate: Estimate, active: Active) -> float:
-    """Cost after one more Gauss-Newton step of everything that is free, by its quadratic prediction."""
+    """Cost after one more Gauss-Newton step of all free unknowns, by its quadratic prediction."""
     return equations.total(estimate) - 0.5 * newton_decrement(reduce(equations, estimate, active, 0.0), equations)

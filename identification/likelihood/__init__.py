@@ -1,1 +1,1 @@
-"""The likelihood of records: sensor noise, random force, random effects, and what follows of them for estimates and models."""
+"""Likelihood of the records: autocorrelated sensor noise, random force, random effects; estimates and model evidence that follow."""

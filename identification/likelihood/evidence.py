@@ -1,11 +1,11 @@
-"""When a gain of log-likelihood is evidence: what chance alone gives over all that was tried, and the price of further numbers."""
+"""Significance of a log-likelihood gain: p-values with a correction for the number of tests, and the Bayesian information criterion."""
 
 import numpy as np
 from scipy.special import chdtrc
 
 
 def chance(gain: float, degrees: int, trials: int) -> float:
-    """Probability that chance raises twice the log-likelihood by as much in the best of so many trials (Bonferroni: an upper bound).
+    """P-value of a gain in twice the log-likelihood, as the best of `trials` candidates (Bonferroni: an upper bound).
 
     Example:
         >>> chance(0.0, 1, 10)
@@ -17,9 +17,10 @@ def chance(gain: float, degrees: int, trials: int) -> float:
 
 
 def chance_of_force(gain: float) -> float:
-    """Probability that noise alone shows a random force with twice as much log-likelihood: its size lies at the edge of its range.
+    """P-value of a gain in twice the log-likelihood due to a random force.
 
-    Half of chi-square with no degree of freedom, half with one.
+    Under noise alone its size lies at the edge of its range; the gain is then distributed half as chi-square with no degree of freedom,
+    half with one.
 
     Source: S. G. Self, K.-Y. Liang, JASA 82 (1987) 605-610.
 

@@ -1,4 +1,4 @@
-"""A model fitted in the whole likelihood: mode of parameters, states and force, and its variances by restricted maximum likelihood."""
+"""Fit of a model under the full likelihood: mode of parameters, states and random force; variances by restricted maximum likelihood."""
 
 import dataclasses
 
@@ -20,22 +20,22 @@ from identification.windows.prepare import Prepared
 from vibrojax.model import Model
 
 _FIRST_FORCE, _FIRST_MEMORY = 1e-2, 4.0
-"""Random force to begin with, over the rms inertia in flight; and its memory, over the distance of knots."""
+"""Start values: random force over the rms inertia in flight; correlation time over the knot spacing."""
 _FIRST_DEGREES = 4.0
 _THERE = 1.0
-"""Fall of the cost by another step, nats, that is none."""
+"""Expected decrease of the cost below which the fit has converged, nats."""
 _STEADY = 0.05
-"""Change of the logarithm of the force's size from one round to the next at which the variances are there."""
+"""Change of the log size of the force from one round to the next below which the variances have converged."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Fitted:
-    """One fitted model.
+    """A model fitted under the full likelihood, with the posterior of its linearisation.
 
     Attributes:
-        point: mode, with the variances.
-        posterior: of the linear model there.
-        to_go: fall of the cost that another step would bring, nats.
+        point: mode of all unknowns, with the variances.
+        posterior: of the model linearised at the mode.
+        to_go: expected decrease of the cost in another step, nats.
     """
 
     point: Point
@@ -54,17 +54,17 @@ class Fitted:
 
     @property
     def variances(self) -> Variances:
-        """Of noise and force."""
+        """Variances of noise and random force."""
         return self.point.variances
 
     @property
     def converged(self) -> bool:
-        """Whether another step would lower the cost by no more than chance does."""
+        """Whether another step would lower the cost by less than `_THERE`, which is not significant."""
         return self.to_go < _THERE
 
     @property
     def outcome(self) -> Outcome:
-        """As an ordinary fit gives it, its normal equations in the metric of the whole likelihood."""
+        """The fit as the outcome of a least-squares fit, with the normal equations of the full likelihood."""
         return Outcome(
             estimate=self.estimate,
             equations=self.posterior.equations,
@@ -76,39 +76,39 @@ class Fitted:
 
     @property
     def model(self) -> Model:
-        """With the estimated numbers."""
+        """The model with the estimated parameters."""
         return self.prepared.model.replace(self.prepared.layout.physical(self.estimate.shared))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the effects in the model."""
+        """Names of the effects in the model."""
         return tuple(effect.name for effect in self.prepared.model.effects)
 
     @property
     def title(self) -> str:
-        """The effects in the model, to be read after "beside"."""
+        """Names of the effects, as text that follows "beside"."""
         return " and ".join(self.names) if self.names else "the nominal model"
 
     @property
     def unknowns(self) -> int:
-        """Count of estimated numbers that are neither states of windows nor what single records add to a parameter."""
+        """Number of estimated parameters: without window states, and with one variance for each parameter that varies between records."""
         active, layout = free_unknowns(self.prepared), self.prepared.layout
         own = np.delete(active.nuisances, np.arange(layout.nuisance_count)[layout.varying], axis=1)
         return int(active.shared.sum() + own.sum()) + len(layout.variations)
 
     @property
     def samples(self) -> int:
-        """Samples times channels that count."""
+        """Number of samples times channels with weight."""
         return int(self.point.inner.samples.sum())
 
     @property
     def criterion(self) -> float:
-        """Bayesian information criterion, windows' states and force integrated out."""
+        """Bayesian information criterion; window states and random force are integrated out."""
         return criterion(self.log_likelihood, self.unknowns, self.samples)
 
     @property
     def log_likelihood(self) -> float:
-        """Of the parameters and variances, with windows' states, force and variations between records integrated out (Laplace)."""
+        """Log-likelihood of parameters and variances; window states, force and variations between records are integrated out (Laplace)."""
         inner, by, variances, layout = self.point.inner, self.posterior.marginal, self.variances, self.prepared.layout
         finite = self.point.at.finite
         deviation = np.where(finite, self.posterior.deviation(), self.point.lost)
@@ -122,14 +122,14 @@ class Fitted:
         return float(density.sum() - 0.5 * states.sum() - scales - 0.5 * records - self.point.prior)
 
     def _varying(self) -> Int[np.ndarray, " variations"]:
-        """Places of the variations among all unknowns but the states."""
+        """Indices of the variations between records among all unknowns but the states."""
         layout, records = self.prepared.layout, len(self.estimate.nuisances)
         own = np.arange(layout.nuisance_count)[layout.varying]
         return (layout.shared + layout.nuisance_count * np.arange(records)[:, None] + own).ravel()
 
     @property
     def chi2_reduced(self) -> float:
-        """Mean squared residual over the noise where no random force is allowed for, states fitted; 1 where it is noise."""
+        """Reduced chi-square without random force, with the window states at their optimum; 1 where the residual is noise."""
         inner, layout = self.point.inner.fit, self.prepared.layout
         own = slice(1 + layout.size - layout.states, None)
         finite = self.point.at.finite
@@ -143,34 +143,34 @@ class Fitted:
 
     @property
     def continued(self) -> Prepared:
-        """The windows, to be fitted on from here."""
+        """The windows, with this estimate as start of a further fit."""
         return dataclasses.replace(self.prepared, start=self.estimate)
 
     def lightened(self) -> "Fitted":
-        """Without the answers of all windows to the force, which are large, and needed to go on from here only."""
+        """Without the windows' responses to the random force: large arrays that only a further fit needs."""
         return dataclasses.replace(self, point=dataclasses.replace(self.point, answer=np.zeros((0, 0, 0))))
 
 
 def inertia(at: Point) -> float:
-    """Root mean square of m x'' in flight, N: the size of the forces in the rig, with or without a spring."""
+    """Root mean square of m x'' in flight, N: scale of the forces in the rig, with or without a spring."""
     flight = at.at.inside & ~at.at.in_contact & at.at.finite[:, None]
     values = at.at.acceleration[flight]
     return float(at.prepared.model.mass) * float(np.sqrt(np.mean(values**2))) if values.size else 1.0
 
 
 def fastest_hz(prepared: Prepared, estimate: Estimate) -> float:
-    """Highest of natural and excitation frequencies."""
+    """Highest of natural and excitation frequencies, Hz."""
     natural = prepared.layout.physical(estimate.shared).get("f_n", 0.0)
     return max([float(group.frequency_hz.max()) for group in prepared.groups] + [natural])
 
 
 def declared_channels(prepared: Prepared) -> frozenset[str]:
-    """Channels whose noise the experiment states."""
+    """Channels whose noise the experiment declares."""
     return frozenset(name for name, sensor in prepared.experiment.sensors.items() if sensor.noise is not None)
 
 
 def first_point(prepared: Prepared, estimate: Estimate) -> Point:
-    """Where a fit in the whole likelihood begins: no force yet, noise as the flights show it, and room for a small force."""
+    """Start of a fit under the full likelihood: zero random force with a small prior variance, noise estimated from the flights."""
     at = linearised(prepared, integrator_for(prepared), estimate)
     places = knots(at, fastest_hz(prepared, estimate))
     flight = at.inside & ~at.in_contact & at.finite[:, None]
@@ -187,14 +187,14 @@ def first_point(prepared: Prepared, estimate: Estimate) -> Point:
 
 
 def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterations: int = 12, settle: bool = True) -> Fitted:
-    """From a point on: mode and variances in turn, windows that have settled wrongly settled anew, until both are there.
+    """Alternate between the mode and the variances until both converge; restart windows that have converged to a wrong motion.
 
     Args:
-        start: with variances to begin with.
-        rounds: at most.
-        measure_noise: whether the sensors' noise is estimated anew with the model as it is.
-        iterations: of the mode in each round, at most.
-        settle: whether windows that have settled wrongly are settled anew, in the first round and the last.
+        start: point with first variances.
+        rounds: largest number of alternations.
+        measure_noise: whether each round re-estimates the sensor noise.
+        iterations: largest number of steps of the mode in each round.
+        settle: whether diverged windows are restarted, in the first round and the last.
     """
     here, find = start, JointMode(most_iterations=iterations)
     for turn in range(rounds):
@@ -217,7 +217,7 @@ def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterati
 
 
 def covariance_of(of: Fitted) -> Float[np.ndarray, "unknowns unknowns"]:
-    """Of parameters and nuisances; zero for what is not estimated."""
+    """Covariance of parameters and nuisances; zero for those that are not estimated."""
     reduced = of.posterior.reduced
     full, part = np.zeros_like(reduced.hessian), reduced.active
     full[np.ix_(part, part)] = covariance(reduced.hessian[np.ix_(part, part)])

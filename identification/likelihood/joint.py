@@ -1,4 +1,4 @@
-"""The joint mode of parameters, states and random force: every step is integrated under the force as estimated."""
+"""Joint mode of parameters, window states and random force, integrated under the estimated force."""
 
 import dataclasses
 
@@ -18,30 +18,30 @@ from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared
 
 _LOST = 1e6
-"""Mean squared residual at which a window counts that could not be integrated."""
+"""Mean squared residual assigned to a window whose integration failed."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Point:
-    """One point of the fit, linearised, with its cost under given variances."""
+    """A linearised point of the fit, with its cost under given variances."""
 
     prepared: Prepared
     estimate: Estimate
     at: Linearised
-    """With residuals under the force."""
+    """With residuals under the random force."""
     answer: np.ndarray
-    """To the force at its knots, over the noise; (windows, knots, samples)."""
+    """Response to the force at its knots, whitened by the noise; (windows, knots, samples)."""
     linear: Linear
     variances: Variances
     inner: Grams
-    """With residuals as they would be without the force."""
+    """With residuals as without the random force."""
     marginal: Marginal
     deviation: np.ndarray
-    """(windows,): squared residuals over the noise and squared force over its covariance; infinite where lost."""
+    """(windows,): squared residuals over the noise plus squared force over its covariance; infinite where the integration failed."""
 
     @property
     def cost(self) -> float:
-        """Negative logarithm of the joint density, up to constants."""
+        """Negative log joint density, up to constants, nats."""
         finite, degrees = np.isfinite(self.deviation), self.variances.degrees
         deviation = np.where(finite, self.deviation, self.lost)
         samples = np.where(finite, self.inner.samples, self.possible)
@@ -49,25 +49,25 @@ class Point:
 
     @property
     def possible(self) -> Int[np.ndarray, " windows"]:
-        """Samples of every window, lost or not."""
+        """Samples of every window, integrated or not."""
         return (self.at.weight > 0).sum(axis=(1, 2))
 
     @property
     def lost(self) -> Float[np.ndarray, " windows"]:
-        """Squared residual at which a window counts that could not be integrated."""
+        """Squared residual assigned to a window whose integration failed."""
         return _LOST * self.possible
 
     @property
     def prior(self) -> float:
-        """Cost of what is known of states, zeros and gaps without the records, nats."""
+        """Negative log prior of effects' states, sensor zeros, variations between records and gap errors, nats."""
         return equations(self.linear, self.marginal, np.zeros(len(self.deviation))).total(self.estimate)
 
     def equations(self, damping: float = 0.0, *, newton: bool = False) -> Equations:
-        """Normal equations here, in the metric of the whole likelihood, the force eliminated.
+        """Normal equations under the full likelihood at this point, with the random force eliminated.
 
         Args:
-            damping: share by which the force's own curvature is raised, so that it moves less.
-            newton: with the curvature of the windows' loss.
+            damping: relative increase of the force's curvature, which shortens its step.
+            newton: with the curvature of the windows' robust loss.
         """
         held = damping / (1.0 + damping)
         gram = (1.0 - held) * self.marginal.gram + held * self.inner.fit
@@ -76,7 +76,7 @@ class Point:
         return equations(self.linear, by, self.weight, self._bend(gram) if newton else None)
 
     def _bend(self, gram: Float[np.ndarray, "windows vector vector"]) -> Float[np.ndarray, " windows"]:
-        """Of the windows' loss, along what is estimated."""
+        """Curvature of the windows' robust loss along the estimated unknowns."""
         weight, active = self.weight, self.linear.active
         own, states = active.nuisances[self.at.record], np.ones(self.estimate.states.shape, bool)
         free = np.concatenate([np.broadcast_to(active.shared, (len(weight), len(active.shared))), own, states], axis=1)
@@ -86,7 +86,7 @@ class Point:
 
     @property
     def from_force(self) -> float:
-        """Fall of the cost that the force alone would bring, by the linear model, nats."""
+        """Expected decrease of the cost due to a step of the random force alone, nats."""
         inner, by, force = self.inner, self.marginal, self.estimate.force
         gradient = (by.root.T @ (inner.cross[..., :1] + inner.force @ force[..., None]))[..., 0] + np.linalg.solve(by.root, force.T).T
         fall = np.linalg.solve(by.factor, gradient[..., None])[..., 0]
@@ -94,7 +94,7 @@ class Point:
 
     @property
     def weight(self) -> Float[np.ndarray, " windows"]:
-        """Of every window at this point."""
+        """Robust weight of every window at this point."""
         return robust.weights(self.deviation, self.inner.samples, self.variances.degrees)
 
     def under(self, variances: Variances) -> "Point":
@@ -104,9 +104,9 @@ class Point:
         return dataclasses.replace(self, variances=variances).renewed()
 
     def moved(self, step: Float[np.ndarray, "windows size"], force: Float[np.ndarray, "windows knots"], variances: Variances) -> "Point":
-        """Where all windows have moved by a step of the linear model, with the force as that model has it then, under other variances.
+        """The point after a step of the linear model, with that model's random force, under other variances.
 
-        As it is, where that costs more.
+        The step is rejected where it raises the cost.
         """
         layout, estimate, record = self.prepared.layout, self.estimate, self.at.record
         shared, count = step[0, : layout.shared], layout.size - layout.states
@@ -118,12 +118,12 @@ class Point:
         return there if there.cost < here.cost else here
 
     def renewed(self) -> "Point":
-        """The same with the answer to the force worked out here."""
+        """The same point with the response to the random force recomputed."""
         answer = white_answer(self.at, self._answer(), self.variances.noise)
         return _weighed(self.prepared, self.estimate, self.at, answer, self.variances, None)
 
     def without_force(self) -> Linearised:
-        """The windows with residuals as they would be without the force, to first order."""
+        """The windows with residuals as without the random force, to first order."""
         lowered = np.einsum("lktc,lk->ltc", self._answer(), self.estimate.force)
         return dataclasses.replace(self.at, residual=self.at.residual - lowered)
 
@@ -138,7 +138,7 @@ def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like:
         prepared: windows and model.
         estimate: with the force.
         variances: of noise and force.
-        like: a point near by under the same noise, whose answer to the force is taken for that here.
+        like: a near point under the same noise, whose response to the force is reused.
         refinement: 2 halves every step of the integration.
     """
     at = linearised(prepared, integrator_for(prepared, refinement=refinement), estimate, variances.places)
@@ -150,7 +150,7 @@ def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like:
 
 
 def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[np.ndarray, "windows knots time channels"]:
-    """What 1 N at each knot does to the residuals; nothing where the hammer is led along a prescribed motion."""
+    """Response of the residuals to 1 N at each knot; zero where the hammer follows a prescribed motion."""
     free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
     found = force_response(at, float(prepared.model.mass), variances.places)
     found[~free] = 0.0
@@ -160,7 +160,7 @@ def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[n
 def _weighed(
     prepared: Prepared, estimate: Estimate, at: Linearised, answer: np.ndarray, variances: Variances, known: np.ndarray | None
 ) -> Point:
-    """`known`: products of the answer with itself, if they are."""
+    """A point from its linearisation and the response to the force; `known`: inner products of that response, if available."""
     inner = without_force(grams(at, answer, variances.noise, known), estimate.force)
     found = marginal(inner, variances.root)
     white = np.linalg.solve(found.root, estimate.force.T).T
@@ -183,21 +183,21 @@ def _weighed(
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class JointMode:
-    """Levenberg-Marquardt on the joint density at fixed variances: parameters, states and force take damped steps together.
+    """Levenberg-Marquardt iteration on the joint density at fixed variances: damped steps of parameters, states and force together.
 
-    Steps hold the windows' weights (iteratively reweighted least squares, which goes down from far away). Where more is left to go than a
-    step has brought, the next one takes in the curvature of the loss (Newton); where that gets on slowly too, where steps fail and where
-    they end, the answer to the force is worked out anew: it steers the steps, and does not enter the cost.
+    Steps hold the windows' weights (iteratively reweighted least squares, which decreases the cost from far away). Where the expected
+    decrease exceeds that of the last step, the next one includes the curvature of the loss (Newton). Where that is slow too, where steps
+    fail and at convergence, the response to the force is recomputed: it determines the steps only, not the cost.
     """
 
     most_iterations: int = 12
     tolerance: float = 0.1
-    """Fall of the cost that is none, nats."""
+    """Decrease of the cost below which the iteration has converged, nats."""
     longest_step: float = 0.7
-    """Of a shared parameter, in its internal coordinate."""
+    """Longest step of a shared parameter, in its internal coordinate."""
 
     def __call__(self, start: Point) -> Point:
-        """The mode that is reached from a point; the cost never rises."""
+        """Mode reached from a point; the cost never rises."""
         here, cost, damping, growth, fresh, newton = start, start.cost, 1e-4, 2.0, True, False
         ahead = self.to_go(here)
         for _ in range(self.most_iterations):
@@ -231,7 +231,7 @@ class JointMode:
         return here
 
     def to_go(self, here: Point) -> float:
-        """Fall of the cost that an undamped step would bring, nats."""
+        """Expected decrease of the cost in an undamped Newton step, nats."""
         found = here.equations(newton=True)
         rest = block_arrow.newton_decrement(block_arrow.reduce(found, here.estimate, self._free(here, found), 0.0), found)
         return 0.5 * rest + here.from_force

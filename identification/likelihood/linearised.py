@@ -1,4 +1,4 @@
-"""The fitted model and what it answers to a small push: all that a score test needs, from one sweep of tangents."""
+"""Linearised motion: residuals, Jacobian, fundamental matrix and force derivatives of every window, by forward differentiation."""
 
 import dataclasses
 import functools
@@ -23,14 +23,14 @@ from vibrojax.model import Model
 from vibrojax.system import System
 
 _SINGULAR = 1e-12
-"""Determinant of a derivative of the state, its largest element 1, below which singular values that are as small count as none."""
+"""Determinant of a state derivative, scaled to largest element 1, below which it is singular; cut-off of its singular values."""
 _LARGEST = 1e100
-"""Residual and derivative, over the noise, beyond which a window counts as one that could not be integrated."""
+"""Largest residual or derivative, over the noise, of a window that counts as integrated."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Linearised:
-    """Every window of the records at one point of the fit; the first axis is the window, time is padded to the longest.
+    """Every window linearised at one point of the fit; the first axis is the window, time is padded to the longest.
 
     Attributes:
         record: index of each window's record.
@@ -40,17 +40,19 @@ class Linearised:
         weight: 1 / noise of every sample and channel, 0 where it does not count; (windows, time, channels).
         channels: names along the last axis.
         residual: (measured - model) / noise; (windows, time, channels).
-        jacobian: its derivative in the window's own vector; (windows, size, time, channels).
-        u, v, acceleration, push: of the hammer against the cart, its absolute acceleration, and of the stop; (windows, time).
+        jacobian: derivative of the residual with respect to the window's own vector; (windows, size, time, channels).
+        u, v: displacement and velocity of the hammer relative to the cart; (windows, time).
+        acceleration, push: absolute acceleration of the hammer, and force of the stop; (windows, time).
         in_contact, approach_speed: as in `Trajectory`.
-        own: states of the effects that the model has already; (windows, time, own).
-        fundamental: derivative of the state in that at the window's begin; (windows, time, states, states). The state is u, u' and those
-            states of effects that a window begins with.
-        push_by, restoring: derivative of the push and of the hammer's absolute acceleration in the state; (windows, time, states).
-        cart_by: derivative of the cart's displacement and acceleration in the state; (windows, time, 2, states).
-        flow: derivative of the state's rates in the state; (windows, time, states, states).
-        kick: derivative of the state's rates in a force on the hammer, 1/N; (windows, time, states).
-        finite: windows that could be integrated; all else is zero in the others.
+        own: states of the effects in the model; (windows, time, own).
+        fundamental: derivative of the state with respect to that at the start of the window; (windows, time, states, states). The state is
+            u, u' and those states of effects that are initial values of a window.
+        push_by, restoring: derivatives of the push and of the hammer's absolute acceleration with respect to the state;
+            (windows, time, states).
+        cart_by: derivatives of the cart's displacement and acceleration with respect to the state; (windows, time, 2, states).
+        flow: derivative of the state's rates with respect to the state; (windows, time, states, states).
+        kick: derivative of the state's rates with respect to a force on the hammer, 1/N; (windows, time, states).
+        finite: windows whose integration succeeded; all else is zero in the others.
     """
 
     record: np.ndarray
@@ -78,14 +80,14 @@ class Linearised:
 
     @property
     def inside(self) -> Bool[np.ndarray, "windows time"]:
-        """What is no padding."""
+        """Samples that are not padding."""
         return np.arange(self.u.shape[1]) < self.lengths[:, None]
 
     @functools.cached_property
     def quadrature(self) -> tuple[Float[np.ndarray, "windows steps states states"], Float[np.ndarray, "windows steps states states"]]:
-        """L and R of each step from sample to sample: int X^-1 b dt = L b_0 + R b_1, X the fundamental matrix, b linear in the step.
+        """Quadrature weights L and R of each step between samples: int X^-1 b dt = L b_0 + R b_1, X the fundamental matrix, b linear in it.
 
-        The trapezoidal rule with the derivatives at both ends, d/dt X^-1 b = X^-1 (b' - A b) with A the flow: exact for a cubic.
+        The corrected trapezoidal rule uses the derivatives at both ends, d/dt X^-1 b = X^-1 (b' - A b) with A the flow: exact for a cubic.
         """
         inverse, step = _inverse(self.fundamental, self.finite), np.diff(self.ts, axis=1)[..., None, None] / 12.0
         first, last, turned = inverse[:, :-1], inverse[:, 1:], inverse @ self.flow
@@ -94,7 +96,7 @@ class Linearised:
         return before, after
 
     def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
-        """Values along one record, put together from its windows."""
+        """Values along one record, assembled from its windows."""
         whole = np.zeros((samples, *values.shape[2:]), values.dtype)
         for window in np.flatnonzero(self.record == record):
             first, length = self.first[window], self.lengths[window]
@@ -104,14 +106,14 @@ class Linearised:
     def in_windows(
         self, values: Shaped[np.ndarray, "... samples"], record: int
     ) -> tuple[Int[np.ndarray, " windows"], Shaped[np.ndarray, "... windows time"]]:
-        """The windows of one record, and values along it in their shape."""
+        """The windows of one record, and values along the record cut into them."""
         windows = np.flatnonzero(self.record == record)
         samples = self.first[windows, None] + np.minimum(np.arange(self.ts.shape[1]), self.lengths[windows, None] - 1)
         return windows, values[..., samples]
 
 
 def disturbed(groups: tuple[Windows, ...], estimate: Estimate, places: Float[np.ndarray, " knots"]) -> tuple[Windows, ...]:
-    """Windows under the random force of an estimate, `places` of whose knots count from the begin of each, s."""
+    """Windows under the estimated random force; `places` are its knots from the start of each window, s."""
     found, begin = [], 0
     for group in groups:
         lanes = len(group.record)
@@ -125,7 +127,7 @@ def disturbed(groups: tuple[Windows, ...], estimate: Estimate, places: Float[np.
 def linearised(
     prepared: Prepared, integrator: Landing, estimate: Estimate, places: Float[np.ndarray, " knots"] | None = None
 ) -> Linearised:
-    """Integrate every window with a tangent for each number of its vector; with the `places` of its knots, under the estimated force."""
+    """Integrate every window with the tangents of its own vector; under the estimated random force if `places`, its knots, are given."""
     model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
     groups = prepared.groups if places is None else disturbed(prepared.groups, estimate, places)
     chunks = chunked(groups, CHUNK)
@@ -161,7 +163,7 @@ def linearised(
 
 
 def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...]) -> np.ndarray:
-    """Values of some channels, the last axis, among all that were seen; zero for the others."""
+    """Values of some channels (last axis) arranged among all recorded channels; zero for the others."""
     if channels == seen:
         return values
     found = np.zeros((*values.shape[:-1], len(seen)), values.dtype)
@@ -172,7 +174,7 @@ def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...])
 def _inverse(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
 ) -> Float[np.ndarray, "windows time states states"]:
-    """Of every matrix, with states in sizes that the first one's initial value gives them; of a singular one the pseudoinverse."""
+    """Inverse of every matrix, scaled by the states' sensitivity to the first initial value; pseudoinverse of a singular one."""
     size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
     size = np.where(size > 0, size, 1.0)
     scaled = matrices * size / size[:, None]
@@ -185,13 +187,13 @@ def _inverse(
 
 
 def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
-    """Windows of which every value is a number with a square far from the largest number there is."""
+    """Windows whose values are all finite and far from overflow when squared."""
     axes = tuple(range(1, values.ndim))
     return np.maximum(values.max(axis=axes, initial=0.0), -values.min(axis=axes, initial=0.0)) <= _LARGEST
 
 
 def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
-    """Zero where a window could not be integrated, and where a derivative overflowed."""
+    """Values set to zero where the integration failed or a derivative overflowed."""
     if not np.isfinite(values.sum()):
         values = np.nan_to_num(values, posinf=0.0, neginf=0.0)
     values[~finite] = 0.0
@@ -200,7 +202,7 @@ def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
 
 @soon_compiled
 def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> dict[str, Array]:
-    """Residual, Jacobian, motion and its derivatives of some windows."""
+    """Residual, Jacobian, motion and state derivatives of some windows."""
     free = jnp.asarray(layout.free_own, int)
 
     def run(vector: Float[Array, "lanes size"]):
@@ -218,7 +220,7 @@ def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Window
     fundamental = jnp.concatenate([jnp.stack([du, dv], axis=-1), down], axis=-1)
 
     def acting(state: Float[Array, "lanes time states"], force: Float[Array, ""]):
-        """Push, accelerations and rates at every instant, with a constant force beside."""
+        """Absolute acceleration, push, cart motion and state rates at every instant, with an additional constant force."""
 
         def at(system: System, ts, state, own, *contact):
             beside = PiecewiseLinearForce(start=0.0, spacing=1.0, values=jnp.stack([force, force]), beside=system.applied)

@@ -1,4 +1,4 @@
-"""Windows with their random force integrated out: what is left is a small matrix for each."""
+"""Marginal likelihood of windows with the random force integrated out, from small matrices of inner products."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from identification.likelihood.noise import Autoregression, runs
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Grams:
-    """Inner products of a window's residual r, its Jacobian J and its answer Z to the random force, all divided by the noise.
+    """Inner products of a window's residual r, its Jacobian J and its response Z to the random force, all whitened by the noise.
 
     Attributes:
         fit: of (r, J) with itself; (windows, 1 + size, 1 + size).
@@ -32,7 +32,7 @@ class Grams:
 def over_noise(
     values: Float[np.ndarray, "windows *rows time channels"], at: Linearised, noise: Mapping[str, Autoregression]
 ) -> Float[np.ndarray, "windows *rows channels time"]:
-    """Rows of residuals, each channel divided by the root of its noise's covariance."""
+    """Rows of residuals, each channel whitened by the covariance of its noise."""
     length = runs((at.weight > 0).transpose(0, 2, 1))
     found = np.empty((*values.shape[:-2], values.shape[-1], values.shape[-2]))
     for c, name in enumerate(at.channels):
@@ -43,20 +43,20 @@ def over_noise(
 def white_answer(
     at: Linearised, answer: Float[np.ndarray, "windows knots time channels"], noise: Mapping[str, Autoregression]
 ) -> Float[np.ndarray, "windows knots samples"]:
-    """Z over the noise."""
+    """Response Z to the random force, whitened by the noise."""
     return over_noise(answer, at, noise).reshape(*answer.shape[:2], -1)
 
 
 def grams(
     at: Linearised, answer: Float[np.ndarray, "windows knots samples"], noise: Mapping[str, Autoregression], force: np.ndarray | None = None
 ) -> Grams:
-    """All inner products, window by window.
+    """Inner products of r, J and Z in every window.
 
     Args:
         at: residuals and Jacobian.
         answer: from `white_answer`.
         noise: by channel.
-        force: of Z with itself, if that is known already.
+        force: inner product of Z with itself, if available.
     """
     length = runs((at.weight > 0).transpose(0, 2, 1))
     rows = over_noise(np.concatenate([at.residual[:, None], at.jacobian], axis=1), at, noise)
@@ -75,7 +75,7 @@ def grams(
 
 
 def without_force(of: Grams, force: Float[np.ndarray, "windows knots"]) -> Grams:
-    """The inner products of r - Z f in place of r."""
+    """Inner products with r - Z f in place of r."""
     pushed = (of.force @ force[..., None])[..., 0]
     fit, cross = of.fit.copy(), of.cross.copy()
     lowered = np.einsum("lk,lki->li", force, of.cross)
@@ -88,7 +88,7 @@ def without_force(of: Grams, force: Float[np.ndarray, "windows knots"]) -> Grams
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Marginal:
-    """Windows of covariance V = R + Z S Z', with S the covariance of the random force at its knots and R that of the noise.
+    """Marginal windows with covariance V = R + Z S Z'; S is the covariance of the random force at its knots, R that of the noise.
 
     Attributes:
         gram: (r, J)' V^-1 (r, J); (windows, 1 + size, 1 + size).
@@ -106,14 +106,14 @@ class Marginal:
 
     @property
     def deviation(self) -> Float[np.ndarray, " windows"]:
-        """r' V^-1 r."""
+        """r' V^-1 r of every window."""
         return self.gram[:, 0, 0]
 
 
 def marginal(of: Grams, root: Float[np.ndarray, "knots knots"]) -> Marginal:
-    """By Woodbury's identity: what it costs grows with the cube of the knots, not of the samples."""
+    """Marginal windows by Woodbury's identity; the cost grows with the cube of the number of knots, not of samples."""
     shown = root.T @ of.force @ root
-    rounding = len(root) * np.finfo(float).eps * np.trace(shown, axis1=1, axis2=2)  # of a window that runs away, more than the unit matrix
+    rounding = len(root) * np.finfo(float).eps * np.trace(shown, axis1=1, axis2=2)  # of a diverging window, more than the unit matrix
     factor = np.linalg.cholesky((1.0 + rounding)[:, None, None] * np.eye(len(root)) + shown)
     taken = np.linalg.solve(factor, root.T @ of.cross)
     return Marginal(
@@ -127,9 +127,9 @@ def marginal(of: Grams, root: Float[np.ndarray, "knots knots"]) -> Marginal:
 def estimated_force(
     of: Grams, by: Marginal, step: Float[np.ndarray, "windows size"]
 ) -> tuple[Float[np.ndarray, "windows knots"], Float[np.ndarray, "windows knots knots"]]:
-    """Best linear prediction of the force at the knots, N, where the unknowns have moved by `step`; and a root of its covariance then.
+    """Best linear prediction of the force at the knots, N, after a step of the unknowns, and a root of its conditional covariance.
 
-    f = -S Z' V^-1 (r + J step); the covariance is (S^-1 + Z' R^-1 Z)^-1, to which that of the unknowns comes.
+    f = -S Z' V^-1 (r + J step); the covariance (S^-1 + Z' R^-1 Z)^-1 does not include that of the unknowns.
     """
     right = of.cross[..., 0] + (of.cross[..., 1:] @ step[..., None])[..., 0]
     root = by.root @ np.linalg.inv(by.factor).transpose(0, 2, 1)

@@ -1,4 +1,4 @@
-"""Sensor noise with autocorrelation: an autoregressive process for each channel."""
+"""Autocorrelated sensor noise: a Gaussian autoregressive process for each channel."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from scipy.ndimage import convolve1d
 from scipy.signal import detrend
 
 HIGHEST_ORDER = 6
-"""Order up to which autoregressions are tried; an anti-alias filter of two poles takes some four to eight."""
+"""Highest order of an autoregression; an anti-alias filter of two poles takes some four to eight."""
 
 _LOUD = 2.0
-"""Power of a stretch over the median of all from which it counts less."""
+"""Power of a segment over the median above which its weight is reduced."""
 _WRONGLY_DECLARED = 1.5
-"""Standard deviation over the declared one above which what is measured is no noise."""
+"""Largest estimated standard deviation of the noise over the declared one; the rest is not noise."""
 _COMPLETIONS, _COMPLETE, _NODES, _BINS = 100, 1e-4, 32, 400
 
 
@@ -40,7 +40,7 @@ class Autoregression:
 
     @property
     def order(self) -> int:
-        """p."""
+        """Order p of the autoregression."""
         return len(self.innovation) - 1
 
     @property
@@ -55,7 +55,7 @@ class Autoregression:
         return self.innovation[-1] ** 2 / np.abs(transfer) ** 2
 
     def autocorrelation(self, lags: int) -> Float[np.ndarray, " lags"]:
-        """Of the noise at lags 0, 1, ... lags - 1."""
+        """Autocorrelation of the noise at lags 0, 1, ... lags - 1."""
         found = np.zeros(max(lags, self.order + 1))
         found[0] = 1.0
         for lag in range(1, len(found)):
@@ -66,11 +66,11 @@ class Autoregression:
     def whitened(
         self, values: Float[np.ndarray, "windows *rows time"], run: Int[np.ndarray, "windows time"]
     ) -> Float[np.ndarray, "windows *rows time"]:
-        """Values divided by the root of the noise's covariance: white and of variance 1 where they are this noise.
+        """Values whitened by the covariance of the noise: white with variance 1 where they are this noise.
 
         Args:
-            values: of windows; what is there where nothing was recorded does not count.
-            run: from `runs`; a sample is predicted from those before it in its own stretch, so that the first ones count as well.
+            values: of windows; values where nothing was recorded do not count.
+            run: from `runs`; a sample is predicted from earlier ones of its own segment, so that the first ones count as well.
         """
         wide = run.reshape(len(run), *[1] * (values.ndim - 2), run.shape[1])
         values = np.where(wide > 0, values, 0.0)
@@ -86,18 +86,18 @@ class Autoregression:
         return found
 
     def log_scale(self, run: Int[np.ndarray, "... time"]) -> Float[np.ndarray, "..."]:
-        """Half the log-determinant of the covariance of each stretch: sum of the logarithms of the innovations."""
+        """Half the log-determinant of the covariance of each segment: sum of the logarithms of the innovations."""
         scale = np.concatenate([[0.0], np.log(self.innovation)])
         return np.asarray(scale[np.minimum(run, self.order + 1)].sum(axis=-1))
 
 
 def white(std: float = 1.0) -> Autoregression:
-    """Noise without autocorrelation."""
+    """White noise: an autoregression of order 0."""
     return Autoregression(coefficients=np.zeros((1, 0)), innovation=np.array([std]))
 
 
 def runs(valid: Bool[np.ndarray, "*windows time"]) -> Int[np.ndarray, "*windows time"]:
-    """How many samples without a break end at each one, itself included; 0 where nothing was recorded.
+    """Number of consecutive recorded samples that end at each one, itself included; 0 where nothing was recorded.
 
     Example:
         >>> runs(np.array([True, True, False, True])).tolist()
@@ -108,7 +108,7 @@ def runs(valid: Bool[np.ndarray, "*windows time"]) -> Int[np.ndarray, "*windows 
 
 
 def autoregression(autocovariance: Float[np.ndarray, " lags"]) -> Autoregression:
-    """The autoregression of that autocovariance, at lags 0, 1, ... of its order; the first above zero.
+    """Autoregression with a given autocovariance at lags 0, 1, ... of its order; the first is above zero.
 
     Source: Yule-Walker equations by Durbin's recursion.
     """
@@ -126,18 +126,18 @@ def autoregression(autocovariance: Float[np.ndarray, " lags"]) -> Autoregression
 
 
 def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known: float | None = None) -> Autoregression | None:
-    """The noise of one channel, from stretches of residual in which only what is faster than `slow` is noise.
+    """Noise of one channel, estimated from residual segments in which only frequencies above `slow` are noise.
 
-    Slower cosines are projected out, since a random force or a model that lacks something shows there. The power that noise itself has
-    there is that of the autoregression: its autocovariance is completed by it, and both are estimated in turn (expectation-maximisation).
+    Slower cosines are projected out, because a random force or a missing effect appears there. The noise's own power at those frequencies
+    is that of the autoregression: it completes the autocovariance, and both are estimated in turn (expectation-maximisation).
 
     Args:
-        segments: without gaps; each stretch counts by its length, but a loud one no more than `_LOUD` times the median.
+        segments: without gaps; each is weighted by its length, with a power of at most `_LOUD` times the median.
         slow: frequency, cycles a sample.
-        known: declared standard deviation; more than `_WRONGLY_DECLARED` times that is no noise. None where it is not declared.
+        known: declared standard deviation; the estimate is limited to `_WRONGLY_DECLARED` times that. None where it is not declared.
 
     Returns:
-        The autoregression; None where the stretches are too short to tell.
+        The autoregression; None where the segments are too short.
 
     Source: A. P. Dempster, N. M. Laird, D. B. Rubin, J. R. Stat. Soc. B 39 (1977) 1-38.
     """
@@ -182,7 +182,7 @@ def measured(segments: Sequence[Float[np.ndarray, " _"]], *, slow: float, known:
 
 
 def _slow_autocovariance(noise: Autoregression, slow: float) -> Float[np.ndarray, " lags"]:
-    """What frequencies below `slow`, in cycles a sample, add to the autocovariance."""
+    """Contribution of frequencies below `slow`, in cycles a sample, to the autocovariance."""
     nodes = (np.arange(_NODES) + 0.5) * slow / _NODES
     waves = np.cos(2.0 * np.pi * np.outer(np.arange(HIGHEST_ORDER + 1), nodes))
     return 2.0 * waves @ noise.density(nodes) * slow / _NODES

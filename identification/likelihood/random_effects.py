@@ -1,4 +1,4 @@
-"""Parameters that vary between records: random effects about what all records share."""
+"""Random effects: parameters that vary between records about a common mean."""
 
 import dataclasses
 
@@ -13,20 +13,20 @@ from identification.likelihood.fitted import Fitted
 from identification.windows.prepare import Prepared
 
 IDENTIFIED = 1.0
-"""Standard error in the internal coordinate up to which a record determines a parameter."""
+"""Largest standard error, in the internal coordinate, at which a record identifies a parameter."""
 _WIDE = 10.0
-"""Standard deviation of what is known of a parameter without any record, in its internal coordinate."""
+"""Prior standard deviation of a parameter within a single record, in its internal coordinate."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Variation:
-    """How much a parameter varies between records.
+    """Variation of one parameter between records.
 
     Attributes:
         name: of the parameter.
         std: of the variation, in the parameter's internal coordinate (relative where that is a logarithm).
-        chi2: scatter of the records' own estimates over their errors: about what the variation may gain in twice the log-likelihood.
-        chance: that errors alone scatter them as much.
+        chi2: weighted sum of squared deviations of the records' own estimates, about the possible gain in twice the log-likelihood.
+        chance: probability that estimation errors alone scatter them as much.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Variation:
 
 
 def variations(fitted: Fitted) -> tuple[Variation, ...]:
-    """Every parameter of the model that two records or more determine, the most surely varying first."""
+    """Variation of every shared parameter that at least two records identify, the most significant first."""
     shift, sigma = record_estimates(fitted)
     known_already = {name for name, _ in fitted.prepared.layout.variations}
     found = []
@@ -75,7 +75,7 @@ def variation_std(value: Float[np.ndarray, " records"], stderr: Float[np.ndarray
 
 
 def with_variation(fitted: Fitted, one: Variation) -> Prepared:
-    """The fitted model with a parameter that may vary between records: what each adds, over its standard deviation, has a unit prior."""
+    """The fitted model with a random effect on one parameter: each record's deviation, over its standard deviation, has a unit prior."""
     prepared, estimate = fitted.prepared, fitted.estimate
     place = prepared.layout.without_effects
     layout = dataclasses.replace(prepared.layout, variations=(*prepared.layout.variations, (one.name, one.std)))
@@ -84,10 +84,10 @@ def with_variation(fitted: Fitted, one: Variation) -> Prepared:
 
 
 def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records parameters"], Float[np.ndarray, "records parameters"]]:
-    """What each record alone would move every shared parameter by, and the standard errors; in internal coordinates.
+    """Each record's own estimate of every shared parameter, as shift from the joint fit, with standard errors; in internal coordinates.
 
     One Gauss-Newton step of a record's own windows from the joint fit, with all other parameters, nuisances and initial states free in it.
-    The error of a parameter that is held is infinite.
+    The error of a fixed parameter is infinite.
     """
     found = [_alone(fitted, fitted.prepared.record == index) for index in range(len(fitted.prepared.experiment.records))]
     shift, sigma = (np.stack(part) for part in zip(*found, strict=True))
@@ -95,7 +95,7 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
 
 
 def _alone(fitted: Fitted, mine: Bool[np.ndarray, " windows"]) -> tuple[np.ndarray, np.ndarray]:
-    """Step of the shared parameters that some windows alone ask for, and its standard errors; internal coordinates."""
+    """Gauss-Newton step of the shared parameters from some windows alone, with standard errors; internal coordinates."""
     equations, shared = fitted.posterior.equations, len(fitted.estimate.shared)
     part = dataclasses.replace(equations, hessian=equations.hessian * mine[:, None, None], gradient=equations.gradient * mine[:, None])
     normal = reduce(part, fitted.estimate, free_unknowns(fitted.prepared), 0.0)

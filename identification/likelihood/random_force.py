@@ -1,4 +1,4 @@
-"""A random force on the hammer: a Gaussian process with exponential memory, on knots."""
+"""Random force on the hammer (process noise): a Gaussian process with exponential autocorrelation, given at knots."""
 
 import dataclasses
 
@@ -9,13 +9,13 @@ from identification.likelihood.linearised import Linearised
 from identification.likelihood.response import force_responses
 
 KNOTS_PER_PERIOD = 28
-"""Knots in a period of the fastest vibration of the rig."""
+"""Knots per period of the fastest vibration of the rig."""
 MOST_KNOTS = 80
-"""In a window."""
+"""Largest number of knots in a window."""
 _LEAST_SAMPLES = 4
-"""Samples from one knot to the next."""
+"""Fewest samples from one knot to the next."""
 _AT_ONCE = 4
-"""Knots that are gone through together: few enough for the processor's cache."""
+"""Knots processed together: few enough for the processor's cache."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class RandomForce:
 
     Attributes:
         std: root mean square, N.
-        memory: s; its power falls to half at the corner 1 / (2 pi memory), Hz.
+        memory: correlation time, s; the power falls to half at the corner 1 / (2 pi memory), Hz.
 
     Source: G. E. Uhlenbeck, L. S. Ornstein, Phys. Rev. 36 (1930) 823-841; M. L. Stein, Interpolation of Spatial Data (1999).
     """
@@ -35,7 +35,7 @@ class RandomForce:
     def root(self, knots: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "knots knots"]:
         """Lower triangular root of the covariance at the knots, N.
 
-        Of an Ornstein-Uhlenbeck process it is known: f_1 = std e_1, f_(k+1) = c_k f_k + std sqrt(1 - c_k^2) e_(k+1), c = exp(-dt / memory).
+        For an Ornstein-Uhlenbeck process: f_1 = std e_1, f_(k+1) = c_k f_k + std sqrt(1 - c_k^2) e_(k+1), c = exp(-dt / memory).
         """
         steps = np.exp(-np.diff(knots) / self.memory)
         found = np.zeros((len(knots), len(knots)))
@@ -47,7 +47,7 @@ class RandomForce:
 
 
 def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
-    """Where the force may change its slope, s from the begin of a window; the same in every window, at samples where all are sampled alike.
+    """Knots of the random force, s from the start of a window, the same in all windows; at samples where all are sampled alike.
 
     Args:
         at: all windows.
@@ -63,7 +63,7 @@ def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
 
 
 def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "windows knots time channels"]:
-    """Change of the residuals by a force of 1 N at each knot, falling to 0 at the next ones."""
+    """First-order response of the residuals to a force of 1 N at each knot, falling linearly to 0 at the next ones."""
     since, spacing = at.ts - at.ts[:, :1], places[1] - places[0] if len(places) > 1 else 1.0
     found = np.moveaxis(np.empty((len(at.u), len(places), *at.residual.shape[:0:-1])), -2, -1)
     for first in range(0, len(places), _AT_ONCE):

@@ -1,4 +1,4 @@
-"""What the records would show of a small perturbation: variation of constants along the fitted motion."""
+"""First-order response of the channels to a small perturbation: variation of constants along the fitted motion."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from identification.likelihood.linearised import Linearised
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Perturbation:
-    """What an effect does along the fitted motion; each of shape (windows, time), SI; readings by channel."""
+    """Perturbation due to an effect along the fitted motion; each of shape (windows, time), SI; readings by channel."""
 
     force: np.ndarray
     """On the hammer, N."""
@@ -20,14 +20,14 @@ class Perturbation:
     base_displacement: np.ndarray
     base_acceleration: np.ndarray
     readings: dict[str, np.ndarray]
-    """What sensors add of their own."""
+    """Additions of the sensors to their readings."""
 
 
 def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[np.ndarray, "windows time channels"]:
-    """Change of the residual, to first order.
+    """First-order change of the residual due to a perturbation.
 
-    dz(t) = X(t) int X(s)^-1 b(s) ds with z the state (u, u' and the states of effects), X its derivative in the initial one and b the
-    added rates, linear from sample to sample; initial states are free in every window, so it starts from zero. Sampling limits its
+    dz(t) = X(t) int X(s)^-1 b(s) ds; z is the state (u, u' and the states of effects), X its derivative with respect to the initial one, b
+    the added rates, linear from sample to sample. Initial states are free in every window, so dz starts from zero. Sampling limits the
     accuracy where a contact begins and ends.
     """
     p = perturbation
@@ -51,14 +51,14 @@ def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[n
 def force_responses(
     at: Linearised, mass: float, forces: Float[np.ndarray, "windows forces time"]
 ) -> Float[np.ndarray, "windows forces time channels"]:
-    """The same for several forces on the hammer, N."""
+    """First-order change of the residual due to several forces on the hammer, N."""
     return _residual(at, _shown(at, mass, at.kick[:, None] * forces[..., None], forces))
 
 
 def _shown(
     at: Linearised, mass: float, rates: Float[np.ndarray, "windows rows time states"], force: Float[np.ndarray, "windows rows time"]
 ) -> dict[str, np.ndarray]:
-    """Change of every channel, (windows, rows or 1, time), where rates of the state are added, those of `force` among them."""
+    """First-order change of every channel, (windows, rows or 1, time), due to added rates of the state, which include those of `force`."""
     states = range(rates.shape[-1])
     pushed = [j for j in states if rates[..., j].any()]
     constants = [_integrated(at, rates, i, pushed) for i in states]
@@ -81,7 +81,7 @@ def _shown(
 
 
 def _residual(at: Linearised, shown: dict[str, np.ndarray]) -> Float[np.ndarray, "windows rows time channels"]:
-    """Less what is shown, over the noise; channels lie apart in memory, each in one piece."""
+    """Change of the residual: minus that of the channels, over the noise; each channel is contiguous in memory."""
     rows = max(one.shape[1] for one in shown.values())
     found = np.moveaxis(np.empty((len(at.u), rows, len(at.channels), at.u.shape[1])), -2, -1)
     for c, name in enumerate(at.channels):
@@ -92,7 +92,7 @@ def _residual(at: Linearised, shown: dict[str, np.ndarray]) -> Float[np.ndarray,
 def _integrated(
     at: Linearised, rates: Float[np.ndarray, "windows rows time states"], i: int, pushed: Sequence[int]
 ) -> Float[np.ndarray, "windows rows time"]:
-    """Component i of int X^-1 b dt from the begin of each window on, where the components `pushed` of b are not zero."""
+    """Component i of int X^-1 b dt from the start of each window; only the components `pushed` of b are not zero."""
     before, after = at.quadrature
     found = np.zeros(rates.shape[:-1])
     for j in pushed:

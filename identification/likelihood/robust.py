@@ -1,4 +1,4 @@
-"""Windows that nothing explains: a multivariate t distribution, by which each has a scale of its own."""
+"""Robust likelihood of windows: a multivariate t distribution, in which each window has its own scale."""
 
 from typing import Any
 
@@ -9,13 +9,13 @@ from scipy.special import gammaln
 
 Windows = Float[np.ndarray, " windows"]
 _LEAST = 0.02
-"""Share of the curvature that a window keeps along its gradient."""
+"""Smallest share of the curvature along its gradient that a window keeps."""
 MOST_DEGREES = 1e6
-"""Degrees of freedom from which on the distribution is Gaussian."""
+"""Degrees of freedom above which the distribution counts as Gaussian."""
 
 
 def weights(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
-    """(nu + n) / (nu + d): how much each window counts, given r' V^-1 r = d of its n samples; 0 where d is infinite.
+    """Weight of each window under the t distribution, (nu + n) / (nu + d), given r' V^-1 r = d of its n samples; 0 where d is infinite.
 
     Source: K. L. Lange, R. J. A. Little, J. M. G. Taylor, Robust statistical modeling using the t distribution, JASA 84 (1989) 881-896.
     """
@@ -23,7 +23,7 @@ def weights(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: 
 
 
 def loss(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
-    """(nu + n) / 2 ln(1 + d / nu), less what it is at d = 0; d / 2 in the limit of many degrees of freedom."""
+    """Robust loss (nu + n) / 2 ln(1 + d / nu), which is 0 at d = 0; d / 2 in the limit of many degrees of freedom."""
     return 0.5 * (degrees + samples) * np.log1p(deviation / degrees)
 
 
@@ -33,9 +33,9 @@ def bend(
     samples: Real[np.ndarray, " windows"],
     degrees: float,
 ) -> Windows:
-    """2 / (nu + n): with g the gradient of a window's loss and H = w J' V^-1 J, the curvature of that loss is H less this times g g'.
+    """Curvature factor 2 / (nu + n) of a window's loss: its Hessian is H less this times g g', g its gradient, H = w J' V^-1 J.
 
-    Less where that would leave the window less than `_LEAST` of H along g: what remains is positive.
+    The factor is smaller where the window would otherwise keep less than `_LEAST` of H along g: the Hessian stays positive.
 
     Args:
         gradient: g, of the unknowns of each window.
@@ -52,16 +52,15 @@ def bend(
 
 
 def log_density(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: float) -> Windows:
-    """Of a window with covariance V = 1: up to half the log-determinant of V and constants that know neither d nor nu."""
+    """Log density of a window with covariance V = 1, up to half the log-determinant of V and constants independent of d and nu."""
     constant = gammaln(0.5 * (degrees + samples)) - gammaln(0.5 * degrees) - 0.5 * samples * np.log(0.5 * degrees)
     return constant - loss(deviation, samples, degrees)
 
 
 def degrees_of_freedom(deviation: Windows, samples: Real[np.ndarray, " windows"]) -> float:
-    """The degrees of freedom of greatest likelihood, at least as many as a window has samples; large where all windows are alike.
+    """Maximum-likelihood degrees of freedom, at least the median number of samples of a window; large where all windows are alike.
 
-    With fewer, a window that is fitted badly counts next to nothing however many there are, and a wrong model passes for a right one with
-    outliers.
+    With fewer, badly fitted windows have hardly any weight, however many there are, and a wrong model passes as a right one with outliers.
     """
     counted = samples > 0
 

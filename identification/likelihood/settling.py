@@ -1,4 +1,4 @@
-"""Windows that have settled on a wrong motion, settled anew from other states."""
+"""Restart of windows that have converged to a wrong motion, from other initial states."""
 
 import dataclasses
 
@@ -13,16 +13,16 @@ from identification.windows.layout import Estimate
 from identification.windows.prepare import Prepared, windows_of
 
 _WORSE = 4.0
-"""Squared residual over the median of the windows from which one has settled wrongly."""
+"""Squared residual over the median of the windows above which one counts as diverged."""
 _MOST = 0.2
-"""Share of the windows that may be settled anew: where more are bad, the model is."""
+"""Largest share of the windows that is restarted: where more are bad, the model is."""
 _ITERATIONS = 4
 
 
 def settled(here: Point) -> Point:
-    """The same parameters, with every window that is fitted far worse than most in the best of several motions.
+    """The same point with diverged windows refitted from several initial states; each keeps the best motion.
 
-    Starts are its own state, the recorded one, and where the window before ends; the force begins at zero.
+    The initial states are its own, the recorded one, and the end of the preceding window; the random force starts at zero.
     """
     each = here.deviation / np.maximum(here.inner.samples, 1)
     bad = np.flatnonzero(each > _WORSE * max(float(np.median(each)), 1.0))
@@ -47,7 +47,7 @@ def settled(here: Point) -> Point:
 
 
 def _alone(part: Prepared, here: Point, chosen: Int[np.ndarray, " windows"]) -> Point:
-    """States and force of some windows, each with its own damping, all else held."""
+    """Fit states and random force of some windows, each with its own damping, all else fixed."""
     variances = dataclasses.replace(here.variances, weight=here.variances.weight[chosen])
     at, damping = point(part, part.start, variances), np.full(len(chosen), 1e-3)
     for _ in range(_ITERATIONS):
@@ -79,7 +79,7 @@ def _stepped(at: Point, damping: Float[np.ndarray, " windows"]) -> Estimate:
 
 
 def _continued(here: Point) -> Float[np.ndarray, "windows states"]:
-    """States where each window goes on from the one before it; as they are where there is none, or its end is not known."""
+    """Initial states that continue the preceding window; unchanged where there is none or its integration failed."""
     at, states = here.at, here.estimate.states.copy()
     begins = {(record, first): window for window, (record, first) in enumerate(zip(at.record, at.first, strict=True))}
     for window, (record, first, length) in enumerate(zip(at.record, at.first, at.lengths, strict=True)):

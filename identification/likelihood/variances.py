@@ -1,4 +1,4 @@
-"""What the likelihood supposes of noise and random force, and its estimation by restricted maximum likelihood."""
+"""Variance components: noise, random force and window weights, and their restricted maximum likelihood."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -21,27 +21,27 @@ from identification.windows.layout import Active, Estimate, Layout
 
 _EVALUATIONS = 24
 _OF_THE_VIBRATION = 4.0
-"""Frequency over that of the fastest vibration of the rig from which on residuals may be noise alone."""
+"""Frequency over that of the fastest vibration above which residuals may be noise alone."""
 _NOTHING = 1e-4
-"""Expected squares of all residuals of a window by a force that is none, over their noise."""
+"""Expected sum of squares due to the smallest random force, over the noise, in a window."""
 _FAR_WORSE = 3.0
-"""Median weight over that of a window from which it does not count in the size of the force: it has settled wrongly."""
+"""Median weight over that of a window above which the window has diverged and does not enter the size of the force."""
 _SIZES, _MEMORIES = (-2.5, 0.0, 2.5), 4
-"""Of a coarse grid: logarithms of sizes over that at the start, and count of memories."""
+"""Coarse grid: log sizes relative to the start, and number of correlation times."""
 _LONGEST_MEMORY = 2.0
-"""Of the force, over the longest window: slower ones are constants."""
+"""Longest correlation time of the force, over the longest window: slower forces are constants."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Variances:
-    """Noise and random force.
+    """Variance components of the likelihood: sensor noise, random force and window weights.
 
     Attributes:
-        noise: by channel, in units of what was declared or read off the record.
-        force: of most windows.
-        places: of its knots from the begin of a window, s.
-        weight: precision of each window over that of all; (windows,).
-        degrees: of freedom of the t distribution of the windows.
+        noise: by channel, relative to the noise as declared or estimated from the record.
+        force: random force of windows with weight 1.
+        places: its knots from the start of a window, s.
+        weight: precision of each window relative to the common one; (windows,).
+        degrees: degrees of freedom of the t distribution of the windows.
     """
 
     noise: Mapping[str, Autoregression]
@@ -58,12 +58,12 @@ class Variances:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Linear:
-    """The model of all windows to first order: r + J step + Z f, with r the residual where the force is zero.
+    """Linearised model of all windows: r + J step + Z f, with r the residual at zero random force.
 
     Attributes:
         layout: of a window's vector.
         estimate: where it is linearised.
-        active: what is estimated.
+        active: unknowns that are estimated.
         at: windows, with r and J.
     """
 
@@ -75,13 +75,13 @@ class Linear:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Posterior:
-    """What the linear model and its variances say.
+    """Posterior of the linearised model at given variances.
 
     Attributes:
-        marginal: windows, their force integrated out.
+        marginal: windows with the random force integrated out.
         equations: their normal equations, weighted, with priors.
         reduced: the same with the windows' states eliminated.
-        step: mode of every window's vector less where it is linearised; (windows, size).
+        step: mode of every window's vector relative to the point of linearisation; (windows, size).
         force: mode of the force at its knots, N; (windows, knots).
     """
 
@@ -100,7 +100,7 @@ class Posterior:
 def equations(
     of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"], bend: Float[np.ndarray, " windows"] | None = None
 ) -> Equations:
-    """Normal equations of the windows in the metric of the whole likelihood; `bend` is that of `robust.bend`, for Newton's."""
+    """Normal equations of the windows under the full likelihood; with `bend` from `robust.bend`, of a Newton step."""
     gradient = by.gram[:, 1:, 0] * weight[:, None]
     hessian = by.gram[:, 1:, 1:] * weight[:, None, None]
     if bend is not None:
@@ -110,7 +110,7 @@ def equations(
 
 
 def posterior(of: Linear, inner: Grams, variances: Variances) -> Posterior:
-    """Mode of everything in the linear model, given the variances."""
+    """Mode of all unknowns of the linearised model at given variances."""
     by, weight = marginal(inner, variances.root), variances.weight * of.at.finite
     found = equations(of, by, weight)
     reduced = block_arrow.reduce(found, of.estimate, of.active, 0.0)
@@ -121,7 +121,7 @@ def posterior(of: Linear, inner: Grams, variances: Variances) -> Posterior:
 
 
 def restricted_likelihood(of: Linear, inner: Grams, variances: Variances) -> float:
-    """Logarithm of the likelihood of the variances, with parameters, states and force integrated out.
+    """Restricted log-likelihood of the variances, with parameters, states and force integrated out.
 
     log L = -1/2 (r' P r + sum of log |V| + log |J' V^-1 J|), P r = V^-1 (r + J step).
 
@@ -139,7 +139,7 @@ def restricted_likelihood(of: Linear, inner: Grams, variances: Variances) -> flo
 
 
 def log_determinant(matrices: Float[np.ndarray, "*stack n n"]) -> Float[np.ndarray, "*stack"]:
-    """Of positive semi-definite matrices; directions that nothing determines count as 1e-12 of their diagonal."""
+    """Log-determinant of positive semi-definite matrices; directions that are not identifiable count as 1e-12 of their diagonal."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     values = np.linalg.eigvalsh(matrices / (scale[..., :, None] * scale[..., None, :]))
@@ -147,15 +147,16 @@ def log_determinant(matrices: Float[np.ndarray, "*stack n n"]) -> Float[np.ndarr
 
 
 def measured_noise(at: Linearised, spacing: float, fastest: float, declared: frozenset[str] = frozenset()) -> dict[str, Autoregression]:
-    """Noise of every channel from the flights, faster than any force between knots so far apart.
+    """Noise of every channel, estimated in flight at frequencies above those that a force between the knots can have.
 
-    White as stated where flights are too short, or knots too far apart for what is faster to be noise.
+    White, of the size declared or read off the record, where flights are too short, or where knots are too far apart to separate noise
+    from vibration.
 
     Args:
-        at: windows with residuals of the model as it is.
+        at: windows with residuals of the present model.
         spacing: from knot to knot, s.
         fastest: highest of natural and excitation frequencies, Hz.
-        declared: channels of which the size was declared.
+        declared: channels whose noise was declared.
     """
     dt = float(np.median(np.diff(at.ts[:, :2], axis=1)))
     margin = max(2, round(0.5 * spacing / dt))
@@ -176,10 +177,10 @@ def _stretches(flags: np.ndarray) -> list[tuple[int, int]]:
 
 
 def estimated(of: Linear, inner: Grams, start: Variances, *, rounds: int = 2, coarse: bool = True) -> tuple[Variances, Posterior]:
-    """Random force and weights of the windows by restricted maximum likelihood, at the noise as it is.
+    """Random force and window weights by restricted maximum likelihood, at fixed sensor noise.
 
-    Size and memory of the force are found together from the windows that are not far worse than most; the weights follow. `coarse`:
-    whether a coarse grid is tried first, since the likelihood may have several maxima.
+    Size and correlation time of the force are estimated together from the windows that have not diverged; the weights follow. `coarse`:
+    whether a coarse grid precedes the simplex, since the likelihood may have several maxima.
     """
     found = start
     for turn in range(rounds):
@@ -190,19 +191,19 @@ def estimated(of: Linear, inner: Grams, start: Variances, *, rounds: int = 2, co
 
 
 def _weighed(before: Variances, inner: Grams, at: Posterior, of: Linear) -> Variances:
-    """With the weights of the windows as they are fitted, and the degrees of freedom."""
+    """The variances with updated window weights and degrees of freedom."""
     deviation = np.where(of.at.finite, at.deviation(), np.inf)
     degrees = robust.degrees_of_freedom(np.where(of.at.finite, deviation, 0.0), inner.samples)
     return dataclasses.replace(before, weight=robust.weights(deviation, inner.samples, degrees), degrees=degrees)
 
 
 def orderly(of: Variances) -> Variances:
-    """Without the windows that are far worse than most: they have settled wrongly, and say nothing of the force."""
+    """The variances without diverged windows, which hold no information on the random force."""
     return dataclasses.replace(of, weight=np.where(of.weight >= np.median(of.weight) / _FAR_WORSE, of.weight, 0.0))
 
 
 def _force(of: Linear, inner: Grams, at: Variances, *, coarse: bool) -> RandomForce:
-    """Size and memory of greatest restricted likelihood, by a simplex."""
+    """Size and correlation time of the random force with the greatest restricted likelihood, by a simplex."""
     at = orderly(at)
     low, high = np.log(at.places[1] / 3.0), np.log(_LONGEST_MEMORY * at.places[-1])
     least = 0.5 * float(np.log(_NOTHING / max(float(np.max(np.trace(inner.force, axis1=1, axis2=2))), _NOTHING)))

@@ -1,1 +1,1 @@
-"""What a fit found, and how it is stored."""
+"""Results of a fit: estimates, predictions and random force, and their files."""

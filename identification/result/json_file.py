@@ -1,4 +1,4 @@
-"""A fit as `fit.json`: every number with its unit, nothing that is not JSON."""
+"""Fit result as `fit.json`: every number with its unit, in strict JSON."""
 
 import importlib.metadata
 import json
@@ -17,7 +17,7 @@ VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scip
 
 
 def provenance(result: FitResult) -> dict[str, Any]:
-    """Where a result comes from: versions, sha256 of every file that was read, seed, wall time by stage in s."""
+    """Provenance of a result: versions, sha256 of every input file, seed, wall time by stage in s."""
     experiment = result.experiment
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
     versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
@@ -25,13 +25,13 @@ def provenance(result: FitResult) -> dict[str, Any]:
 
 
 def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The document that `fit.json` holds.
+    """Fit result as plain data for `fit.json`.
 
-    Numbers that are not finite become None: JSON has no word for them.
+    Numbers that are not finite become None, since JSON has no representation of them.
 
     Args:
         result: of the fit.
-        provenance_: additions to `provenance(result)`; a key given here wins.
+        provenance_: additions to `provenance(result)`; a key given here takes precedence.
 
     Returns:
         Plain dictionaries, lists, strings and finite numbers; parameters by name, in the order of the tables.
@@ -70,7 +70,7 @@ def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any]
 
 
 def plain(value: Any) -> Any:
-    """What JSON can hold: arrays become lists, NumPy and JAX numbers Python's, numbers that are not finite None.
+    """A value as plain JSON data: arrays become lists, NumPy and JAX numbers Python's, numbers that are not finite None.
 
     Example:
         >>> plain({"a": np.array([1.0, np.nan]), 2: (np.True_, np.int64(3))})
@@ -90,7 +90,7 @@ def plain(value: Any) -> Any:
 
 
 def _parameter(estimate: ParameterEstimate) -> dict[str, Any]:
-    """A parameter that is not determined has neither error nor interval, whatever the estimate carries."""
+    """One parameter as plain data; one that is not identifiable has neither error nor interval, whatever the estimate holds."""
     known = estimate.status == OK
     return {
         "value": estimate.value,

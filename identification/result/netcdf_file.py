@@ -1,6 +1,6 @@
-"""`result.nc`: a NetCDF file whose variables other programs read.
+"""NetCDF file `result.nc`, with variables that other programs can read.
 
-What is no series stands in one attribute, as JSON. Nothing is pickled.
+One attribute holds everything but series as JSON. Nothing is pickled.
 """
 
 import json
@@ -15,7 +15,7 @@ from vibrojax.errors import InputError
 
 FILE_NAME = "result.nc"
 FIT, DIAGNOSIS = "fit", "diagnosis"
-"""What a file holds: the name of its attribute."""
+"""Kind of content: the name of the file's attribute."""
 _COMMANDS = {FIT: "vibrojax fit", DIAGNOSIS: "vibrojax diagnose"}
 _SCHEMA = 1
 
@@ -24,30 +24,30 @@ T = TypeVar("T")
 
 
 def variable(dimensions: str | tuple[str, ...], values: np.ndarray, units: str, long_name: str, **more: str) -> xr.Variable:
-    """A described variable; NetCDF 3 has neither booleans nor long integers."""
+    """A variable with units and description; booleans and long integers are converted, since NetCDF 3 has neither."""
     stored = values.astype(np.int8) if values.dtype == bool else values.astype(np.int32) if values.dtype.kind == "i" else values
     return xr.Variable(dimensions, stored, {"units": units, "long_name": long_name, **more}, {"_FillValue": None})
 
 
 def floats(values: np.ndarray) -> np.ndarray:
-    """In the machine's own byte order; NetCDF has its own."""
+    """Values as floats in native byte order; NetCDF has its own."""
     return values.astype(np.float64)
 
 
 def dataset(*, kind: str, title: str, variables: dict[str, xr.Variable], document: dict[str, Any]) -> xr.Dataset:
-    """What a file holds.
+    """Dataset of series and one JSON document, as stored in a file.
 
     Args:
         kind: `FIT` or `DIAGNOSIS`.
-        title: for whoever opens it.
+        title: of the dataset.
         variables: by name.
-        document: all else, plain.
+        document: all other content as plain data.
     """
     return xr.Dataset(variables, attrs={"title": title, kind: json.dumps({"schema": _SCHEMA} | document, allow_nan=False)})
 
 
 def write_netcdf(found: xr.Dataset, path: Path) -> None:
-    """Write a file; one that is there is replaced."""
+    """Write a file; an existing one is replaced."""
     found.to_netcdf(path, engine="scipy")
 
 
@@ -56,13 +56,13 @@ def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series
 
     Args:
         path: of the file.
-        builders: by kind, what puts everything together again from document and series.
+        builders: by kind, the function that restores the object from document and series.
 
     Returns:
         What the builder of the file's kind returns.
 
     Raises:
-        InputError: the file is not there, damaged, of another version, or of none of these kinds.
+        InputError: the file does not exist, is damaged, has another version, or holds none of these kinds.
     """
     again = f"run {' or '.join(_COMMANDS[kind] for kind in builders)} again"
     if not path.is_file():
@@ -79,6 +79,6 @@ def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series
         return builders[kind](document, series)
     except InputError:
         raise
-    except Exception as error:  # whatever a damaged file leads to
+    except Exception as error:  # whatever a damaged file raises
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise InputError(f"{path} cannot be read as a result ({reason}): {again}") from error

@@ -1,4 +1,4 @@
-"""A fit in a file: other programs read its series, this one draws its page again from it."""
+"""Fit result as NetCDF: series for other programs, and all content needed to redraw the report page."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -35,11 +35,11 @@ _PREFIX = "record"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StoredFit:
-    """What the page of a fit is drawn from.
+    """Content of a fit's report page.
 
     Attributes:
         result: of the fit.
-        reference: known values that were set beside it, or None.
+        reference: known values for comparison, or None.
         provenance: as in `fit.json`.
     """
 
@@ -52,14 +52,14 @@ def write_result(stored: StoredFit, path: Path) -> None:
     """Write a fit.
 
     Args:
-        stored: the fit and what its page shows beside it.
+        stored: the fit and its reference and provenance.
         path: of the file; replaced if it exists.
     """
     write_netcdf(fit_dataset(stored), path)
 
 
 def fit_dataset(stored: StoredFit) -> xr.Dataset:
-    """Every record beside its prediction, over its time, SI; all else as JSON in one attribute."""
+    """Dataset of a fit: measured and predicted series of every record over its time, SI; everything else as JSON in one attribute."""
     result = stored.result
     records = store_records((*result.records, *result.held_back), _PREFIX)
     document = {
@@ -83,16 +83,16 @@ def read_result(path: Path) -> StoredFit:
         path: of a file that `write_result` wrote.
 
     Returns:
-        The same fit: every number as it was.
+        The same fit, with every number unchanged.
 
     Raises:
-        InputError: the file is not there, damaged, of another version, or holds no fit.
+        InputError: the file does not exist, is damaged, has another version, or holds no fit.
     """
     return read_netcdf(path, {FIT: stored_fit})
 
 
 def stored_fit(document: dict[str, Any], series: Series) -> StoredFit:
-    """Put everything together again."""
+    """Restore a fit from document and series."""
     records = restore_records([*document["records"], *document["held_back"]], series, _PREFIX)
     fields = {field.name: field.type for field in dataclasses.fields(FitResult)}
     count = len(document["correlated"])

@@ -1,4 +1,4 @@
-"""Data classes as plain values and back, for files that must say the same to the last bit. Arrays are kept apart by the caller."""
+"""Conversion of data classes to plain values and back, without loss of a bit; the caller stores arrays separately."""
 
 import dataclasses
 import math
@@ -14,14 +14,14 @@ NOT_FINITE = ("nan", "inf", "-inf")
 
 
 def to_plain(value: Any, *, without: Collection[str] = ()) -> Any:
-    """Turn a data class into what JSON can hold.
+    """Convert a data class to plain JSON data.
 
     Args:
-        value: a data class, or what its fields hold: data classes, mappings, tuples, sets, paths, strings, numbers, None.
+        value: a data class, or the content of its fields: data classes, mappings, tuples, sets, paths, strings, numbers, None.
         without: names of fields to leave out, at any depth.
 
     Returns:
-        Dictionaries, lists, strings, numbers; a number that is not finite as a text.
+        Dictionaries, lists, strings, numbers; a number that is not finite becomes a string.
 
     Raises:
         TypeError: a field holds something else, such as an array.
@@ -54,7 +54,7 @@ def from_plain(kind: Any, plain: Any, **given: Any) -> Any:
     """Rebuild a value of a declared type.
 
     Args:
-        kind: the type: a data class, or what annotates one of its fields.
+        kind: the type: a data class, or the annotation of one of its fields.
         plain: from `to_plain`.
         given: fields of the outermost data class that were left out.
 
@@ -90,5 +90,5 @@ def from_plain(kind: Any, plain: Any, **given: Any) -> Any:
 
 
 def _refused(kind: Any, plain: Any) -> Any:
-    """Nothing is converted that was not written so."""
+    """Error for a plain value of another type; no implicit conversion."""
     raise TypeError(f"{plain!r} is no {getattr(kind, '__name__', kind)}")

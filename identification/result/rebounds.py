@@ -1,4 +1,4 @@
-"""How fast the hammer comes to the stop and leaves it, read off the measured displacement on either side of each contact."""
+"""Coefficient of restitution of each contact, measured from the displacement in flight on either side of it."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -15,40 +15,40 @@ from vibrojax.model import Model
 
 _SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
 _LONGEST = 0.05
-"""Of the stretch on either side, s: beyond, a support that is free shows its own vibration."""
+"""Longest flight used on either side of a contact, s: beyond it, a free support shows its own vibration."""
 _OF_PERIOD = 0.25
-"""The same over the period of the suspension."""
+"""Longest flight used, over the period of the suspension."""
 _MARGIN = 0.25
-"""Of the contact's duration, left out on either side, as the fitted motion may touch a little early or late."""
+"""Margin on either side, over the contact's duration, since the fitted motion may touch slightly early or late."""
 _FEWEST = 6
-"""Samples that it takes to tell a speed and its error."""
+"""Fewest samples for a speed and its standard error."""
 _VAGUE = 0.1
-"""Standard error from which a contact tells nothing of its restitution."""
+"""Standard error above which a contact does not identify its restitution."""
 _GRAZES = 0.5
-"""Of the measured approach speed, above which the fitted motion meets the stop as the hammer did."""
+"""Smallest fitted approach speed, over the measured one, at which the fitted motion represents the impact."""
 _SUDDEN = 10.0
-"""Change of velocity from one sample to the next over those before and after it, from which it is a rebound."""
+"""Ratio of a velocity step to its neighbours above which it counts as a rebound."""
 _MOST_ALIKE = 0.9
-"""Of the correlation between neighbouring samples, that is reckoned with."""
+"""Largest correlation between neighbouring samples that is used."""
 _TURNS = 100
-"""Instants at which, about, the flights beside a rebound from a rigid stop may end or begin."""
+"""Approximate number of candidate instants that separate the flights beside a rebound from a rigid stop."""
 _CLEARLY = 16.0
-"""Drop of chi-square from which one of them is better than the fitted instant: more than the best of so many has by chance."""
+"""Decrease of chi-square above which such an instant is better than the fitted one: above the maximum over all candidates due to noise."""
 _TINY = np.finfo(float).tiny
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rebound:
-    """One contact, between the last sample before it and the first one after it.
+    """Measured and fitted restitution of one contact, between the last sample before it and the first one after it.
 
     Attributes:
         file: of the record.
         approach_speed: m/s.
         restitution: speed after over speed before.
         stderr: of the restitution, from the scatter about the two flights.
-        fitted_speed, fitted: both of the fitted motion, since what spring and cart do during a contact is in measured and fitted alike;
-            of a free hammer, whose windows may have followed the record, what the fitted law makes of the measured approach.
-        by_law: whether the latter.
+        fitted_speed, fitted: both of the fitted motion, since spring and cart act alike on measured and fitted motion during a contact;
+            of a free hammer, whose windows may have followed the record, the fitted law's restitution at the measured approach speed.
+        by_law: whether `fitted` is that of the contact law alone.
     """
 
     file: str
@@ -61,18 +61,18 @@ class Rebound:
 
 
 def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
-    """Every contact that has flight enough before and after it to tell its restitution.
+    """Restitution of every contact with sufficient flight before and after it.
 
-    What a record differs by from the fitted motion is, in flight, a free vibration of the suspension; two numbers describe it, and its
-    velocity at the touch is added to the fitted one's. A hammer without suspension, beside a cart at rest, needs no fitted motion. Of the
-    model only flight and the instants of contact are used for what is measured.
+    In flight, the difference between record and fitted motion is a free vibration of the suspension, described by two numbers. Its velocity
+    at the touch is added to the fitted one. A hammer without suspension, beside a cart at rest, needs no fitted motion. The measurement
+    uses only flight and instants of contact of the model.
 
     Args:
-        records: beside their predictions.
+        records: with their predictions.
         model: fitted.
 
     Returns:
-        Them record by record, in order of time; none of a record without displacement or of one whose hammer is led.
+        Rebounds record by record, in order of time; none for records without displacement or with a prescribed motion.
     """
     values = model.values()
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
@@ -84,18 +84,18 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
 
 
 def _is_free(model: Model) -> bool:
-    """Whether nothing but the stop acts on the hammer during a contact, if the cart is at rest, and its displacement is read as it is."""
+    """Whether only the stop acts on the hammer during a contact, for a cart at rest, and no sensor fault affects its displacement."""
     stops = [_only_elsewhere(effect) or type(effect).stop is not AbstractEffect.stop for effect in model.effects]
     return "f_n" not in model.values() and all(stops)
 
 
 def _only_elsewhere(effect: AbstractEffect) -> bool:
-    """Whether it is a fault of a sensor that does not show the hammer's displacement."""
+    """Whether an effect is a fault of a sensor other than the hammer's displacement."""
     return effect.is_fault and effect.channel not in _SHOW_THE_HAMMER
 
 
 def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
-    """With what the contact law, and effects that change it, give a free hammer at the measured approach speeds."""
+    """Rebounds with the restitution of the contact law, with effects that change it, for a free hammer at the measured approach speeds."""
     law, gap = model.law, 0.0
     for effect in model.effects:
         law, gap = effect.stop(law, gap)
@@ -115,13 +115,13 @@ class _Flight:
 
     @property
     def reach(self) -> float:
-        """Stretch on either side of a contact, s."""
+        """Length of flight used on either side of a contact, s."""
         return min(_LONGEST, _OF_PERIOD * 2.0 * np.pi / self.omega) if self.omega > 0 else _LONGEST
 
     def velocity(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> tuple[float, float] | None:
-        """At time zero, m/s, of the free vibration through some samples, and its standard error; None of too few.
+        """Velocity at time zero, m/s, of the free vibration fitted to some samples, with its standard error; None for too few samples.
 
-        The error is larger where a sample differs as the one before it does, as on a support that is not quite as it is thought to be.
+        The error allows for autocorrelated residuals, as on a support that differs from the model.
         """
         usable = np.isfinite(u)
         if usable.sum() < _FEWEST:
@@ -135,31 +135,31 @@ class _Flight:
         return float(place_and_speed[1]), float(np.sqrt(variance) * np.linalg.norm(inverse[1]))
 
     def scatter(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
-        """What the free vibration through some samples leaves of them, m."""
+        """Residual of the free vibration fitted to some samples, m."""
         columns = self._columns(since)
         return u - columns @ (np.linalg.pinv(columns) @ u)
 
     def _columns(self, t: Float[np.ndarray, " samples"]) -> Float[np.ndarray, "samples 2"]:
-        """Motions of place one and of speed one at time zero."""
+        """Free vibrations with unit displacement and with unit velocity at time zero."""
         rises = np.sin(self.omega * t) / self.omega if self.omega > 0 else t
-        damping = self.zeta * self.omega  # too little to change the frequency
+        damping = self.zeta * self.omega  # too small to change the frequency
         return np.exp(-damping * t)[:, None] * np.stack([np.cos(self.omega * t) + damping * rises, rises], axis=1)
 
 
 def _independent(scatter: Float[np.ndarray, " samples"]) -> float:
-    """Share of the samples that count, as one differs as the one before it does."""
+    """Effective share of independent samples, from the lag-1 autocorrelation of the residuals."""
     alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), _MOST_ALIKE)
     return (1.0 - alike) / (1.0 + alike)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Course:
-    """Measured displacement over that of a motion which is known.
+    """Measured displacement relative to a known motion.
 
     Attributes:
-        over: (samples,) m.
+        over: (samples,) measured displacement less that of the known motion, m.
         velocity: (samples,) of the known motion, m/s.
-        piece: (samples,) number of the window in which that goes on without a jump.
+        piece: (samples,) number of the window in which the known motion is continuous.
     """
 
     over: Float[np.ndarray, " samples"]
@@ -168,14 +168,14 @@ class _Course:
 
 
 def _by_itself(record: RecordFit) -> _Course | None:
-    """Over rest, which nothing but the stop ends; None where no displacement was recorded."""
+    """Displacement relative to rest, for a hammer on which only the stop acts; None where no displacement was recorded."""
     channel = _shows_the_hammer(record)
     none = np.zeros(len(record.time))
     return _Course(over=record.measured[channel], velocity=none, piece=none) if channel else None
 
 
 def _beside_the_fit(record: RecordFit) -> _Course | None:
-    """Over the fitted motion; None likewise."""
+    """Displacement relative to the fitted motion; None where no displacement was recorded."""
     channel = _shows_the_hammer(record)
     if not channel:
         return None
@@ -183,12 +183,12 @@ def _beside_the_fit(record: RecordFit) -> _Course | None:
 
 
 def _shows_the_hammer(record: RecordFit) -> str:
-    """Channel of its displacement; empty without one."""
+    """Channel of the hammer's displacement; empty without one."""
     return next((name for name in _SHOW_THE_HAMMER if name in record.measured), "")
 
 
 def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> list[Rebound]:
-    """All contacts of a record that have flight on either side."""
+    """Rebounds of a record from all contacts with flight on either side."""
     if course is None:
         return []
     found = _contacts(record)
@@ -199,12 +199,12 @@ def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> li
 
 
 def _contacts(record: RecordFit) -> list[Impact]:
-    """Those with samples in them and those without, in order of time."""
+    """Contacts with and without samples in them, in order of time."""
     return merged([*impacts(record), *_bounces(record)])
 
 
 def _bounces(record: RecordFit) -> list[Impact]:
-    """Contacts without a sample in them, as with a rigid stop: the fitted velocity turns from one sample to the next, and suddenly."""
+    """Contacts without a sample in them, as with a rigid stop: the fitted velocity reverses abruptly from one sample to the next."""
     v = record.relative_velocity
     turn = -np.diff(v) * (np.diff(record.window) == 0)
     beside = np.maximum(np.pad(turn, (1, 0))[:-1], np.pad(turn, (0, 1))[1:])
@@ -213,9 +213,9 @@ def _bounces(record: RecordFit) -> list[Impact]:
 
 
 def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, end: int, begin: int) -> Rebound | None:
-    """One contact between the `end` of the one before and the `begin` of the next; None where flight is too short."""
+    """Rebound of one contact between the `end` of the previous one and the `begin` of the next; None where flight is too short."""
     samples, margin = np.arange(len(record.time)), 1 + int(_MARGIN * (impact.end - impact.first))
-    touch, release = max(impact.first - 1, 0), min(impact.end, len(samples) - 1)  # in flight still, and again
+    touch, release = max(impact.first - 1, 0), min(impact.end, len(samples) - 1)  # last sample before and first after the contact
     comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
     leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
     comes &= course.piece == course.piece[touch]
@@ -246,10 +246,10 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
 def _beside_the_turn(
     record: RecordFit, course: _Course, flight: _Flight, fitted: int, comes: np.ndarray, leaves: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Flights before and after a rebound from a rigid stop, but for what is between it and another instant, if they clearly fit better so.
+    """Flights before and after a rebound from a rigid stop, separated at another instant than the fitted one if that fits clearly better.
 
-    Over a fitted motion that rebounds too early or late, the record goes on between the two in a flight of its own; and a hammer that is no
-    point may shake for a while after it has rebounded.
+    The samples between the two instants are left out. Where the fitted motion rebounds too early or late, the record between the two is a
+    flight of its own; and a hammer that is not rigid may vibrate for a while after a rebound.
     """
     samples, place = np.arange(len(record.time)), np.flatnonzero((comes | leaves) & np.isfinite(course.over))
     since, over, step = record.time[place] - record.time[fitted], course.over[place], 1 + len(place) // _TURNS

@@ -1,4 +1,4 @@
-"""What tables and figures want to know of a fitted record: residuals, impacts, the motion as it was measured."""
+"""Quantities of a fitted record for tables and figures: residuals, impacts, measured motion."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -9,18 +9,18 @@ from jaxtyping import Float
 from identification.result.result import RecordFit
 
 _MERGED = 3
-"""Samples out of contact that do not end an impact."""
+"""Samples out of contact that do not separate two impacts."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Impact:
-    """One contact in the fitted motion: samples `first` up to and without `end`."""
+    """One contact of the fitted motion: samples `first` up to and without `end`."""
 
     first: int
     end: int
 
     def around(self, samples: int, *, before: float = 1.0, after: float = 1.5) -> slice:
-        """The samples of the contact, with so many of its durations before and after, inside a record of so many samples."""
+        """Samples from `before` to `after` contact durations about the contact, inside a record of `samples` samples."""
         length = max(self.end - self.first, 8)
         return slice(max(int(self.first - before * length), 0), min(int(self.end + after * length), samples))
 
@@ -31,18 +31,18 @@ def residual(record: RecordFit, channel: str) -> Float[np.ndarray, " samples"]:
 
 
 def largest(values: Float[np.ndarray, " samples"]) -> float:
-    """Largest magnitude among the values that are finite; 0 where none is."""
+    """Largest magnitude among the finite values; 0 where none is."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
 def impacts(record: RecordFit) -> list[Impact]:
-    """Contacts of the fitted motion in order; gaps of a few samples do not part them."""
+    """Contacts of the fitted motion in order; interruptions of a few samples do not separate them."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], record.in_contact, [False]]).astype(int)))
     return merged(Impact(first=int(first), end=int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True))
 
 
 def merged(parts: Iterable[Impact]) -> list[Impact]:
-    """In order, those as one between which there are a few samples at most."""
+    """Contacts in order of time; those separated by a few samples at most become one."""
     found: list[Impact] = []
     for one in sorted(parts, key=lambda part: part.first):
         if found and one.first - found[-1].end <= _MERGED:
@@ -67,7 +67,7 @@ def misfit(record: RecordFit, impact: Impact) -> float:
 
 
 def notable(record: RecordFit) -> list[Impact]:
-    """The strongest and the worst-fitted impact, in order of time; where they are one, the first or the last as well."""
+    """The strongest and the worst-fitted impact, in order of time; where they are one, also the first or the last."""
     found = impacts(record)
     if not found:
         return []
@@ -77,7 +77,7 @@ def notable(record: RecordFit) -> list[Impact]:
 
 
 def measured_displacement(record: RecordFit) -> Float[np.ndarray, " samples"] | None:
-    """u = x - y from the sensors, m; the model's cart stands in where the cart was not recorded. None without a hammer channel."""
+    """Measured u = x - y, m; the predicted cart replaces one that was not recorded. None without a hammer channel."""
     if "relative_displacement" in record.measured:
         return record.measured["relative_displacement"]
     if "hammer_displacement" not in record.measured:

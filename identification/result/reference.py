@@ -1,4 +1,4 @@
-"""Known parameter values from elsewhere - a thesis, a data sheet, an earlier test - and how a fit compares with them."""
+"""Reference values of parameters - from a thesis, a data sheet, an earlier test - and their comparison with a fit."""
 
 import dataclasses
 import math
@@ -14,12 +14,12 @@ from vibrojax.model import MASS
 
 SCHEMA = 1
 ABSENT = "not stated"
-"""What stands for a value that the source is known to hold but that nobody has entered."""
+"""Text in place of a value that the source holds but that has not been entered."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ReferenceValue:
-    """One number of a source.
+    """One reference value of a source.
 
     Attributes:
         name: as in `fit.json` where it is a parameter of the fit.
@@ -55,7 +55,7 @@ class Reference:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One fitted number beside its reference.
+    """One fitted number compared with its reference value.
 
     Attributes:
         name: of the parameter.
@@ -67,7 +67,7 @@ class Comparison:
         reference_stderr: or None.
         sigmas: fitted less reference over the standard error of the difference; None where that is not known.
         percent: fitted less reference in per cent of the reference; None where there is none.
-        remark: where the reference stands, or "no reference value" and why.
+        remark: source of the reference value, or "no reference value" and why.
     """
 
     name: str
@@ -86,11 +86,11 @@ def read_reference(path: Path) -> Reference:
     """Read a table of reference values.
 
     The file is TOML: `schema = 1`, `title`, and one `[[value]]` per number with `name`, `symbol`, `value`, `unit`, `source` and, if
-    wanted, `stderr`, `note` and `printed_unit`. A `value` that is the text "not stated" says that the source holds the number
+    wanted, `stderr`, `note` and `printed_unit`. A `value` that is the text "not stated" states that the source holds the number
     but that it is not known here.
 
     Raises:
-        InputError: the file cannot be read or is not of this format; the message says where.
+        InputError: the file cannot be read or is not of this format; the message states where.
     """
     try:
         values, _ = parse_toml(path)
@@ -112,7 +112,7 @@ def read_reference(path: Path) -> Reference:
 
 
 def check_reference(reference: Reference, units: dict[str, str]) -> None:
-    """Refuse a reference that cannot be compared with a fit; worth calling before the fit.
+    """Check that a reference can be compared with a fit; worth calling before the fit.
 
     Args:
         reference: as read.
@@ -133,7 +133,7 @@ def check_reference(reference: Reference, units: dict[str, str]) -> None:
 
 
 def compare(result: FitResult, reference: Reference) -> tuple[Comparison, ...]:
-    """Set every fitted and derived number, and the mass, beside its reference value; errors as for `check_reference`."""
+    """Compare every fitted and derived number, and the mass, with its reference value; errors as for `check_reference`."""
     fitted = [(p.spec.name, p.spec.symbol, p.spec.unit, p.value, p.stderr) for p in result.parameters]
     fitted += [(d.name, d.symbol, d.unit, d.value, d.stderr) for d in result.derived]
     if all(name != MASS.name for name, *_ in fitted):
@@ -143,7 +143,7 @@ def compare(result: FitResult, reference: Reference) -> tuple[Comparison, ...]:
 
 
 def unmatched(comparisons: Iterable[Comparison], reference: Reference) -> tuple[str, ...]:
-    """Names of the reference's rows that are no number of the fit."""
+    """Names of reference values that are not among the numbers of the fit."""
     known = {row.name for row in comparisons}
     return tuple(row.name for row in reference.values if row.name not in known)
 

@@ -1,4 +1,4 @@
-"""What a fit returns: parameters with honest errors, the fitted model, and every record beside its prediction."""
+"""Result of a fit: parameters with standard errors, the fitted model, and every record with its prediction."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ OK, AT_BOUND, NOT_IDENTIFIABLE, FIXED = "ok", "at bound", "not identifiable from
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ParameterEstimate:
-    """One shared parameter as estimated.
+    """Estimate of one shared parameter with standard error, interval and status.
 
     Attributes:
         spec: name, symbol, unit.
@@ -60,7 +60,7 @@ class Nuisance:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RecordFit:
-    """One record beside its prediction; arrays have shape (samples,) and hold NaN where nothing was recorded.
+    """One record with its prediction; arrays have shape (samples,) and hold NaN where nothing was recorded.
 
     Attributes:
         file: of the record.
@@ -77,7 +77,7 @@ class RecordFit:
         relative_velocity: predicted u', m/s.
         in_contact: predicted, bool.
         window: index of the window that each sample belongs to.
-        notices: of the reader.
+        notices: remarks of the file reader.
     """
 
     file: str
@@ -107,7 +107,7 @@ class SensorNoise:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StartOutcome:
-    """What became of one start: cost (half chi-square) before and after, parameters at its end, and where it came from."""
+    """Outcome of one start: its origin, cost (half chi-square) before and after, and parameters at its end."""
 
     origin: str
     initial: dict[str, float]
@@ -118,7 +118,7 @@ class StartOutcome:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class FitResult:
-    """A fit of one experiment.
+    """Result of the fit of one experiment.
 
     Attributes:
         experiment: that was fitted.
@@ -128,16 +128,16 @@ class FitResult:
         correlation: matrix over `correlated`.
         correlated: names of the estimated parameters, the axes of `correlation`.
         chi2_reduced: chi-square over degrees of freedom.
-        degrees: samples times channels that counted, less the estimated numbers.
-        records: beside their predictions; those that were fitted.
-        held_back: those that were not, beside their predictions.
+        degrees: number of weighted samples less that of estimated unknowns.
+        records: fitted records with their predictions.
+        held_back: held-back records with their predictions.
         starts: of the multistart, best first.
         converged: False if the iteration stopped early.
         iterations: of the last stage.
         discretisation: largest shift of any parameter, in standard errors, when every step of the integrator is halved.
-        warnings: sentences that the reader of the result must see.
-        unrest: random force on the hammer; None where there is no evidence of one.
-        noise: by channel, standard deviation as estimated over that declared or read off the record, and the order of its autoregression.
+        warnings: sentences for the reader of the result.
+        unrest: random force on the hammer; None where it is not significant.
+        noise: by channel, estimated standard deviation over that declared or read off the record, and the order of its autoregression.
         seed: of the multistart.
         seconds: wall time by stage.
     """

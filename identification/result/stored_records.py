@@ -1,4 +1,4 @@
-"""Records beside their predictions as variables of a file, and back: every number as it was."""
+"""Records with their predictions as variables of a file, and back, with every number unchanged."""
 
 import dataclasses
 from typing import Any
@@ -22,7 +22,7 @@ SERIES = ("time", "measured", "predicted", *MOTION)
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StoredRecords:
-    """Some records: their series by name, and what of each is no series."""
+    """Stored records: their series by name, and one document per record with all other content."""
 
     variables: dict[str, xr.Variable]
     documents: list[dict[str, Any]]
@@ -37,17 +37,17 @@ def store_records(records: tuple[RecordFit, ...], prefix: str) -> StoredRecords:
 
 
 def restore_records(documents: list[dict[str, Any]], series: Series, prefix: str) -> tuple[RecordFit, ...]:
-    """The same records again."""
+    """Restore records from documents and series."""
     return tuple(_record(each, series, f"{prefix}{number}") for number, each in enumerate(documents, start=1))
 
 
 def store_experiment(experiment: Experiment) -> dict[str, Any]:
-    """All of it but the series of its records, plain."""
+    """The experiment without the series of its records, as plain data."""
     return to_plain(experiment, without=("time", "channels"))
 
 
 def restore_experiment(document: dict[str, Any], records: tuple[RecordFit, ...]) -> Experiment:
-    """The experiment with the series that its records were fitted to."""
+    """The experiment with the series of its fitted records."""
     by_file = {record.file: record for record in records}
     read = [(each, by_file[each["file"]]) for each in document["records"]]
     return from_plain(
@@ -58,7 +58,7 @@ def restore_experiment(document: dict[str, Any], records: tuple[RecordFit, ...])
 
 
 def _series(record: RecordFit, prefix: str) -> dict[str, xr.Variable]:
-    """The series of one record."""
+    """Measured, predicted and residual series of one record as variables."""
     dimension = f"{prefix}_time"
 
     def told(values: np.ndarray, units: str, long_name: str) -> xr.Variable:
@@ -74,12 +74,12 @@ def _series(record: RecordFit, prefix: str) -> dict[str, xr.Variable]:
 
 
 def _document(record: RecordFit) -> dict[str, Any]:
-    """What of a record is no series, and the order of its channels."""
+    """Content of a record other than series, and the order of its channels."""
     return to_plain(record, without=SERIES) | {"channels": {"measured": list(record.measured), "predicted": list(record.predicted)}}
 
 
 def _record(told: dict[str, Any], series: Series, prefix: str) -> RecordFit:
-    """One record with its series."""
+    """One record restored with its series."""
     plain_part = {name: value for name, value in told.items() if name != "channels"}
     return from_plain(
         RecordFit,

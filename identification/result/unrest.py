@@ -1,4 +1,4 @@
-"""The random force that a fit has found, in numbers: how far the rig repeats itself."""
+"""Estimated random force (process noise) on the hammer: size, correlation time and significance."""
 
 import dataclasses
 from typing import Any
@@ -11,20 +11,20 @@ from identification.likelihood.random_force import RandomForce
 from identification.likelihood.variances import orderly, restricted_likelihood
 
 _NOTHING = 1e-4
-"""Size of a force that is none, over the estimated one."""
+"""Size that represents a zero force, over the estimated one."""
 _STEP = 0.15
-"""Of the logarithms of size and memory, for second differences."""
+"""Step of the log size and log correlation time for second differences."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Unrest:
-    """A random force on the hammer with exponential memory.
+    """Random force on the hammer with exponential autocorrelation.
 
     Attributes:
         force_rms: size, N, and its standard error; None where the likelihood is flat.
-        memory: s, and its standard error.
-        share: of the spring's force at the amplitude of the drive, k A0; where there is no spring or drive, of the rms inertia in flight.
-        gain: twice the restricted log-likelihood beyond that of no force.
+        memory: correlation time, s, and its standard error.
+        share: relative to the spring's force at the amplitude of the drive, k A0; without spring or drive, to the rms inertia in flight.
+        gain: twice the restricted log-likelihood gain over no force.
     """
 
     force_rms: tuple[float, float | None]
@@ -33,7 +33,7 @@ class Unrest:
     gain: float
 
     def document(self) -> dict[str, Any]:
-        """`unrest` in `fit.json` and `diagnosis.json`."""
+        """The random force as plain data: `unrest` in `fit.json` and `diagnosis.json`."""
         (force, of_force), (memory, of_memory) = self.force_rms, self.memory
         return {
             "force_rms": {"value": force, "stderr": of_force, "unit": "N"},
@@ -42,7 +42,7 @@ class Unrest:
         }
 
     def sentence(self) -> str:
-        """For a report."""
+        """Sentence on the random force for a report."""
         return (
             f"The rig repeats itself to a random force of {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of the spring's force)"
             f" with a memory of {1e3 * self.memory[0]:.2g} ms."
@@ -50,7 +50,7 @@ class Unrest:
 
 
 def unrest(fitted: Fitted, *, alpha: float) -> Unrest | None:
-    """The random force beside a fitted model; None where chance at the level `alpha` gives as much."""
+    """Random force beside a fitted model; None where it is not significant at the level `alpha`."""
     gain = gain_of_force(fitted)
     if chance_of_force(gain) > alpha:
         return None
@@ -60,7 +60,7 @@ def unrest(fitted: Fitted, *, alpha: float) -> Unrest | None:
 
 
 def gain_of_force(fitted: Fitted) -> float:
-    """Twice the restricted log-likelihood of the random force beyond that of none."""
+    """Twice the restricted log-likelihood gain of the random force over no force."""
     force = fitted.variances.force
     return 2.0 * (_likelihood(fitted, force) - _likelihood(fitted, dataclasses.replace(force, std=_NOTHING * force.std)))
 
@@ -71,7 +71,7 @@ def _likelihood(fitted: Fitted, force: RandomForce) -> float:
 
 
 def _errors(fitted: Fitted) -> tuple[float | None, float | None]:
-    """Standard errors of size and memory from the curvature of the restricted likelihood in their logarithms."""
+    """Standard errors of size and correlation time, from the curvature of the restricted likelihood in their logarithms."""
     force = fitted.variances.force
 
     def at(size: int, memory: int) -> float:
@@ -88,7 +88,7 @@ def _errors(fitted: Fitted) -> tuple[float | None, float | None]:
 
 
 def _reference(fitted: Fitted) -> float:
-    """k A0, N; the rms inertia of the hammer in flight where there is no spring or no drive."""
+    """Reference force k A0, N; the rms inertia of the hammer in flight where there is no spring or no drive."""
     model, amplitudes = fitted.model, fitted.estimate.nuisances[:, 0]
     driven = [r.kind == "cart-excitation" and r.base == "sine" for r in fitted.prepared.experiment.records]
     f_n = float(model.values().get("f_n", 0.0))

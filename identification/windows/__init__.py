@@ -1,1 +1,1 @@
-"""Records cut into windows, and where a fit of them begins."""
+"""Windows of the records (multiple shooting), and first guesses for a fit."""

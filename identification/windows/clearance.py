@@ -1,4 +1,4 @@
-"""Whether the hammer is ever clear of the stop: a slip in a gap is told before anything is fitted."""
+"""Consistency of each gap with the recorded motion, checked before any fit."""
 
 import numpy as np
 
@@ -8,18 +8,18 @@ from identification.windows.layout import GAP_PRIOR_STD
 from vibrojax.contact import AbstractContactLaw, NoContact
 
 _STRIKING = ("drop-test", "cart-excitation")
-"""Kinds in which the hammer comes from free flight."""
+"""Kinds of record in which the hammer comes from free flight."""
 _FAR = 10.0
-"""Times its own travel, and times what a gap is known to (`GAP_PRIOR_STD`), that no hammer gets into a stop."""
+"""Largest plausible indentation, over the hammer's own travel and over `GAP_PRIOR_STD`."""
 
 
 def check_clearance(experiment: Experiment, law: AbstractContactLaw) -> None:
-    """Compare every gap with the motion that was recorded, in records that are held back too.
+    """Check every gap against the recorded motion, in held-back records too.
 
-    A displacement whose zero is to be estimated says nothing of its gap.
+    A displacement with an unknown zero does not identify its gap and is not checked.
 
     Raises:
-        ExperimentError: from first to last sample the hammer is far beyond where the stop is said to be.
+        ExperimentError: from first to last sample the hammer is far beyond the stated position of the stop.
     """
     offset = any(sensor.zero is not None for channel, sensor in experiment.sensors.items() if channel.endswith("displacement"))
     if offset or isinstance(law, NoContact):

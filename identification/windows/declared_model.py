@@ -1,4 +1,4 @@
-"""The nominal model of an experiment: what the operator believes before any fit."""
+"""Nominal model of an experiment, as declared before any fit."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ DEFAULT_LAW = "hunt-crossley"
 
 
 def nominal_model(experiment: Experiment, law: str | None) -> Model:
-    """The model that the experiment names, with every parameter at its order of magnitude."""
+    """Nominal model that the experiment names, with every parameter at its start value."""
     name = law or experiment.law or DEFAULT_LAW
     if name not in LAWS:
         raise ExperimentError(f"unknown contact law {name!r}: expected one of {', '.join(LAWS)}")

@@ -1,4 +1,4 @@
-"""Single impacts cut out of the records: short windows on which many starts can be tried quickly."""
+"""Windows of single impacts, short enough to compare many starts."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from identification.windows.windows import Windows
 
 
 def impact_windows(prepared: Prepared, count: int) -> tuple[Windows, np.ndarray] | None:
-    """A few single impacts of different force, each a short window of its own, and their initial states; None if there are none.
+    """Short windows of single impacts of different strength, with their initial states; None if there are none.
 
     Only records whose cart is at rest or moves harmonically are used.
     """

@@ -1,4 +1,4 @@
-"""Relative motion where only acceleration was recorded: integrated twice, and tied down by the suspension."""
+"""Relative motion from acceleration alone: double integration, with constants identified from the suspension's equation of motion."""
 
 import dataclasses
 
@@ -11,13 +11,13 @@ from identification.windows.kinematics import Kinematics, bridged, stands_out
 from identification.windows.start.suspension import suspension_start
 
 _PERIODS = 4.0
-"""Length of a piece, in periods of the suspension: long enough to show its phase, short enough not to drift."""
+"""Length of an integrated piece, in periods of the suspension: long enough to show its phase, short enough not to drift."""
 _CLEAR = 9
-"""Samples about a contact that tie nothing down."""
+"""Samples about a contact that are left out of the equations."""
 _STRUCK = ("drop-test", "cart-excitation", "forced")
 """Kinds of record in which the hammer may meet its stop."""
 _GRID_HZ = np.geomspace(0.3, 300.0, 61)
-"""Natural frequencies that are tried where no record with a known cart tells one."""
+"""Natural frequencies of the grid search, where no record with a known cart identifies one."""
 _ZETA = 0.02
 Vibration = tuple[float, float]
 """omega_n, rad/s, and zeta."""
@@ -26,12 +26,12 @@ Vibration = tuple[float, float]
 def integrated_motions(
     records: list[Record], motions: list[Kinematics | None], base: list[np.ndarray], *, mass: float, stop: bool
 ) -> tuple[list[Kinematics | None], dict[int, tuple[float, float]]]:
-    """The motions, with those that no displacement shows filled in from the hammer's acceleration; and the sines of unseen carts.
+    """Relative motions, completed by double integration of the hammer's acceleration; and the sines of carts without a sensor.
 
-    In a short piece of a record u = u_0 + v_0 t + b t^2 / 2 + double integral of (x'' - y''), b being what the accelerometers read at rest.
-    While the hammer is clear of the stop m x'' = f - m (2 zeta omega_n u' + omega_n^2 u), which gives the three constants by least
-    squares, and amplitude and phase of a sine y that no sensor saw, one for the whole record. zeta and omega_n come from the weak form of
-    the same equation in all records whose cart is known, and where some are not, from what then makes the equations agree best.
+    In a short piece of a record u = u_0 + v_0 t + b t^2 / 2 + double integral of (x'' - y''), with b the accelerometers' offset. While the
+    hammer is clear of the stop, m x'' = f - m (2 zeta omega_n u' + omega_n^2 u). Least squares on this equation gives the three constants,
+    and amplitude and phase of a sine y without a sensor, one for the whole record. zeta and omega_n come from the weak form of the same
+    equation in all records with a known cart; where the cart is unknown in some, they then minimise the residual of the equations.
 
     Args:
         records: of the experiment.
@@ -42,7 +42,7 @@ def integrated_motions(
 
     Returns:
         The motions, still None where no acceleration was recorded or where it shows no vibration on a spring; and by index of the record
-        amplitude, m, and phase, rad, of the carts that no sensor saw.
+        amplitude, m, and phase, rad, of the carts without a sensor.
     """
     wanted = [i for i, r in enumerate(records) if motions[i] is None and "hammer_acceleration" in r.channels and r.kind != "prescribed"]
     pieced = [_Pieced(record=records[i], rough=_rough(records[i], base[i], mass=mass, stop=stop), mass=mass) for i in wanted]
@@ -58,7 +58,7 @@ def integrated_motions(
 
 
 def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
-    """omega_n and zeta; None where there is no vibration."""
+    """omega_n and zeta of the suspension; None where there is no vibration."""
     known, unseen = ([each for each in pieced if each.unseen is wanted] for wanted in (False, True))
     start, _ = suspension_start([each.record for each in known], [each.rough for each in known], mass=mass)
     if start and not unseen:
@@ -76,13 +76,13 @@ def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
 
 
 def _best_of_grid(pieced: list["_Pieced"]) -> Vibration:
-    """The natural frequency whose equations agree best, relative to what they are to explain."""
+    """Natural frequency of the grid with the smallest residual of the equations, relative to the acceleration."""
     vibrations = [(2.0 * np.pi * float(f_n), _ZETA) for f_n in _GRID_HZ]
     return min(vibrations, key=lambda each: sum(float(np.sum(one.solved(each, pieces_as=each)[1] ** 2)) for one in pieced))
 
 
 def _rough(record: Record, base: np.ndarray, *, mass: float, stop: bool) -> Kinematics:
-    """What the acceleration alone shows: where the hammer is in touch, and u''."""
+    """Contact and u'' from the acceleration alone; u and u' are zero."""
     absolute = bridged(record.time, record.channels["hammer_acceleration"])
     inertia, nothing = -mass * absolute, np.zeros_like(absolute)
     touching = np.zeros(len(absolute), bool)
@@ -94,7 +94,7 @@ def _rough(record: Record, base: np.ndarray, *, mass: float, stop: bool) -> Kine
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Pieced:
-    """One record, ready to be integrated in pieces."""
+    """One record, integrated in pieces."""
 
     record: Record
     rough: Kinematics
@@ -102,12 +102,12 @@ class _Pieced:
 
     @property
     def unseen(self) -> bool:
-        """Whether a driven cart shows in nothing but the hammer's acceleration."""
+        """Whether only the hammer's acceleration shows the driven cart."""
         driven = self.record.kind == "cart-excitation" and self.record.base == "sine" and self.record.excitation_frequency is not None
         return driven and not {"cart_displacement", "cart_acceleration"} & set(self.record.channels)
 
     def solved(self, vibration: Vibration, *, pieces_as: Vibration) -> tuple[np.ndarray, np.ndarray]:
-        """Constants of all pieces, and of the sine behind them; and what is left of the equations, relative to the acceleration."""
+        """Constants of all pieces, and of the cart's sine; and the residual of the equations, relative to the acceleration."""
         factors, integrals, _ = self._terms(pieces_as)
         omega_n, zeta = vibration
         matrix = omega_n**2 * factors[0] + 2.0 * zeta * omega_n * factors[1]
@@ -117,7 +117,7 @@ class _Pieced:
         return constants, (matrix[free] @ constants - left[free]) / max(float(np.std(self._pull())), 1e-300)
 
     def tied_down(self, vibration: Vibration) -> tuple[Kinematics, tuple[float, float] | None]:
-        """The motion, and amplitude and phase of an unseen cart."""
+        """Integrated motion, and amplitude and phase of a cart without a sensor."""
         constants, _ = self.solved(vibration, pieces_as=vibration)
         factors, integrals, omega = self._terms(vibration)
         u, v = (integral + factor @ constants for integral, factor in zip(integrals, factors, strict=True))
@@ -133,12 +133,12 @@ class _Pieced:
         return motion, (float(np.hypot(sine, cosine)), float(np.arctan2(cosine, sine)))
 
     def _pull(self) -> np.ndarray:
-        """Applied force over mass less x'', m/s^2: what the suspension pulls with in flight."""
+        """Applied force over mass less x'', m/s^2: the acceleration due to the suspension in flight."""
         applied = bridged(self.record.time, self.record.channels["applied_force"]) if self.record.kind == "forced" else 0.0
         return (applied + self.rough.inertia) / self.mass
 
     def _terms(self, vibration: Vibration) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray], float]:
-        """What every constant adds to u and u', the double and the single integral, and the frequency of the cart, rad/s."""
+        """Columns of u and u' for every constant, double and single integral of the acceleration, and frequency of the cart, rad/s."""
         time = self.record.time
         known = self.rough.a if not self.unseen else -self.rough.inertia / self.mass
         acceleration = CubicSpline(time, known)

@@ -1,4 +1,4 @@
-"""Relative motion as a record shows it, smoothed: good enough to start a fit from, never used as its data."""
+"""Smoothed relative motion of a record, for the start of a fit; never used as its data."""
 
 import dataclasses
 
@@ -10,17 +10,17 @@ from scipy.signal import savgol_filter
 from identification.experiment import Record
 
 _LONGEST_S, _FEWEST_SAMPLES = 1.5e-3, 3
-"""Half width of the local polynomials: at most and at least so much."""
+"""Largest half width of the local polynomials, s; smallest, in samples."""
 _BLUNT = 2.5
-"""Root mean square, over the width of a polynomial, of what it leaves of the record, in noise, from which it blunts what happens there."""
+"""Residual of a local polynomial (rms over its width, in units of the noise) above which it smooths too much."""
 _FAR_OFF = 8.0
-"""Noise up to which a sample counts."""
+"""Limit to the residual of a single sample, in units of the noise."""
 _ORDER = 3
-"""Of the polynomials."""
+"""Order of the local polynomials."""
 _CONTACT_SIGNIFICANCE = 6.0
-"""A force this many standard deviations above zero is contact."""
+"""Force, in standard deviations above zero, above which it counts as contact."""
 _FEWEST_IN_FLIGHT = 16
-"""Samples clear of the stop that suffice to tell the usual range of a force."""
+"""Fewest samples clear of the stop that show the usual range of a force in flight."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -34,13 +34,13 @@ class Kinematics:
     force: np.ndarray | None
     """Contact force of the load cell, N; None without one."""
     inertia: np.ndarray
-    """-m x'', or the reaction force on a prescribed path, N: the contact force and that of the suspension."""
+    """-m x'', or the reaction force on a prescribed path, N: sum of contact force and suspension force."""
     touching: np.ndarray
 
 
 def relative_displacement(record: Record) -> Float[np.ndarray, " samples"] | None:
-    """U = x - y, m, from whichever channels give it; None where no combination does. NaN stretches are bridged linearly."""
-    # each channel is bridged by itself: two may never be sampled at once
+    """Relative displacement u = x - y, m, from whichever channels give it; None where no combination does. NaN stretches are linear."""
+    # each channel is bridged separately: two channels may have no common samples
     channels = {name: bridged(record.time, values) for name, values in record.channels.items()}
     if "relative_displacement" in channels:
         return channels["relative_displacement"]
@@ -54,13 +54,13 @@ def relative_displacement(record: Record) -> Float[np.ndarray, " samples"] | Non
 
 
 def bridged(time: Float[np.ndarray, " samples"], values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
-    """Values with NaN stretches replaced by straight lines."""
+    """Values with NaN stretches replaced by linear interpolation."""
     usable = np.isfinite(values)
     return values if usable.all() else np.interp(time, time[usable], values[usable])
 
 
 def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarray, " samples"]) -> Kinematics | None:
-    """Local cubic fits to the relative displacement of a record; None where that was not recorded."""
+    """Smoothed relative motion from local cubic fits to the displacement; None where displacement was not recorded."""
     u = relative_displacement(record)
     if u is None:
         return None
@@ -83,9 +83,9 @@ def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarr
 
 
 def _half_width(u: Float[np.ndarray, " samples"], dt: float, noise: float) -> int:
-    """Samples to either side that a local polynomial takes in: as many as leave nothing but noise, even in the shortest contact.
+    """Half width of the local polynomials, samples: the largest with a residual of pure noise, even in the shortest contact.
 
-    The noise is as declared, or as the shortest polynomials show it where that is more.
+    The noise is the declared one, or that of the shortest polynomials where it is larger.
     """
     half = int(np.clip(round(_LONGEST_S / dt), _FEWEST_SAMPLES, len(u) // 4))
     if half <= _FEWEST_SAMPLES:
@@ -99,13 +99,13 @@ def _half_width(u: Float[np.ndarray, " samples"], dt: float, noise: float) -> in
 
 
 def _left(u: Float[np.ndarray, " samples"], half: int, noise: float) -> float:
-    """Largest root mean square, over the width of a local polynomial, of what it leaves; a single sample far off does not count as such."""
+    """Largest residual of local polynomials, as rms over their width; the effect of a single outlier is limited."""
     residual = np.clip(u - savgol_filter(u, 2 * half + 1, _ORDER), -_FAR_OFF * noise, _FAR_OFF * noise)
     return float(np.sqrt(uniform_filter1d(residual**2, 2 * half + 1).max()))
 
 
 def _displacement_noise(record: Record) -> float:
-    """Of u, m; infinite where it is not known."""
+    """Noise of u, m; infinite where it is not known."""
     if "relative_displacement" in record.channels:
         return record.noise.get("relative_displacement", np.inf)
     cart = record.noise.get("cart_displacement", 0.0) if record.kind == "cart-excitation" else 0.0
@@ -113,9 +113,9 @@ def _displacement_noise(record: Record) -> float:
 
 
 def stands_out(inertia: Float[np.ndarray, " samples"], near: Bool[np.ndarray, " samples"]) -> Bool[np.ndarray, " samples"]:
-    """Where the inertia force is far above its usual range in flight, as only an impact makes it; `near` is close to the stop or in it.
+    """Samples whose inertia force is far above its usual range in flight, as in an impact; `near` marks samples close to or in the stop.
 
-    A record that holds little but one long contact has no usual range of its own, so flight is what is not near.
+    The usual range comes from samples that are not near, since a record may hold little but one long contact.
     """
     flight = inertia[~near] if np.sum(~near) >= _FEWEST_IN_FLIGHT else inertia
     middle = np.median(flight)

@@ -1,4 +1,4 @@
-"""Windows as arrays: one lane each, stacked by kind of excitation."""
+"""Windows as arrays: one lane per window, stacked by kind of excitation."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from vibrojax.excitation import SampledForce, SampledMotion
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """What was recorded and drives the model along one whole record; None where it does not."""
+    """Recorded inputs that drive the model along one record; None where the input is not recorded."""
 
     cart: SampledMotion | None = None
     applied: SampledForce | None = None
@@ -32,7 +32,7 @@ def inputs_of(record: Record) -> Inputs:
 
 
 def lane(index: int, record: Record, first: int, length: int, samples: int, inputs: Inputs) -> Windows:
-    """One window of a record, padded to `samples`, with its part of the inputs."""
+    """One window of a record, padded to `samples`, with its part of the recorded inputs."""
     present = np.arange(first, first + length)
     dt = float(np.median(np.diff(record.time)))
     ts = record.time[present[-1]] + dt * np.arange(1 - length, samples - length + 1)
@@ -65,7 +65,7 @@ def lane(index: int, record: Record, first: int, length: int, samples: int, inpu
 
 
 def grouped(lanes: list[Windows]) -> tuple[Windows, ...]:
-    """Windows of one kind of excitation stacked, channels that none of them holds left out."""
+    """Windows stacked by kind of excitation, without channels that none of them holds."""
     kinds: dict[tuple[bool, ...], list[Windows]] = {}
     for lane in lanes:
         kinds.setdefault(tuple(each is None for each in (lane.motion, lane.applied, lane.prescribed)), []).append(lane)
@@ -74,7 +74,7 @@ def grouped(lanes: list[Windows]) -> tuple[Windows, ...]:
 
 
 def _without_empty(group: Windows) -> Windows:
-    """The group with only those channels that count somewhere."""
+    """The group without channels that have no weight."""
     used = np.flatnonzero(group.weight.any(axis=(0, 1)))
     return dataclasses.replace(
         group,
@@ -85,7 +85,7 @@ def _without_empty(group: Windows) -> Windows:
 
 
 def initial_states(group: Windows, motions: Sequence[Kinematics | None]) -> np.ndarray:
-    """Initial state of every window, read off the smoothed record; zero where that is not known."""
+    """Initial state of every window, from the smoothed record; zero where the motion is not known."""
     states = np.zeros((len(group.record), 2))
     for lane, (record, first) in enumerate(zip(group.record, group.first, strict=True)):
         motion = motions[record]
@@ -95,9 +95,9 @@ def initial_states(group: Windows, motions: Sequence[Kinematics | None]) -> np.n
 
 
 def chunked(groups: Sequence[Windows], size: int) -> list[tuple[np.ndarray, Windows]]:
-    """All windows in chunks of `size`, those of like length together: (their indices over all groups, the windows).
+    """All windows in chunks of `size`, sorted by length: (their indices over all groups, the windows).
 
-    The last chunk of a group is filled up by repeating a window, whose results are then the same twice.
+    Repetition of a window fills up the last chunk of a group; its results are then the same twice.
     """
     chunks, begin = [], 0
     for group in groups:

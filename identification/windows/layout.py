@@ -1,4 +1,4 @@
-"""Which numbers a fit estimates, and where each of them stands in a window's own vector."""
+"""Unknowns of a fit, and their order in each window's vector."""
 
 import dataclasses
 
@@ -11,11 +11,11 @@ from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
 NUISANCES = ("base_amplitude", "base_phase", "gap_error")
-"""Per record: A0 in m, phase in rad, setting error of the gap in m; behind them sensors' zeros and the effects' own, if any."""
+"""Per record: A0 in m, phase in rad, setting error of the gap in m; sensor zeros and the effects' parameters per record follow, if any."""
 GAP_PRIOR_STD = 1e-3
-"""m; wide enough not to be felt where impacts show the gap, narrow enough to hold it where they do not."""
+"""Prior standard deviation of the gap's setting error, m: weak where impacts identify the gap, effective where they do not."""
 STATES = ("initial_displacement", "initial_velocity")
-"""Per window: u in m and u' in m/s at its first sample; behind them those states of effects that do not begin at rest."""
+"""Per window: u in m and u' in m/s at its first sample; states of effects that do not begin at rest follow."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -24,45 +24,45 @@ class Layout:
 
     parameters: tuple[Parameter, ...]
     record_parameters: tuple[Parameter, ...] = ()
-    """Of effects, each record with its own."""
+    """Parameters of effects, one value per record."""
     zeros: tuple[tuple[str, float], ...] = ()
-    """Channels whose zero is not known, each record with its own, and the standard deviation of that, SI."""
+    """Channels with an unknown zero, one per record, and its prior standard deviation, SI."""
     variations: tuple[tuple[str, float], ...] = ()
-    """Shared parameters that vary between records, and the standard deviation of that in their internal coordinates."""
+    """Shared parameters that vary between records, and the standard deviation of their variation in internal coordinates."""
     own_states: tuple[OwnState, ...] = ()
-    """Of effects."""
+    """Own states of effects."""
     files: tuple[str, ...] = ()
-    """Of the records, in the order of their indices."""
+    """Files of the records, in the order of their indices."""
 
     @property
     def nuisances(self) -> tuple[str, ...]:
-        """Names of what each record has of its own."""
+        """Names of the nuisances: base motion, gap error, zeros, variations, parameters per record."""
         zeros, variations = (f"zero.{channel}" for channel, _ in self.zeros), (f"variation.{name}" for name, _ in self.variations)
         return (*NUISANCES, *zeros, *variations, *(p.name for p in self.record_parameters))
 
     @property
     def without_effects(self) -> int:
-        """Count of what each record has of its own before that of effects."""
+        """Count of nuisances before those of effects."""
         return len(NUISANCES) + len(self.zeros) + len(self.variations)
 
     @property
     def nuisance_count(self) -> int:
-        """Count of what each record has of its own."""
+        """Count of nuisances of a record."""
         return self.without_effects + len(self.record_parameters)
 
     @property
     def varying(self) -> slice:
-        """Places of the variations among what each record has of its own."""
+        """Slice of the variations among the nuisances."""
         return slice(len(NUISANCES) + len(self.zeros), self.without_effects)
 
     @property
     def free_own(self) -> tuple[int, ...]:
-        """Positions among `own_states` of those that do not begin at rest."""
+        """Positions in `own_states` of those that do not begin at rest."""
         return tuple(index for index, state in enumerate(self.own_states) if state.scale > 0)
 
     @property
     def states(self) -> int:
-        """Count of numbers that a window begins with."""
+        """Count of initial values of a window."""
         return len(STATES) + len(self.free_own)
 
     @property
@@ -84,13 +84,13 @@ class Layout:
         return {p.name: p.to_physical(value) for p, value in zip(self.parameters, internal, strict=True)}
 
     def internal(self, values: dict[str, float]) -> np.ndarray:
-        """Coordinates of the fit from values by name, SI."""
+        """Internal coordinates of shared parameters given by name, SI."""
         return np.array([p.to_internal(values[p.name]) for p in self.parameters])
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """A point of the fit: shared parameters, nuisances of every record, initial state of every window."""
+    """A point of the fit: shared parameters, nuisances of every record, initial state and random force of every window."""
 
     shared: np.ndarray
     """(parameters,), internal coordinates."""
@@ -99,7 +99,7 @@ class Estimate:
     states: np.ndarray
     """(windows, states)"""
     force: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((0, 0)))
-    """(windows, knots): random force, N; empty where it is not estimated."""
+    """(windows, knots): random force, N; empty where there is none."""
 
     def local(self, record: np.ndarray) -> np.ndarray:
         """Vector of every window, (windows, size)."""
@@ -113,7 +113,7 @@ class Estimate:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Active:
-    """Which of the numbers a stage of the fit may move."""
+    """Unknowns that a stage of the fit estimates."""
 
     shared: np.ndarray
     """(parameters,) bool"""
@@ -128,7 +128,7 @@ def layout_of(
     zeros: tuple[tuple[str, float], ...] = (),
     variations: tuple[tuple[str, float], ...] = (),
 ) -> Layout:
-    """Everything that a model leaves to estimate, `extra` shared parameters, zeros of sensors, and variations between records."""
+    """Layout of all unknowns: the model's parameters, `extra` shared parameters, sensor zeros, and variations between records."""
     return Layout(
         parameters=(*model.parameters, *extra),
         record_parameters=model.record_parameters,
@@ -140,9 +140,9 @@ def layout_of(
 
 
 def free_nuisances(records: list[Record], layout: Layout, *, any_contact: np.ndarray) -> np.ndarray:
-    """(records, nuisances) bool: the sine of a driven cart, the gap error where the hammer touches the stop at all, and all of the rest.
+    """(records, nuisances) bool, True for free nuisances: the sine of a driven cart, the gap error where there is contact, and all others.
 
-    A channel that drives the model is taken as it is, with its zero.
+    A channel that drives the model enters as recorded, with its zero fixed.
     """
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
     of_effects = np.ones((len(records), len(layout.record_parameters)), bool)

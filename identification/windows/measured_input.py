@@ -11,14 +11,14 @@ from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
 
 
 def driving_channels(record: Record) -> frozenset[str]:
-    """Channels that drive the model in this record, so that it cannot be compared with them."""
+    """Channels that drive the model in this record; they are inputs, not data to fit."""
     cart = ("cart_displacement", "cart_acceleration") if record.base == "measured" else ()
     motion = MOTION_CHANNELS if record.kind == "prescribed" else ()
     return frozenset(("applied_force", *cart, *motion))
 
 
 def prescribed_motion(record: Record) -> SampledMotion:
-    """Motion of the hammer against the cart as recorded: a quintic smoothing spline whose residual equals the noise."""
+    """Recorded motion of the hammer relative to the cart: a quintic smoothing spline whose residual equals the noise."""
     u = relative_displacement(record)
     name = next((name for name in MOTION_CHANNELS if name in record.channels), None)
     if u is None or name is None:
@@ -29,11 +29,11 @@ def prescribed_motion(record: Record) -> SampledMotion:
 
 
 def measured_motion(record: Record) -> SampledMotion:
-    """Motion of the cart as recorded.
+    """Recorded motion of the cart.
 
-    The displacement is a quintic smoothing spline through the recorded one, whose residual equals the noise (the sensor's noise is no
-    motion of the cart); without a sensor it is the integrated acceleration with its straight line removed. The acceleration is the
-    recorded one, or the second derivative of that spline.
+    The displacement is a quintic smoothing spline whose residual equals the noise (the sensor's noise is no motion of the cart); without a
+    displacement sensor it is the integrated acceleration, less its straight line. The acceleration is the recorded one, or the second
+    derivative of that spline.
     """
     time, channels = record.time, record.channels
     if "cart_displacement" not in channels and "cart_acceleration" not in channels:
@@ -56,7 +56,7 @@ def measured_motion(record: Record) -> SampledMotion:
 
 
 def measured_force(record: Record) -> SampledForce:
-    """Force on the hammer as recorded."""
+    """Recorded force on the hammer."""
     return SampledForce(signal=_signal(CubicSpline(record.time, bridged(record.time, record.channels["applied_force"]))))
 
 
@@ -74,10 +74,10 @@ def motion_part(motion: SampledMotion, first: int, samples: int) -> SampledMotio
 
 
 def _smoothing(time: np.ndarray, values: np.ndarray, noise: float) -> Any:
-    """Quintic spline, in the form of SciPy's `splrep`, that leaves as much as the noise."""
+    """Quintic spline, in the form of SciPy's `splrep`, whose residual equals the noise."""
     return splrep(time, values, k=5, s=len(time) * noise**2)
 
 
 def _signal(spline: CubicSpline) -> CubicSignal:
-    """Interpolant with one piece between any two samples."""
+    """Interpolant with one piece per sampling interval."""
     return CubicSignal(knots=np.asarray(spline.x), coefficients=np.asarray(spline.c))

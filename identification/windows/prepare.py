@@ -1,4 +1,4 @@
-"""From an experiment to windows and a first guess: everything that happens before the first integration."""
+"""Preparation of a fit: windows, unknowns and first guesses of an experiment, before any integration."""
 
 import dataclasses
 
@@ -28,18 +28,18 @@ _PADDED_TO = 256
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Prepared:
-    """What a fit begins with."""
+    """Windows, model, layout and start of a fit."""
 
     experiment: Experiment
     model: Model
     layout: Layout
     fixed: dict[str, float]
-    """Parameters held at the operator's value."""
+    """Parameters fixed at the operator's value."""
     groups: tuple[Windows, ...]
     """Windows by kind of excitation."""
     start: Estimate
     candidates: dict[str, np.ndarray]
-    """Shared parameters (internal coordinates) by where they were read; the first is that of `start`."""
+    """Start values of the shared parameters (internal coordinates) by origin; the first is that of `start`."""
     motions: tuple[Kinematics | None, ...]
     """Per record: smoothed motion, None where the motion against the stop was not recorded."""
     carts: tuple[SampledMotion | None, ...]
@@ -51,7 +51,7 @@ class Prepared:
         return np.concatenate([group.record for group in self.groups])
 
     def with_groups(self, groups: tuple[Windows, ...]) -> "Prepared":
-        """The same with other windows (weights) in the same order."""
+        """The same preparation with other windows (weights) in the same order."""
         return dataclasses.replace(self, groups=groups)
 
 
@@ -62,10 +62,10 @@ def check_precision() -> None:
 
 
 def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
-    """Cut the records into windows and guess where the fit should start.
+    """Cut the records into windows and derive first guesses.
 
-    Held-back records are left aside here, so that nothing that is built on windows can see them; so is what a record shows of a hammer
-    that is still held.
+    Held-back records are excluded here, so that nothing built on windows depends on them. The part of a record before the release of a held
+    hammer is excluded as well.
 
     Raises:
         ExperimentError: the experiment cannot be fitted.
@@ -94,7 +94,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     values, gap_errors = next(iter(guesses.values()))
     window = window or WindowLength()
     cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
-    longest = 1 + max(length for parts in cuts for _, length in parts)  # and one that readings between samples need
+    longest = 1 + max(length for parts in cuts for _, length in parts)  # one more sample for readings between samples
     longest += -longest % _PADDED_TO
     lanes = [
         lane(index, record, first, length, longest, inputs[index]) for index, record in enumerate(records) for first, length in cuts[index]
@@ -118,7 +118,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
 
 
 def _fixed(experiment: Experiment, parameters: tuple[Parameter, ...]) -> dict[str, float]:
-    """Parameters that the operator holds, after a check that all named ones exist and start inside their range."""
+    """Parameters fixed by the operator, after a check that all named ones exist and start inside their range."""
     listed = {p.name: p for p in parameters}
     for name, option in experiment.parameters.items():
         if name not in listed:
@@ -131,7 +131,7 @@ def _fixed(experiment: Experiment, parameters: tuple[Parameter, ...]) -> dict[st
 
 
 def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:
-    """y'' of the first guess, m/s^2."""
+    """Cart acceleration y'' of the first guess, m/s^2."""
     if measured is not None:
         signal = measured.second_derivative
         return np.concatenate([signal.coefficients[3], [signal.coefficients[3][-1]]])
@@ -139,7 +139,7 @@ def _base_acceleration(record: Record, base: tuple[float, float], measured: Samp
 
 
 def windows_of(prepared: Prepared, chosen: np.ndarray) -> Prepared:
-    """Some of the windows, in their order, with their own start; the same where all are chosen."""
+    """Selected windows in their order, with their own start; unchanged where all are selected."""
     if np.array_equal(chosen, np.arange(len(prepared.record))):
         return prepared
     groups, begin = [], 0

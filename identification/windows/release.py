@@ -1,4 +1,4 @@
-"""The instant at which a held hammer is let go, where a record begins before it."""
+"""Instant at which a held hammer is released, where a record begins before it."""
 
 import dataclasses
 
@@ -10,22 +10,22 @@ from identification.windows.kinematics import bridged
 
 _KINDS = ("drop-test", "free-decay")
 _LEVEL = 6.0
-"""Noise standard deviations that tell a motion."""
+"""Threshold of motion, in standard deviations of the noise."""
 _FARTHER = 4.0
-"""A second level, so many times as far: from rest at constant acceleration it takes twice as long."""
+"""Second threshold over the first: from rest at constant acceleration the hammer reaches it in twice the time."""
 _FEWEST = 16
-"""Samples of a hold."""
+"""Fewest samples of a hold."""
 
 
 def from_release(record: Record) -> Record:
     """The record from the release of the hammer on, where it is held, or rests, for a while before.
 
-    No model knows the hand that holds the hammer, so that stretch is left out, with a notice. Let go from rest, the hammer passes a small
-    distance d after sqrt(2 d / a) and 4 d after twice that time, so two levels a little above the noise give the instant. A record that
-    begins with the motion, or in it, is left as it is.
+    The model does not describe the hold, so that stretch is left out, with a notice. Released from rest, the hammer passes a small distance
+    d after sqrt(2 d / a) and 4 d after twice that time, so two thresholds a little above the noise give the instant. A record that begins
+    with the motion, or in it, is unchanged.
 
     Args:
-        record: of a drop test or a free decay; others come back as they are.
+        record: of a drop test or a free decay; others are returned unchanged.
     """
     begin = 0 if record.kind not in _KINDS else _release(record)
     if begin == 0:

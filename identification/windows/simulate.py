@@ -1,4 +1,4 @@
-"""A model run along the records of an experiment."""
+"""Simulation of a model along the records of an experiment."""
 
 import dataclasses
 import math
@@ -21,16 +21,16 @@ from vibrojax.system import System
 _CONTACT_STEPS = 100.0
 _STEPS_PER_PERIOD = 200.0
 _STEPS_PER_OWN_PERIOD = 24.0
-"""Of an effect's own vibration."""
+"""Steps per period of an effect's own vibration."""
 
 
 def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) -> dict[str, np.ndarray]:
-    """`time` and every model channel of one record, SI, each of shape (samples,).
+    """Simulate one record: `time` and every model channel, SI, each of shape (samples,).
 
-    The initial state and the sine of the cart are those that the record states; what it does not state is read off its channels, as the
-    first guess of a fit is. Faults of the recorder among the model's effects are left out unless `as_recorded`.
+    The initial state and the sine of the cart are those that the record states; otherwise they come from its channels, like the first guess
+    of a fit. Sensor faults among the model's effects are left out unless `as_recorded`.
 
-    Raises `ExperimentError` where neither gives them, `NoConvergenceError` where the integration fails.
+    Raises `ExperimentError` where the record gives neither, `NoConvergenceError` where the integration fails.
     """
     if not as_recorded:
         model = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
@@ -48,7 +48,7 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
 
 
 def _integrator(model: Model, record: Record) -> Landing:
-    """Steps for the fastest vibration, and room for an impact in every half cycle of it."""
+    """Integrator with steps for the fastest vibration, and capacity for an impact in every half cycle of it."""
     fastest = max(record.excitation_frequency or 0.0, float(model.values().get("f_n", 0.0)))
     duration, sampling = record.time[-1] - record.time[0], float(np.median(np.diff(record.time)))
     flight = min(1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf, duration / _STEPS_PER_PERIOD)
@@ -61,7 +61,7 @@ def _integrator(model: Model, record: Record) -> Landing:
 
 
 def _base(record: Record) -> tuple[float, float]:
-    """Amplitude and phase of the cart's sine, stated or read."""
+    """Amplitude and phase of the cart's sine, as stated or from the channels."""
     if record.kind != "cart-excitation" or record.base == "measured":
         return 0.0, 0.0
     amplitude, phase = record.base_amplitude, record.base_phase
@@ -88,7 +88,7 @@ def _system(model: Model, record: Record, amplitude: float, phase: float) -> Sys
 
 
 def _state(model: Model, record: Record, amplitude: float, phase: float) -> np.ndarray:
-    """Initial displacement and velocity of the hammer relative to the cart, stated or read."""
+    """Initial displacement and velocity of the hammer relative to the cart, as stated or from the channels."""
     stated = (record.initial_displacement, record.initial_velocity)
     if isinstance(model.law, AbstractInstantaneousLaw) and stated[0] is not None and stated[0] > record.gap:
         raise ExperimentError(

@@ -1,4 +1,4 @@
-"""Records cut into windows, each a short initial-value problem of its own (multiple shooting)."""
+"""Windows of the records: short initial-value problems of multiple shooting."""
 
 import dataclasses
 from typing import Any
@@ -13,7 +13,7 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.excitation import PiecewiseLinearForce, SampledForce, SampledMotion
 
 Hosted = Any
-"""Windows are cut with NumPy and run with JAX: an array of either kind."""
+"""A NumPy or JAX array: windows are cut with NumPy and integrated with JAX."""
 FITTED_CHANNELS = tuple(name for name in EVERY_CHANNEL if name != "applied_force")
 
 
@@ -32,7 +32,7 @@ class Windows(eqx.Module):
     measured: Float[Hosted, "*lanes time channels"]
     weight: Float[Hosted, "*lanes time channels"]
     gap: Float[Hosted, "*lanes"]
-    """m, as set."""
+    """Gap as set, m."""
     frequency_hz: Float[Hosted, "*lanes"]
     """Excitation frequency as set, Hz; 0 for a cart at rest."""
     motion: SampledMotion | None
@@ -40,7 +40,7 @@ class Windows(eqx.Module):
     applied: SampledForce | None
     """Measured force on the hammer, with a leading lane axis; None where there is none."""
     prescribed: SampledMotion | None
-    """Motion that the hammer is led along, with a leading lane axis; None where it moves as the forces want."""
+    """Prescribed motion of the hammer, with a leading lane axis; None where the hammer moves freely."""
     channels: tuple[str, ...] = eqx.field(static=True)
     disturbance: PiecewiseLinearForce | None = None
     """Random force on the hammer, with a leading lane axis; None where it is not estimated."""
@@ -48,18 +48,18 @@ class Windows(eqx.Module):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class WindowLength:
-    """How long a window is."""
+    """Target length of a window, in impacts and samples."""
 
     impacts: float = 2.0
-    """Impacts in a window, on average: few enough that errors do not grow from impact to impact."""
+    """Average number of impacts in a window: few enough that errors do not grow from impact to impact."""
     fewest: int = 64
     longest: int = 1000
-    """Samples."""
+    """Lower and upper limit, samples."""
     calm: int = 1000
-    """Samples of a free decay: without impacts errors do not grow, and what brakes a swing shows over several of its periods."""
+    """Samples of a free decay: without impacts errors do not grow, and damping appears over several periods."""
 
     def samples(self, record: Record, motion: Kinematics | None) -> int:
-        """Samples of a window of this record."""
+        """Length of the windows of this record, samples."""
         if record.kind == "free-decay":
             return min(max(self.longest, self.calm), len(record.time))
         if motion is None:
@@ -70,7 +70,7 @@ class WindowLength:
 
 
 def cut(record: Record, motion: Kinematics | None, samples: int) -> list[tuple[int, int]]:
-    """First sample and length of each window: equal parts whose borders are moved into the middle of a flight."""
+    """First sample and length of each window: equal parts, with borders moved to the middle of a flight."""
     count = max(1, round(len(record.time) / samples))
     borders = np.linspace(0, len(record.time), count + 1).round().astype(int)
     if motion is not None:
@@ -81,7 +81,7 @@ def cut(record: Record, motion: Kinematics | None, samples: int) -> list[tuple[i
 
 
 def _quietest(touching: np.ndarray, border: int, reach: int) -> int:
-    """Sample near the border that is furthest from any contact; the border itself if there is no contact near."""
+    """Sample near the border with the largest distance from any contact; the border itself if no contact is near."""
     low, high = max(border - reach, 1), min(border + reach, len(touching) - 1)
     contacts = np.flatnonzero(touching[max(low - reach, 0) : high + reach]) + max(low - reach, 0)
     if len(contacts) == 0:

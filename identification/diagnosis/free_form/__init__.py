@@ -1,1 +1,1 @@
-"""A missing force of no given form, learned as a formula."""
+"""Free-form missing force: a sum of terms selected from the records."""

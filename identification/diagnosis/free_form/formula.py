@@ -1,4 +1,4 @@
-"""A learned term in words: values with their errors in brackets."""
+"""A learned free-form term as a formula, with standard errors in brackets."""
 
 import math
 from collections.abc import Mapping
@@ -27,12 +27,12 @@ def bracketed(value: float, stderr: float | None) -> str:
 
 
 def formula(effect: FreeForm, stderr: Mapping[str, float | None], phases: Mapping[str, tuple[float, float]]) -> str:
-    """The whole sum.
+    """Equation of a free-form term, with standard errors in units of the last digit.
 
     Args:
         effect: learned.
         stderr: by parameter name, SI.
-        phases: value and standard error by name, of those that all records share; the others are said to be each record's own.
+        phases: value and standard error by name, of those common to all records; the formula states that the others differ by record.
 
     Example:
         >>> formula(FreeForm(terms=("u^3",), c1=-3.1e5), {"c1": 2e4}, {})
@@ -72,7 +72,7 @@ def _factor(effect: FreeForm, base: str, power: int, stderr: Mapping[str, float 
 
 
 def common_phase(phases: Float[np.ndarray, " records"], stderr: Float[np.ndarray, " records"]) -> tuple[float, float] | None:
-    """The phase that all records share within their errors, in 0 to 2 pi, and its error; None where they differ."""
+    """Weighted mean phase of all records, in 0 to 2 pi, and its standard error; None where phases differ by more than their errors."""
     known = np.isfinite(stderr) & (stderr > 0) & (stderr < 1.0)
     if not known.any():
         return None

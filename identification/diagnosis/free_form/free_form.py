@@ -1,4 +1,4 @@
-"""A free-form term learned where no listed effect explains the misfit: a few factors of the motion, fitted together with everything."""
+"""Free-form term for a misfit that no listed effect explains: a sum of few factors of the motion, fitted with all other parameters."""
 
 import dataclasses
 import time
@@ -24,21 +24,21 @@ from vibrojax.model import Model
 
 _ROUNDS = 2
 _SIGNIFICANT = 3.0
-"""Standard errors."""
+"""Coefficient over its standard error below which a term is dropped."""
 _MOST = 0.9
-"""Share of the misfit below which the formula says how much it explains."""
+"""Explained share of the misfit below which the formula states that share."""
 _PREFIX = f"{FreeForm.name}."
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Learned:
-    """What was learned in place of a listed effect.
+    """A fitted free-form term with its model and formula.
 
     Attributes:
-        fitted: the model with the term, everything fitted together.
-        effect: the term with its numbers; the phase of a line is that of all records, 0 where each has its own.
-        formula: the same in words, with errors; says how much it explains where that is not nearly all.
-        gain: twice the log-likelihood beyond that of the model without it.
+        fitted: the model with the term, all parameters fitted together.
+        effect: the term with its numbers; the phase of a sine is that common to all records, 0 where each has its own.
+        formula: equation with standard errors; states the explained share of the misfit where that is below `_MOST`.
+        gain: twice the log-likelihood gain over the model without it.
     """
 
     fitted: Fitted
@@ -54,13 +54,13 @@ def learn(
     deadline: float = np.inf,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Learned | None:
-    """A force on the hammer, or an addition to one channel, as a sum of few terms; None where none has evidence.
+    """Select and fit a force on the hammer, or an addition to one channel, as a sum of few terms; None where no term is significant.
 
-    Terms are scored as effects are, chosen one after the other at the price of their numbers, fitted together with everything else, and
-    dropped again where their coefficient stays below three standard errors. Then all terms are scored once more.
+    The score test ranks the terms as it ranks effects. Forward selection adds them one by one at the price of their numbers. All parameters
+    are fitted together, and terms with coefficients below three standard errors are dropped. Then all terms are scored once more.
 
     Args:
-        scored: all candidates beside the model that the term is to stand beside.
+        scored: all candidates beside the model that the term is added to.
         most_terms: at most 6.
         deadline: time (`time.monotonic`) after which no further round begins.
         progress: called with a line of text at each stage.
@@ -87,7 +87,7 @@ def learn(
 
 
 def strongest_line(scored: Scored) -> float:
-    """Expected gain of the strongest steady line of a force, at a frequency that the excitation need not have; 0 where chance gives it."""
+    """Expected gain (score test) of the strongest sinusoidal force at a free frequency; 0 where it is not significant."""
     groups = lines(scored.fitted.prepared, scored.by, scored.courses, float(scored.fitted.model.mass))
     return select(scored.by, groups, scored.fitted.samples, 1).gain if groups else 0.0
 
@@ -103,7 +103,7 @@ def _effect(fitted: Fitted) -> FreeForm:
 
 
 def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple[Course, ...], most: int) -> Choice:
-    """The best choice of terms: of a force, or of what one channel adds."""
+    """The selection of terms with the highest worth, over a force on the hammer and an addition to each channel."""
     mass, samples = float(fitted.model.mass), fitted.samples
     used = {base for term in effect.terms for base, _ in factors(term)} if effect else set()
     room_for_lines = LINES - sum(base.startswith("sine_") for base in used)
@@ -120,7 +120,7 @@ def _chosen(fitted: Fitted, effect: FreeForm | None, by: Projector, along: tuple
 
 
 def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice, start: Estimate) -> Prepared:
-    """The model with the chosen terms added to those that it has, at their strengths to first order, and all else as `start` has it."""
+    """The model with the selected terms added at their first-order strengths; everything else starts at `start`."""
     model = fitted.prepared.model.replace(fitted.prepared.layout.physical(start.shared))
     records = len(start.nuisances)
     of_channel = choice.groups[0].members[0].of_channel
@@ -150,7 +150,7 @@ def _extended(fitted: Fitted, effect: FreeForm | None, choice: Choice, start: Es
 
 
 def _restated(fitted: Fitted, estimate: Estimate, model: Model, phases: Mapping[str, np.ndarray]) -> Prepared:
-    """The same windows under a model with another free-form term; what each record has of its own is kept by name."""
+    """The same windows under a model with another free-form term; parameters per record keep their values by name."""
     layout = fitted.prepared.layout
     kept = {name: estimate.nuisances[:, index] for index, name in enumerate(layout.nuisances)} | dict(phases)
     names = (*layout.nuisances[: len(layout.nuisances) - len(layout.record_parameters)], *(p.name for p in model.record_parameters))
@@ -158,7 +158,7 @@ def _restated(fitted: Fitted, estimate: Estimate, model: Model, phases: Mapping[
 
 
 def _significant(model: Fitted) -> Fitted | None:
-    """Without the terms whose coefficients are not clear of zero, everything fitted again; None if none is left."""
+    """The model after backward elimination of terms below three standard errors, refitted each time; None if no term remains."""
     while True:
         effect, stderr = _effect(model), _stderr(model, errors(model))
         kept = [k for k in range(1, len(effect.terms) + 1) if abs(float(getattr(effect, f"c{k}"))) >= _SIGNIFICANT * stderr[f"c{k}"]]
@@ -171,7 +171,7 @@ def _significant(model: Fitted) -> Fitted | None:
 
 
 def _only(effect: FreeForm, kept: list[int]) -> FreeForm:
-    """Some of the terms, counted from 1."""
+    """The free-form term with only the kept terms, counted from 1."""
     values = {p.field: float(getattr(effect, p.field)) for p in effect.parameters if not p.field.startswith("c")}
     values |= {f"c{new}": float(getattr(effect, f"c{old}")) for new, old in enumerate(kept, start=1)}
     terms, scales = tuple(effect.terms[k - 1] for k in kept), tuple(effect.scales[k - 1] for k in kept)
@@ -179,7 +179,7 @@ def _only(effect: FreeForm, kept: list[int]) -> FreeForm:
 
 
 def _stderr(fitted: Fitted, spread: Uncertainty) -> dict[str, float]:
-    """Standard error of every shared number of the term, SI; infinite where the records do not determine it."""
+    """Standard error of every shared parameter of the term, SI; infinite where it is not identifiable."""
     found, effect = {}, _effect(fitted)
     for index, p in enumerate(fitted.prepared.layout.parameters):
         if p.name.startswith(_PREFIX):
@@ -191,7 +191,7 @@ def _stderr(fitted: Fitted, spread: Uncertainty) -> dict[str, float]:
 
 
 def _described(fitted: Fitted, before: Fitted, gain: float) -> Learned:
-    """With the formula, and the phases that all records share."""
+    """The fitted term with its formula, and with the phases common to all records."""
     effect, spread, layout = _effect(fitted), errors(fitted), fitted.prepared.layout
     stderr, nuisances = _stderr(fitted, spread), fitted.estimate.nuisances
     of_nuisances = spread.stderr[layout.shared :].reshape(nuisances.shape)

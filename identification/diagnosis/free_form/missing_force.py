@@ -1,4 +1,4 @@
-"""The force on the hammer that the fitted model leaves out, along every record."""
+"""Missing force: the force on the hammer that the fitted model does not explain, along every record."""
 
 import dataclasses
 
@@ -11,14 +11,14 @@ from identification.likelihood.response import Perturbation, response
 from identification.windows.prepare import Prepared
 
 _KNOT_SPACING = 4.0
-"""Between knots of a force that only displacement shows, over the half width of a local average."""
+"""Knot spacing of a force inferred from displacement alone, over the half width of a local average."""
 _MOST_KNOTS = 32
 _STRENGTHS = np.geomspace(1e-3, 1e2, 11)
-"""Prior size of the force where only displacement shows it, relative to what one window could just tell from zero."""
+"""Prior standard deviations of that force, relative to the smallest force that one window shows."""
 _CURVATURES = (0.0, 1.0, 10.0)
-"""Weight of its second difference from knot to knot, relative to the force itself."""
+"""Prior weight of the second difference from knot to knot, relative to the force itself."""
 _LEAST_CUT, _ORDERLY = 4.0, 0.3
-"""Mean squared residual above which a window counts less, at least; and the share of the windows that are orderly."""
+"""Smallest threshold of the mean squared residual above which a window is down-weighted; share of the windows that sets the threshold."""
 _MOTION = ("relative_displacement", "hammer_displacement")
 
 
@@ -27,11 +27,11 @@ def missing_force(
 ) -> tuple[Float[np.ndarray, "windows time"], Float[np.ndarray, "windows time"]] | None:
     """Force towards the stop that acts on the hammer beside the fitted model, N, and its standard error.
 
-    Where the acceleration was recorded: m (x''_recorded - x''_model) after what the difference of the motion itself brings in, averaged
-    over 3 ms, less where contacts or vibrations are shorter. Elsewhere the piecewise linear force whose response along the fitted motion,
-    with a free initial state, explains the residuals of all channels best under a Gaussian prior, the strength of which is that of highest
-    marginal likelihood over all windows. Windows that the fit has given up on count as sqrt(x / cut) noisier. 0, give
-    or take infinity, where nothing is known. None where neither acceleration nor displacement of the hammer was recorded.
+    With recorded acceleration: m (x''_recorded - x''_model), less the contribution of the difference in u and u', averaged over 3 ms, or
+    less where contacts or vibrations are shorter. Elsewhere: the piecewise linear force whose response along the fitted motion, with a free
+    initial state, explains the residuals of all channels best under a Gaussian prior. The strength of the prior is that of highest marginal
+    likelihood over all windows. The standard error of windows that the fit down-weights grows by sqrt(x / cut). Where nothing is known, the
+    force is 0 and its error infinite. None where neither acceleration nor displacement of the hammer was recorded.
 
     Source: variation of constants (`response`); marginal likelihood as D. J. C. MacKay, Neural Computation 4 (1992) 415-447.
     """
@@ -62,7 +62,7 @@ def window_cost(at: Linearised) -> Float[np.ndarray, " windows"]:
 
 
 def window_weights(at: Linearised) -> Float[np.ndarray, " windows"]:
-    """Share that each window counts with: 1, less where it is far worse than an orderly one, 0 where it could not be integrated."""
+    """Weight of each window: 1, below 1 where its mean squared residual exceeds the threshold, 0 where the integration failed."""
     samples = (at.weight > 0).sum(axis=(1, 2))
     each = np.where(at.finite, 2.0 * np.where(at.finite, window_cost(at), 0.0) / np.maximum(samples, 1), np.inf)
     cut = max(_LEAST_CUT, 2.0 * float(np.quantile(np.where(at.finite, each, 1e12), _ORDERLY)))
@@ -70,7 +70,7 @@ def window_weights(at: Linearised) -> Float[np.ndarray, " windows"]:
 
 
 def _only(at: Linearised, chosen: np.ndarray) -> Linearised:
-    """Some of the windows."""
+    """The selected windows."""
     if chosen.all():
         return at
     arrays = {f.name: getattr(at, f.name)[chosen] for f in dataclasses.fields(at) if f.name != "channels"}
@@ -78,7 +78,7 @@ def _only(at: Linearised, chosen: np.ndarray) -> Linearised:
 
 
 def _from_acceleration(prepared: Prepared, at: Linearised, mass: float, resolved: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of windows whose acceleration was recorded; `resolved` is the half width of local averages, s."""
+    """Missing force and its error in windows with recorded acceleration; `resolved` is the half width of local averages, s."""
     half = max(1, round(resolved / _interval(at)))
     difference, weight = _in_si(at, "hammer_acceleration")
     difference, variance = _local_mean(difference, weight, half)
@@ -91,7 +91,7 @@ def _from_acceleration(prepared: Prepared, at: Linearised, mass: float, resolved
 
 
 def _deviation(prepared: Prepared, at: Linearised, half: int) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """True less modelled (u, u') where displacement was recorded, else zero; and the variances of that."""
+    """Recorded less modelled (u, u') where displacement was recorded, else zero; and their variances."""
     recorded = [name for name in _MOTION if name in at.channels and (at.weight[..., at.channels.index(name)] > 0).any()]
     if not recorded:
         spread = _state_spread(prepared, at)
@@ -107,21 +107,21 @@ def _deviation(prepared: Prepared, at: Linearised, half: int) -> tuple[tuple[np.
 
 
 def _state_spread(prepared: Prepared, at: Linearised) -> np.ndarray:
-    """Variance of the modelled (u, u') from that of the initial states, (windows, time, 2)."""
+    """Variance of the modelled (u, u') due to uncertain initial states, (windows, time, 2)."""
     of_state = np.linalg.pinv(_states(prepared, at) @ _states(prepared, at).transpose(0, 2, 1), hermitian=True)
     motion = at.fundamental[..., :2, :]
     return np.einsum("ltai,lij,ltaj->lta", motion, of_state, motion)
 
 
 def _in_si(at: Linearised, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Recorded less modelled in SI, 0 where not recorded, and the weight 1 / noise."""
+    """Recorded less modelled values in SI, 0 where not recorded, and the weight 1 / noise."""
     channel = at.channels.index(name)
     weight = at.weight[..., channel]
     return np.where(weight > 0, at.residual[..., channel] / np.where(weight > 0, weight, 1.0), 0.0), weight
 
 
 def _variance(weight: np.ndarray) -> np.ndarray:
-    """Of every recorded sample, 0 elsewhere."""
+    """Noise variance of every recorded sample, 0 elsewhere."""
     return np.where(weight > 0, 1.0 / np.where(weight > 0, weight, 1.0) ** 2, 0.0)
 
 
@@ -139,12 +139,12 @@ def _sums(values: np.ndarray, half: int) -> np.ndarray:
 
 
 def _running(values: np.ndarray, half: int) -> np.ndarray:
-    """Mean over the neighbours."""
+    """Mean over 2 half + 1 neighbours, fewer at the ends of a window."""
     return _sums(values, half) / _sums(np.ones_like(values), half)
 
 
 def _local_mean(values: np.ndarray, weight: np.ndarray, half: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean of recorded neighbours and its variance, infinite where there is none."""
+    """Mean of the recorded neighbours and its variance, infinite where none was recorded."""
     count = _sums((weight > 0).astype(float), half)
     few = np.maximum(count, 1.0)
     noise = _sums(_variance(weight), half)
@@ -152,7 +152,7 @@ def _local_mean(values: np.ndarray, weight: np.ndarray, half: int) -> tuple[np.n
 
 
 def _local_slope(values: np.ndarray, weight: np.ndarray, half: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Slope of the straight line through recorded neighbours, per s, and its variance."""
+    """Slope of the straight line through the recorded neighbours, per s, and its variance."""
     use, index = (weight > 0).astype(float), np.arange(values.shape[1], dtype=float)
     count, first, second = _sums(use, half), _sums(use * index, half), _sums(use * index**2, half)
     few = np.maximum(count, 1.0)
@@ -164,13 +164,13 @@ def _local_slope(values: np.ndarray, weight: np.ndarray, half: int, dt: float) -
 
 
 def _states(prepared: Prepared, at: Linearised) -> np.ndarray:
-    """Derivative of the residual in every window's own initial state, (windows, states, time * channels)."""
+    """Derivative of the residual with respect to every window's initial state, (windows, states, time * channels)."""
     begin = prepared.layout.size - prepared.layout.states
     return at.jacobian[:, begin:].reshape(len(at.record), prepared.layout.states, -1)
 
 
 def _smoother(prepared: Prepared, at: Linearised, weights: np.ndarray, mass: float, hats: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of windows whose acceleration was not recorded: posterior mean and deviation of the force, which is made of `hats`."""
+    """Posterior mean and standard deviation of a force that is a sum of `hats`, in windows without recorded acceleration."""
     root = np.sqrt(weights)[:, None]
     none = np.zeros_like(at.u)
     columns = []
@@ -193,7 +193,7 @@ def _smoother(prepared: Prepared, at: Linearised, weights: np.ndarray, mass: flo
 
 
 def _hats(at: Linearised, apart: float) -> np.ndarray:
-    """Piecewise linear functions of time, equal to 1 N at one knot each, `apart` in s if that is not too fine; (windows, time, knots)."""
+    """Piecewise linear basis functions of time, 1 N at one knot each, `apart` seconds apart or more; (windows, time, knots)."""
     since = at.ts - at.ts[:, :1]
     longest = float(np.max(np.take_along_axis(since, at.lengths[:, None] - 1, axis=1)))
     spacing = max(apart, 4.0 * _interval(at), longest / (_MOST_KNOTS - 1))
@@ -202,7 +202,7 @@ def _hats(at: Linearised, apart: float) -> np.ndarray:
 
 
 def _prior(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Inverse covariance of the knots that makes the residuals of all windows most likely, over a grid."""
+    """Prior precision of the knot forces with the highest marginal likelihood over all windows, from a grid."""
     knots = gram.shape[-1]
     bend = np.diff(np.eye(knots), 2, axis=0)
     known = np.median(np.diagonal(gram, axis1=1, axis2=2).max(axis=1))

@@ -1,4 +1,4 @@
-"""Terms that a free-form force may be made of, the residual's derivative in each, and which few of them are worth their price."""
+"""Library of free-form terms, their score-test columns, and their forward selection."""
 
 import dataclasses
 import itertools
@@ -43,31 +43,31 @@ _FORCES = (
 )
 _READINGS = ("1", "t", "t^2", "u^2", "u^3", "t u")
 _REACHES = (0.05, 0.1, 0.2, 0.4, 0.8)
-"""Of what acts close to the stop, over the amplitude."""
+"""Decay lengths of a force near the stop, over the amplitude."""
 _TIME_CONSTANTS = (0.05, 0.12, 0.3, 0.8)
-"""Of what settles, over the longest record."""
+"""Time constants of an exponential approach, over the longest record."""
 _PEAKS = 3
-"""Lines that are proposed for each carrier."""
+"""Spectral lines proposed for each carrier."""
 _CARRIERS = ("1", "u")
 _ALIKE = 0.5
-"""Share of its gain that a line must keep with one amplitude for all records."""
+"""Share of its gain that a line must keep with one amplitude common to all records."""
 _LOWEST, _APART = 1.5, 0.06
-"""Frequencies of lines and from one to the next, in periods in the longest record."""
+"""Lowest frequency of a line, and frequency spacing, in cycles per longest record."""
 _TRIFLE = 0.02
-"""Share of the gain so far below which a further term waits for the refit."""
+"""Relative gain below which forward selection stops until the refit."""
 _DETERMINED = 1e-7
-"""Share of a column that must be left once everything already fitted is taken out of it."""
+"""Residual share of a column, after projection on the fitted parameters, above which its strength is identifiable."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Group:
-    """A term with what the records say of it.
+    """A candidate term with its score-test columns.
 
     Attributes:
         members: the effect at strength 1; sine and cosine of a line.
-        columns: of the residual's derivative; for a line, of each member and record in turn.
-        looked_at: how many possibilities it is the best of.
-        shape: "near", "settled" or "sine", of which a number is estimated, else empty.
+        columns: derivative of the residual; for a line, one per member and record.
+        looked_at: number of alternatives from which it was selected.
+        shape: "near", "settled" or "sine" if the term has a shape parameter to estimate, else empty.
     """
 
     members: tuple[FreeForm, ...]
@@ -77,23 +77,23 @@ class Group:
 
     @property
     def degrees(self) -> int:
-        """Count of numbers to estimate."""
+        """Number of parameters to estimate."""
         return len(self.columns) + bool(self.shape)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Choice:
-    """A few groups, their factors to first order, and the drop of chi-square that they promise."""
+    """A selection of terms with first-order strengths and expected improvement (score test)."""
 
     groups: tuple[Group, ...]
     factors: tuple[np.ndarray, ...]
     gain: float
     worth: float
-    """Gain less the price of all numbers."""
+    """Expected gain less the price of all parameters (BIC and number of alternatives)."""
 
 
 def force_groups(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: float) -> list[Group]:
-    """All terms of a force, and the strongest lines in what is missing."""
+    """All force terms, and the strongest spectral lines of the missing force."""
     at = by.at
     powers = [(i, j) for i, j in itertools.product(range(_ORDER + 1), repeat=2) if 2 <= i + j <= _ORDER]
     polynomials = [" ".join(_powered(base, k) for base, k in (("u", i), ("u'", j)) if k) for i, j in powers]
@@ -107,14 +107,14 @@ def force_groups(prepared: Prepared, by: Projector, courses: tuple[Course, ...],
 
 
 def reading_groups(by: Projector, courses: tuple[Course, ...], mass: float, channel: str) -> list[Group]:
-    """Terms that a sensor may add of its own."""
+    """All terms that a sensor may add to its reading."""
     plain = [FreeForm(terms=(term,), of_channel=channel, c1=1.0) for term in _READINGS]
     found = [_group(by, courses, mass, one, len(plain)) for one in plain]
     return [*found, *_settling(by, courses, mass, channel, len(plain))]
 
 
 def _settling(by: Projector, courses: tuple[Course, ...], mass: float, channel: str, count: int) -> list[Group]:
-    """What settles with a time constant, alone or as a stiffness."""
+    """Terms that approach a constant exponentially, 1 - exp(-t / tau), as a force or as a stiffness."""
     longest = max(float(course.ts[-1] - course.ts[0]) for course in courses)
     taus = [part * longest for part in _TIME_CONSTANTS]
     terms = ("settled",) if channel else ("settled", "settled u")
@@ -131,12 +131,12 @@ def _powered(base: str, power: int) -> str:
 
 
 def column(by: Projector, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> Reduced:
-    """What an effect would change in the residual, less what is fitted already."""
+    """Score-test column of an effect: the change of the residual, orthogonal to the fit."""
     return reduced(by, change(by.at, courses, mass, effect))
 
 
 def change(at: Linearised, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> np.ndarray:
-    """What an effect would change in the residual, to first order, (windows, time, channels)."""
+    """Change of the residual due to an effect at its strength, to first order, (windows, time, channels)."""
     none = np.zeros_like(at.u)
     values = along(at, courses, effect)
     perturbation = Perturbation(
@@ -151,7 +151,7 @@ def change(at: Linearised, courses: tuple[Course, ...], mass: float, effect: Fre
 
 
 def along(at: Linearised, courses: tuple[Course, ...], effect: FreeForm) -> np.ndarray:
-    """Sum of an effect's terms along the fitted motion, (windows, time)."""
+    """Value of an effect's terms along the fitted motion, (windows, time)."""
     whole = np.zeros_like(at.u)
     for index, course in enumerate(courses):
         indentation = course.system.indentation(course.u)
@@ -164,7 +164,7 @@ def along(at: Linearised, courses: tuple[Course, ...], effect: FreeForm) -> np.n
 
 
 def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: float) -> list[Group]:
-    """Strongest lines in the missing force, alone and in proportion to u, every record with its own phase."""
+    """Strongest spectral lines of the missing force, constant or proportional to u, with a phase per record."""
     missing = missing_force(prepared, by.at, mass)
     if missing is None:
         return []
@@ -192,7 +192,7 @@ def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: 
 
 
 def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, frequency: float, looked_at: int) -> Group:
-    """Sine and cosine, record by record."""
+    """Sine and cosine of one frequency as columns, one per record."""
     members = tuple(FreeForm(terms=(term,), c1=1.0, f1_hz=frequency, p1=phase) for phase in (0.0, 0.5 * np.pi))
     columns = []
     for member in members:
@@ -211,7 +211,7 @@ def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, fr
 
 
 def _gains(by: Projector, line: Group) -> tuple[float, float]:
-    """Drop of chi-square by a line: with an amplitude for each record, and with one for all."""
+    """Expected decrease of chi-square due to a line: with an amplitude per record, and with one common amplitude."""
     total, matrix = information(by, line.columns)
     factors = -covariance(matrix) @ total
     sine, cosine = factors.reshape(2, -1)
@@ -220,14 +220,14 @@ def _gains(by: Projector, line: Group) -> tuple[float, float]:
 
 
 def common_amplitude(line: Group, factors: np.ndarray) -> float:
-    """Amplitude that serves all records, from those of each."""
+    """Common amplitude of a line: the mean of the records' amplitudes, weighted with their information."""
     sine, cosine = factors.reshape(2, -1)
     known = np.array([np.sum(column.column**2) for column in line.columns]).reshape(2, -1).sum(axis=0)
     return float(np.sum(known * np.hypot(sine, cosine)) / max(known.sum(), 1e-300))
 
 
 def change_by(choice: Choice, at: Linearised, courses: tuple[Course, ...], mass: float) -> np.ndarray:
-    """What the chosen terms at their factors would change in the residual, to first order, (windows, time, channels)."""
+    """Change of the residual due to the selected terms at their strengths, to first order, (windows, time, channels)."""
     whole = np.zeros_like(at.residual)
     for group, factors in zip(choice.groups, choice.factors, strict=True):
         for member, of_records in zip(group.members, factors.reshape(len(group.members), -1), strict=True):
@@ -238,7 +238,7 @@ def change_by(choice: Choice, at: Linearised, courses: tuple[Course, ...], mass:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Promise:
-    """What the derivatives of the fit promise of any few of the groups, each named by its place, and the price of their numbers."""
+    """Expected improvement (score test) of any subset of the groups, given by index, and the price of its parameters."""
 
     scores: np.ndarray
     information: np.ndarray
@@ -247,7 +247,7 @@ class _Promise:
     prices: np.ndarray
 
     def gain(self, chosen: Sequence[int]) -> float:
-        """Drop of chi-square."""
+        """Expected decrease of chi-square."""
         part = np.concatenate([self.index[k] for k in chosen]) if chosen else np.zeros(0, int)
         part = part[self.fine[part]]
         if not len(part):
@@ -255,11 +255,11 @@ class _Promise:
         return float(self.scores[part] @ covariance(self.information[np.ix_(part, part)]) @ self.scores[part])
 
     def worth(self, chosen: Sequence[int]) -> float:
-        """Drop beyond the price."""
+        """Expected decrease of chi-square less the price."""
         return self.gain(chosen) - float(self.prices[list(chosen)].sum())
 
     def factors(self, chosen: Sequence[int]) -> tuple[np.ndarray, ...]:
-        """Strength of every column of each group, 0 for what is not determined."""
+        """First-order strength of every column of each group, 0 where it is not identifiable."""
         part = np.concatenate([self.index[k] for k in chosen])
         inverse = covariance(self.information[np.ix_(part, part)] * np.outer(self.fine[part], self.fine[part]))
         factors = -inverse @ (self.scores[part] * self.fine[part])
@@ -281,10 +281,10 @@ def _promise(by: Projector, groups: Sequence[Group], samples: int) -> _Promise:
 def select(
     by: Projector, groups: Sequence[Group], samples: int, most: int, lines: int = LINES, taken: frozenset[str] = frozenset()
 ) -> Choice:
-    """The groups, at most so many, that promise most beyond the price of their numbers.
+    """Select at most `most` groups with the largest expected gain less the price of their parameters.
 
-    One after the other, each then replaced or left out if that is better. `lines` and `taken` say how many sines may still be had, and
-    which shapes not.
+    Forward selection; after each addition, every selected term is replaced or dropped if that raises the worth. `lines` is the number of
+    sines still available, `taken` the shapes no longer available.
     """
     promise = _promise(by, groups, samples)
     least = np.array([chdtri(g.degrees, min(ALPHA / g.looked_at, 1.0)) for g in groups])
@@ -317,7 +317,7 @@ def select(
 def _settled(
     chosen: list[int], usable: list[int], worth: Callable[[Sequence[int]], float], allowed: Callable[[Sequence[int]], bool]
 ) -> list[int]:
-    """After each term in turn has been replaced by whichever serves best, or left out."""
+    """The selection after replacing or dropping each term in turn where that raises the worth."""
     for place in range(len(chosen)):
         if len(chosen) == 1:
             break

@@ -1,1 +1,1 @@
-"""Where the misfit is, and which record would settle what is open."""
+"""Location of the misfit, and the further record that would separate the remaining alternatives."""

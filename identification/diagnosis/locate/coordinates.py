@@ -1,4 +1,4 @@
-"""Coordinates along which a misfit may line up, and how much of it each of them explains."""
+"""Coordinates of the motion against which a misfit is profiled, and the cross-validated share that each explains."""
 
 import dataclasses
 
@@ -12,27 +12,27 @@ from identification.windows.layout import Estimate
 from identification.windows.prepare import Prepared
 
 BINS = 24
-"""Of a profile, equally full."""
+"""Number of bins of a profile, equally full."""
 _TRUST = 20.0
-"""Samples of median weight whose worth of zeros is mixed into every bin mean that is to predict."""
+"""Shrinkage of every predicting bin mean towards zero: weight of this many samples of median weight."""
 _QUIET = 0.02
-"""Share of the excess below which a record does not say where it lies."""
+"""Share of the excess below which a record does not enter `gathered`."""
 _FEWEST_CYCLES, _LINES_APART = 3.0, 0.3
-"""In a record, of what is called a tone there; and from one frequency that is looked at to the next, in cycles in the longest record."""
+"""Fewest cycles of a spectral line in a record; frequency spacing, in cycles per longest record."""
 _OF_WINDOWS = 0.02
-"""Relative distance from a multiple of the rate of windows at which a line may be theirs."""
+"""Relative distance from a harmonic of the window rate within which a line may be an artefact of the windows."""
 _SEVERAL, _BESIDE = 3.0, 1.5
-"""Periods of f_n in a window from which any misfit of its vibration shows as lines beside f_n; and how far, in rates of windows."""
+"""Periods of f_n per window above which misfit of the vibration appears as lines beside f_n; their distance from f_n, in window rates."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Missing:
-    """What is missing, sample by sample: a force, or the residual of one channel.
+    """Unexplained force, or unexplained residual of one channel, sample by sample.
 
     Attributes:
         quantity: "force" or the name of a channel.
-        value, stderr: N, or noise units; (windows, time), infinite `stderr` where nothing is known.
-        share: (windows,) that each window counts with; `stderr` has grown accordingly.
+        value, stderr: N, or units of the noise; (windows, time), infinite `stderr` where nothing is known.
+        share: (windows,) weight of each window; `stderr` includes it.
     """
 
     quantity: str
@@ -42,7 +42,7 @@ class Missing:
 
     @property
     def known(self) -> Bool[np.ndarray, "windows time"]:
-        """Samples at which it is known."""
+        """Samples with a finite standard error."""
         return np.isfinite(self.stderr)
 
     @property
@@ -52,7 +52,7 @@ class Missing:
 
     @property
     def excess(self) -> Float[np.ndarray, "windows time"]:
-        """Squared value over its variance, less what noise alone makes."""
+        """Squared value over its variance, less the expectation 1 of pure noise."""
         return np.where(self.known, self.value**2 * self.weight - self.share[:, None], 0.0)
 
 
@@ -64,27 +64,27 @@ class Coordinate:
     unit: str
     value: np.ndarray
     by_record: bool = False
-    """Whether each record has a profile of its own: no two records share a clock."""
+    """Whether each record has a profile of its own, as for time: records share no clock."""
     turn: np.ndarray | None = None
-    """Excitation phase, rad, where what is missing may also be a drive that drifts: a sine of that phase in every bin."""
+    """Excitation phase, rad, where a drifting drive may cause the misfit: each bin then also holds a sine of that phase."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Impacts:
-    """When the hammer last touched the stop and left it, along every window; (windows, time), NaN before the first time."""
+    """Times since and until contact, and approach speed, along every window; (windows, time), NaN before the first contact."""
 
     since_touch: np.ndarray
     since_release: np.ndarray
     until_release: np.ndarray
-    """Of the contact that goes on or comes next; NaN after the last."""
+    """Until the end of the present or next contact; NaN after the last."""
     speed: np.ndarray
-    """Of approach at the last touch, m/s."""
+    """Approach speed of the last contact, m/s."""
     contact_time: float
-    """Typical duration of a contact, s; 0 without contacts."""
+    """Median duration of a contact, s; 0 without contacts."""
 
 
 def impacts(prepared: Prepared, at: Linearised) -> Impacts:
-    """From the modelled contacts of every record."""
+    """Contact times and speeds from the modelled contacts of every record."""
     names = ("since_touch", "since_release", "until_release", "speed")
     whole, durations = {name: np.full_like(at.ts, np.nan) for name in names}, []
     for index, record in enumerate(prepared.experiment.records):
@@ -114,7 +114,7 @@ def impacts(prepared: Prepared, at: Linearised) -> Impacts:
 def coordinates(
     prepared: Prepared, at: Linearised, estimate: Estimate, hits: Impacts, near_stop: np.ndarray, *, drifting: bool
 ) -> tuple[Coordinate, ...]:
-    """All of them; `near_stop` (windows, time) is where the indentation has a meaning, `drifting` whether the drive may be at fault."""
+    """All coordinates; `near_stop` (windows, time) marks where the indentation has a meaning, `drifting` whether the drive may drift."""
     records = prepared.experiment.records
     frequency = np.array([record.excitation_frequency or np.nan for record in records])[at.record, None]
     gap = np.array([record.gap for record in records])[at.record, None] + estimate.nuisances[at.record, 2, None]
@@ -133,9 +133,9 @@ def coordinates(
 def profile(
     prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"], coordinate: Coordinate
 ) -> Profile:
-    """Mean of what is missing against a coordinate, and the share of its excess that such means foretell where they were not taken.
+    """Bin means of the missing quantity against a coordinate, with the share of its excess that they predict out of sample.
 
-    Bins are equally full. Standard errors are those of the scatter between windows.
+    Bins are equally full. Standard errors come from the scatter between windows.
     """
     use = region & missing.known & np.isfinite(coordinate.value)
     weight = np.where(use, missing.weight, 0.0)
@@ -164,7 +164,7 @@ def profile(
 
 
 def _explained(prepared: Prepared, at: Linearised, missing: Missing, region: np.ndarray, coordinate: Coordinate) -> float:
-    """Share of the excess in a region that bin means foretell in other records, or, by record, in other excitation periods."""
+    """Share of a region's excess that bin means predict in left-out records; or periods, for profiles by record and for few records."""
     use = region & missing.known & np.isfinite(coordinate.value)
     total = float(np.sum(missing.excess[region]))
     if total <= 0 or not use.any():
@@ -179,7 +179,7 @@ def _explained(prepared: Prepared, at: Linearised, missing: Missing, region: np.
 
 
 def _labels(prepared: Prepared, at: Linearised, coordinate: Coordinate, bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What every sample's mean is taken with, and the fold that it is foretold without: its record, or half of the periods."""
+    """Bin label of every sample, and its cross-validation fold: its record, or one half of the excitation periods."""
     records = np.broadcast_to(at.record[:, None], bins.shape)
     if coordinate.by_record:
         return bins + BINS * records, _parities(prepared, at)
@@ -189,9 +189,10 @@ def _labels(prepared: Prepared, at: Linearised, coordinate: Coordinate, bins: np
 def gathered(
     prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"], coordinate: Coordinate
 ) -> float:
-    """How unevenly the excess of a region lies along a coordinate: 1 - (mean density)^2 / mean (density^2), foretold as in `explained`.
+    """Unevenness of a region's excess along a coordinate: 1 - (mean density)^2 / mean (density^2), cross-validated as in `_explained`.
 
-    It sees a misfit that changes its sign from impact to impact, of which no mean remains; records count alike, but by time.
+    It detects a misfit that changes sign from impact to impact, whose mean vanishes. Densities are relative to each record's mean, except
+    along time.
     """
     use = region & missing.known & np.isfinite(coordinate.value)
     labels, folds = _labels(prepared, at, coordinate, _bins(coordinate.value, use))
@@ -214,12 +215,12 @@ def gathered(
 
 
 def _by_record(at: Linearised, values: np.ndarray) -> np.ndarray:
-    """Sum over every record, (records,)."""
+    """Sum over the samples of every record, (records,)."""
     return np.bincount(at.record, weights=values.sum(axis=1).astype(float))
 
 
 def _left_out(missing: Missing, values: np.ndarray, labels: np.ndarray, folds: np.ndarray, use: np.ndarray) -> np.ndarray:
-    """Mean of each sample's bin over all folds but its own."""
+    """Mean of each sample's bin over all other folds, shrunk towards zero."""
     weight = np.where(use, missing.weight, 0.0)
     labels, count = np.where(use, labels, 0), int(labels[use].max()) + 1
     joint = labels + count * np.where(use, folds, 0)
@@ -231,7 +232,7 @@ def _left_out(missing: Missing, values: np.ndarray, labels: np.ndarray, folds: n
 
 
 def _bins(values: np.ndarray, use: np.ndarray) -> np.ndarray:
-    """Index of every sample's bin, equally full over those in use."""
+    """Index of every sample's bin; bins are equally full over the samples in use."""
     if not use.any():
         return np.zeros(values.shape, int)
     edges = np.unique(np.quantile(values[use], np.linspace(0.0, 1.0, BINS + 1)[1:-1]))
@@ -239,12 +240,12 @@ def _bins(values: np.ndarray, use: np.ndarray) -> np.ndarray:
 
 
 def _loudest(at: Linearised, missing: Missing, region: np.ndarray) -> int:
-    """Record with the most excess."""
+    """Index of the record with the largest excess."""
     return int(np.argmax(_by_record(at, np.where(region, missing.excess, 0.0))))
 
 
 def _parities(prepared: Prepared, at: Linearised) -> np.ndarray:
-    """Two halves of every record: excitation periods (windows without excitation) by the Thue-Morse sequence, in step with no rhythm."""
+    """Cross-validation fold of every sample: the aperiodic Thue-Morse sequence over excitation periods (windows if undriven)."""
     frequency = np.array([record.excitation_frequency or 0.0 for record in prepared.experiment.records])[at.record, None]
     own = np.broadcast_to(np.arange(len(at.record))[:, None], at.ts.shape)
     period = np.where(frequency > 0, np.floor(frequency * (at.ts - at.ts.min())), own).astype(np.int64)
@@ -252,7 +253,7 @@ def _parities(prepared: Prepared, at: Linearised) -> np.ndarray:
 
 
 def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.ndarray, "windows time"]) -> tuple[float, float]:
-    """Strongest line that is no harmonic of the drive, Hz, and the share of the excess in it, each record with its own phase."""
+    """Strongest spectral line besides harmonics of the drive, Hz, and its share of the excess; phases are free in each record."""
     total = float(np.sum(missing.excess[region]))
     if total <= 0:
         return 0.0, 0.0
@@ -260,7 +261,7 @@ def line(prepared: Prepared, at: Linearised, missing: Missing, region: Bool[np.n
     frequencies, power = periodogram(
         prepared, at, weight * missing.value, weight, lowest=_FEWEST_CYCLES, apart=_LINES_APART, fewest=_FEWEST_CYCLES
     )
-    if not frequencies.size:  # sampled so slowly that no line can be told from the drive
+    if not frequencies.size:  # sampled so slowly that no line is distinct from the drive
         return 0.0, 0.0
     cadence = 1.0 / float(np.median(np.take_along_axis(at.ts, at.lengths[:, None] - 1, axis=1)[:, 0] - at.ts[:, 0]))
     power = np.where(np.abs(frequencies / cadence - np.maximum(np.round(frequencies / cadence), 1.0)) < _OF_WINDOWS, 0.0, power)

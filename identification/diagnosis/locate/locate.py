@@ -1,4 +1,4 @@
-"""Where the nominal model goes wrong: in which channel, record and phase of the motion, and along which coordinate."""
+"""Location of the nominal model's misfit: channel, record, phase of the motion, and coordinate."""
 
 import dataclasses
 
@@ -14,26 +14,26 @@ from identification.windows.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
 _ALONE = 0.9
-"""Share of the excess above which a channel has the misfit to itself."""
+"""Share of the excess above which the misfit counts as confined to one channel."""
 _OF_ONE_SENSOR = ("impact_force", "cart_displacement", "cart_acceleration")
-"""Channels that may fail without the hammer: a misfit of theirs alone is no force on it."""
+"""Channels whose sensor may fail by itself: a misfit of one of these alone is no force on the hammer."""
 _ACCELERATIONS, _DISPLACEMENTS = ("hammer_acceleration",), ("hammer_displacement", "relative_displacement")
 _DENSER, _FAIR = 2.0, 0.25
-"""A phase has the misfit if it is this many times denser there than in the rest, and holds this share of it."""
+"""Ratio of the excess density in a phase to that elsewhere, and share of the excess, above which the misfit is in that phase."""
 _TELLING = 0.15
-"""Share of the excess that the mean along a coordinate must explain to be trusted more than where the excess gathers."""
+"""Smallest share of the excess that bin means along a coordinate must explain; below it, coordinates are ranked by unevenness."""
 _STEADY_LINE = 0.4
-"""Share of the excess that makes a line."""
+"""Share of the excess in one spectral line above which the misfit counts as a steady tone."""
 _TIME_MUST_WIN_BY = 0.05
 _MOST, _EVERYWHERE = 0.8, 0.5
-"""Share of the excess that the interval holds; share of the samples that is so many that there is no interval."""
+"""Share of the excess that the interval holds; share of the samples above which no interval is reported."""
 _QUIET_RECORD = 0.02
-"""Share of the excess below which a record does not say in which phase it is."""
+"""Share of the excess below which a record does not enter the choice of phase."""
 _CELLS = 24
 _QUIET, _LOUD = 1.2, 1.5
-"""Mean squared residual over the noise variance of a window that is fitted, and of one that is not."""
+"""Mean squared residual over the noise variance up to which a window counts as fitted, and above which it counts as not fitted."""
 _SHOWS = 6.0
-"""Residual in noise units that is no noise."""
+"""Residual, in units of the noise, above which the misfit has begun."""
 
 
 def locate(
@@ -43,19 +43,19 @@ def locate(
     *,
     named: AbstractEffect | None = None,
 ) -> Location:
-    """Say where the misfit of the nominal model, fitted tolerantly on short windows, sits.
+    """Locate the misfit of the nominal model, fitted robustly on short windows.
 
-    Excess is the squared residual over the noise variance less 1; windows that the fit has given up on count as little as they did there.
-    A phase of the motion has the misfit if what is missing is twice as dense there as elsewhere and a quarter of the whole is in it.
-    What is missing is a force on the hammer (`missing_force`); or a channel's residual, where one sensor has the misfit to itself or the
-    cart shows it most. The coordinate is that whose bin means foretell most of it in records (time: periods) that they were not taken
-    from; where none does, because its sign changes from impact to impact, that along which its size is most uneven.
+    Excess is the squared residual over the noise variance less 1; windows that the fit down-weights count as little as they did there. The
+    misfit belongs to a phase of the motion whose excess is twice as dense as elsewhere and holds a quarter of the whole. The quantity is
+    the missing force on the hammer (`missing_force`); or a channel's residual, where the misfit is confined to one sensor or is largest in
+    the cart. The coordinate is the one whose bin means predict most of the excess in left-out records (time: periods). Where no coordinate
+    does, because the sign changes from impact to impact, it is the one with the most uneven excess.
 
     Arguments:
         prepared: windows of the nominal model.
         estimate: its fit.
         at: its motion and derivatives there.
-        named: effect that the verdict asserts, if any: it says in which record and from which instant on it acts.
+        named: asserted effect, if any; its record and onset replace those found in the residuals.
     """
     mass = float(prepared.layout.physical(estimate.shared).get("m", prepared.experiment.mass))
     share = window_weights(at)
@@ -98,14 +98,14 @@ def locate(
 
 
 def _residual(at: Linearised, share: np.ndarray, channel: int) -> Missing:
-    """Residual of one channel, in its noise."""
+    """Residual of one channel, in units of its noise."""
     known = (at.weight[..., channel] > 0) & (share > 0)[:, None]
     spread = 1.0 / np.sqrt(np.where(share > 0, share, 1.0))[:, None]
     return Missing(quantity=at.channels[channel], value=at.residual[..., channel], stderr=np.where(known, spread, np.inf), share=share)
 
 
 def _shares(sums: dict[str, float]) -> dict[str, float]:
-    """Parts of the whole; negative ones, which noise makes, count as none."""
+    """Shares of the total; negative sums, due to noise, count as zero."""
     clipped = {name: max(value, 0.0) for name, value in sums.items()}
     total = sum(clipped.values())
     return {name: value / total if total > 0 else 1.0 / len(clipped) for name, value in clipped.items()}
@@ -119,13 +119,13 @@ def _by_record(prepared: Prepared, at: Linearised, residuals: dict[str, Missing]
 
 
 def _loud(at: Linearised, records: dict[str, float], time: float | None) -> np.ndarray:
-    """Samples of records that have enough of the misfit to say in which phase it is; from its onset, if it has one."""
+    """Samples of records with a relevant share of the misfit, from its onset on, if it has one."""
     told = np.array(list(records.values())) > _QUIET_RECORD
     return told[at.record, None] & (at.ts >= (-np.inf if time is None else time))
 
 
 def _hum(prepared: Prepared, at: Linearised, missing: Missing, inside: np.ndarray, explained: float) -> Line | None:
-    """A steady line that makes much of what is missing, and more than the best coordinate explains."""
+    """Steady tone in the missing quantity, if its share exceeds `_STEADY_LINE` and that of the best coordinate; else None."""
     frequency, share = line(prepared, at, missing, inside)
     return Line(frequency_hz=frequency, share=share) if share > max(_STEADY_LINE, explained) else None
 
@@ -133,9 +133,9 @@ def _hum(prepared: Prepared, at: Linearised, missing: Missing, inside: np.ndarra
 def _missing(
     prepared: Prepared, at: Linearised, mass: float, residuals: dict[str, Missing], channels: dict[str, float], share: np.ndarray
 ) -> tuple[Missing, Missing]:
-    """The missing force; or the residual of the channel that has the misfit to itself. Twice: first as a mean is to be taken of it.
+    """Missing force, or residual of the channel to which the misfit is confined, with two weightings of the windows.
 
-    For that a lone channel counts in full where the others are fitted; second, as little as the fit has let it.
+    First for means: a single channel has full weight where the other channels are fitted. Second: the weights of the fit.
     """
     loudest = max(channels, key=lambda name: channels[name])
     alone = channels[loudest] >= _ALONE
@@ -149,7 +149,7 @@ def _missing(
 
 
 def _contradicted(prepared: Prepared, at: Linearised, channel: str, residuals: dict[str, Missing]) -> bool:
-    """Whether another sensor of the hammer's motion, or a steady line in this one, tells that no force is behind its residual."""
+    """Whether another motion sensor of the hammer, or a steady line in this one, shows that the residual is not due to a force."""
     others = _DISPLACEMENTS if channel in _ACCELERATIONS else _ACCELERATIONS if channel in _DISPLACEMENTS else ()
     if channel in _DISPLACEMENTS and any(name in residuals for name in others):
         return True
@@ -160,7 +160,7 @@ def _regions(prepared: Prepared, at: Linearised, hits: Impacts) -> dict[str, np.
     """Samples of every phase of the motion, (windows, time) bool each.
 
     Separation: moving away from the stop, from half a contact time before the release to a whole one after it. After impact: from there
-    to two contact times or a tenth of the excitation period after the release. Free flight: neither that nor contact.
+    to two contact times or a tenth of the excitation period after the release. Free flight: all other samples out of contact.
     """
     inside = at.inside
     usual = hits.contact_time
@@ -174,9 +174,9 @@ def _regions(prepared: Prepared, at: Linearised, hits: Impacts) -> dict[str, np.
 
 
 def _phase(missing: Missing, regions: dict[str, np.ndarray], *, smoothed: bool) -> str:
-    """The narrow phase with the densest excess if it stands out; else free flight if contacts are free of it; else all.
+    """Phase with the densest excess: a short one if it stands out, else free flight if contacts have little excess, else all.
 
-    A smoothed force does not tell a contact from what follows within milliseconds.
+    A smoothed force does not separate a contact from the milliseconds after it.
     """
     narrow = ("contact",) if smoothed else ("contact", "separation", "after impact")
     excess, everywhere = missing.excess, regions["all"] & missing.known
@@ -203,7 +203,7 @@ def _phase(missing: Missing, regions: dict[str, np.ndarray], *, smoothed: bool) 
 def _ranked(
     prepared: Prepared, at: Linearised, missing: Missing, rough: Missing, region: np.ndarray, among: tuple[Coordinate, ...]
 ) -> tuple[tuple[Profile, ...], Coordinate, Missing]:
-    """Profiles along all coordinates that have a meaning here, the best first, the best coordinate, and the measure that told."""
+    """Profiles along all coordinates with values in the region, best first; the best coordinate; the missing quantity used to rank them."""
     among = tuple(one for one in among if (region & missing.known & np.isfinite(one.value)).any())
     profiles = {one.name: profile(prepared, at, missing, region, one) for one in among}
     scores = {name: one.explained for name, one in profiles.items()}
@@ -214,9 +214,9 @@ def _ranked(
 
 
 def _onset(prepared: Prepared, at: Linearised, records: dict[str, float]) -> tuple[str | None, float | None]:
-    """Record that has the misfit to itself, and when it starts there, s.
+    """Record to which the misfit is confined, and the onset of the misfit there, s.
 
-    If its windows are fitted before, and most of those after (or of those with a contact) are not; else None twice.
+    Its windows must be fitted before the onset, and most later ones (or most later ones with a contact) must not be; else None twice.
     """
     files = [record.file for record in prepared.experiment.records]
     file = max(files, key=lambda name: records[name])
@@ -236,7 +236,7 @@ def _onset(prepared: Prepared, at: Linearised, records: dict[str, float]) -> tup
 
 
 def _of_effect(named: AbstractEffect) -> tuple[str | None, float | None]:
-    """Record in which an effect acts alone, and when it begins."""
+    """Record, if an effect acts in one alone, and instant at which it begins."""
     instants = [float(getattr(named, p.field)) for p in named.parameters if p.name == "instant"]
     return named.record, instants[0] if instants else None
 
@@ -252,14 +252,14 @@ def _span(
     time: float | None,
     hum: Line | None,
 ) -> tuple[float, float] | None:
-    """Where along the coordinate: from its instant to the end of the record for what begins, everywhere for a hum, else `_interval`."""
+    """Interval of the coordinate: from the onset to the end of the record, if there is one; None for a steady tone; else `_interval`."""
     if time is not None:
         return time, float(prepared.experiment.records[record or 0].time[-1])
     return None if hum is not None else _interval(at, missing, region, along, record)
 
 
 def _interval(at: Linearised, missing: Missing, region: np.ndarray, along: Coordinate, record: int | None) -> tuple[float, float] | None:
-    """Smallest range of the coordinate that holds most of the excess; None where it takes nearly everything."""
+    """Smallest range of the coordinate that holds most of the excess; None where it covers most samples."""
     use = region & missing.known & np.isfinite(along.value)
     if record is not None:
         use = use & (at.record == record)[:, None]
@@ -278,7 +278,7 @@ def _interval(at: Linearised, missing: Missing, region: np.ndarray, along: Coord
 
 
 def _map(at: Linearised, estimate: Estimate, record: int, prepared: Prepared) -> np.ndarray:
-    """Mean squared residual in equal parts of a record (rows) and of its excitation period, or of the row where there is none (columns)."""
+    """Mean squared residual in bins of record time (rows) and of excitation phase (columns); without excitation, columns are time again."""
     about = prepared.experiment.records[record]
     windows = at.record == record
     used = at.weight[windows] > 0

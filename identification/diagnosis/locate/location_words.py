@@ -1,4 +1,4 @@
-"""Where the misfit is, in a sentence that a test engineer understands."""
+"""Location of the misfit in one sentence for a test engineer."""
 
 import dataclasses
 
@@ -9,7 +9,7 @@ from identification.diagnosis.diagnosis import Location, Profile
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Line:
-    """A steady tone in what is missing: frequency in Hz, share of the excess in it."""
+    """A steady tone in the missing quantity: frequency in Hz, share of the excess."""
 
     frequency_hz: float
     share: float
@@ -41,20 +41,20 @@ _RANGES = {
 }
 _UNITS = {"m": (1e3, " mm"), "m/s": (1e3, " mm/s"), "s": (1e3, " ms"), "rad": (57.29577951308232, "°")}
 _ALONE, _QUITE_ALONE, _NAMED, _EVEN = 0.9, 0.99, 0.1, 1.7
-"""Share of a channel that is nearly alone, or quite; of a record worth naming; largest over an equal share of records, still even."""
+"""Shares for "nearly all" and "alone" in a channel; for naming a record; largest share over an equal one that still counts as even."""
 _TOLD = 0.3
-"""Share that a profile must explain before its numbers are told."""
+"""Share that a profile must explain for its values to be reported."""
 
 
 def sentence(location: Location, quantity: str, tone: Line | None, *, driven: bool, before_is_quiet: bool) -> str:
-    """Phase, coordinate, records and channel, in this order; a beginning in time first of all.
+    """Sentence with phase, coordinate, records and channel, in this order; an onset in time comes first.
 
     Arguments:
-        location: all but its sentence.
-        quantity: that is missing, as in `Profile`.
-        tone: that most of it is, if it is one.
+        location: complete but for its sentence.
+        quantity: as in `Profile`.
+        tone: steady tone that makes up the misfit, if any.
         driven: whether any record has a drive.
-        before_is_quiet: whether the record agrees to the noise before `location.time`.
+        before_is_quiet: whether the record is fitted to the noise before `location.time`.
     """
     where = _channel(location, quantity)
     if location.time is not None and location.record is not None:
@@ -65,7 +65,7 @@ def sentence(location: Location, quantity: str, tone: Line | None, *, driven: bo
 
 
 def _channel(location: Location, quantity: str) -> str:
-    """The channel that shows it most, or alone."""
+    """Channel with the largest misfit, or to which it is confined."""
     spoken = _SPOKEN.get(location.channel, location.channel.replace("_", " "))
     if quantity == location.channel and location.channels[location.channel] >= _ALONE:
         alone = location.channels[location.channel] >= _QUITE_ALONE
@@ -76,12 +76,12 @@ def _channel(location: Location, quantity: str) -> str:
 
 
 def _most(shares: dict[str, float]) -> str:
-    """Where there are so many records that none of them stands out."""
+    """Number of affected records, where none of many stands out."""
     return f"in {sum(share > 0.1 / len(shares) for share in shares.values())} of {len(shares)} records"
 
 
 def _records(shares: dict[str, float]) -> str:
-    """Those with a part worth naming."""
+    """Records with a relevant share of the misfit."""
     fair = 1.0 / len(shares)
     loud = {file: share for file, share in shares.items() if share >= _NAMED * max(1.0, 4.0 * fair)}
     if max(shares.values()) < _EVEN * fair:
@@ -96,12 +96,12 @@ def _records(shares: dict[str, float]) -> str:
 
 
 def _listed(words: list[str]) -> str:
-    """Words in a row."""
+    """Words joined by commas and "and"."""
     return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
 
 
 def _along(location: Location, quantity: str, tone: Line | None, driven: bool) -> str:
-    """Range of the coordinate, and how what is missing varies along it."""
+    """Range of the coordinate, and the variation of the missing quantity along it."""
     best = location.profiles[0]
     if tone is not None:
         return f"as a steady tone of {tone.frequency_hz:.1f} Hz" + (" that is no multiple of the drive's frequency" if driven else "")
@@ -118,7 +118,7 @@ def _along(location: Location, quantity: str, tone: Line | None, driven: bool) -
 
 
 def _force(best: Profile, interval: tuple[float, float] | None) -> str:
-    """What is surely missing at least: at most in an interval, or from where to where along the whole coordinate."""
+    """Missing force that exceeds two standard errors: its maximum in an interval, or its extremes along the whole coordinate."""
     factor, unit = _unit(best)
     sure = np.sign(best.mean) * np.maximum(np.abs(best.mean) - 2.0 * best.stderr, 0.0)
     if interval is not None:
@@ -131,7 +131,7 @@ def _force(best: Profile, interval: tuple[float, float] | None) -> str:
 
 
 def _unit(best: Profile) -> tuple[float, str]:
-    """Factor and unit that read well."""
+    """Display factor and unit of a profile's coordinate."""
     return (1.0, " s") if best.coordinate == "time" else _UNITS.get(best.unit, (1.0, f" {best.unit}"))
 
 

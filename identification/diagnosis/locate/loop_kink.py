@@ -1,4 +1,4 @@
-"""Where the contact law bends, for a verdict that asserts no cause: what the records show without integrating a motion."""
+"""Kink of the contact law in the recorded force-indentation loops, reported where the verdict asserts no cause."""
 
 import numpy as np
 
@@ -7,13 +7,15 @@ from identification.diagnosis.score.force_loops import SeenLoops
 from identification.diagnosis.score.scored import Scored
 
 _DEEP = 0.5
-"""Of the deepest indentation: a law that bends before is another law all over. One that only gets steeper may bend behind it."""
+"""Smallest depth of a kink over the deepest indentation: a law with an earlier kink is another law
+altogether, and one that stiffens gradually may show a kink at greater depth.
+"""
 
 
 def bend(scored: Scored) -> Bend | None:
-    """The depth from which on the loops are harder than the law that describes them up to there; None where they show none.
+    """Kink of the contact law: depth beyond which the loops are stiffer than the law fitted to them; None where the loops show none.
 
-    There a `deep_stop` would begin. It must be deep, and some records stay clear of it, which tell the law in front.
+    A `deep_stop` would begin there. The kink must be deep, and some records must stay short of it, which identify the law in front.
     """
     probe = next((one.members[0] for one in scored.found if one.members[0].in_loops), None)
     shown = None if probe is None else SeenLoops(scored).shown(probe)

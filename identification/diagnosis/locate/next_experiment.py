@@ -1,4 +1,4 @@
-"""Which record would part the causes that these records cannot."""
+"""Design of a further record that separates alternatives which the present records do not."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -21,24 +21,24 @@ from vibrojax.effects import EFFECTS
 from vibrojax.integrate import Landing
 
 _NO_RECORD = -1
-"""Number of a record that has not been taken: what acts in one record alone does not act there."""
+"""Index of a record not yet taken: effects confined to one record do not act there."""
 _SECONDS, _PERIODS = 1.0, 10.0
-"""s, or periods of f_n if these are shorter: longer motions with impacts diverge by themselves, and part nothing."""
+"""Length of a trial record, s, or in periods of f_n if that is shorter: longer motions with impacts diverge and separate nothing."""
 _SAMPLES = 2000
 _FAR = 50.0
-"""Sigma by which causes are told apart beyond doubt; more is not worth asking for."""
+"""Separation in sigma reported at most."""
 _UNSURE = {"base_amplitude": 1e-3, "base_phase": 1.0, "gap_error": 1e-3, "initial_displacement": 1e-3, "initial_velocity": 0.1}
-"""How little is known of a record that has not been taken, SI: these numbers will be estimated from it."""
+"""Prior standard deviations, SI, of the numbers that the new record would have to identify itself."""
 _STEP = 1e-3
-"""Of that, for differences."""
+"""Step of the central differences, over these standard deviations."""
 
 
 def next_experiment(found: Search, ambiguous: tuple[str, ...]) -> str:
-    """One sentence; empty where nothing is in doubt, and where a machine prescribes the motion: none of these records can be taken there.
+    """One sentence on the record that separates the chosen model from an alternative best; empty without an alternative.
 
-    Both models, each fitted to the present records, are run along records that have not been taken: other heights of release, drives
-    slower, faster and stronger. What of their difference d the first model cannot take up by moving its parameters within their errors
-    (and the new record's own unknowns freely) is d' (I + J C J')^-1 d in units of the noise, with J its Jacobian and C what is known.
+    It is also empty where a machine prescribes the motion. Both models, each fitted to the present records, predict trial records: other
+    release heights, slower, faster and stronger drives. Their separation in units of the noise is d' (I + J C J')^-1 d: d is the difference
+    of the predictions, J the Jacobian of the first model, C the covariance of its parameters, with the new record's own unknowns free.
     """
     pair = _doubt(found, ambiguous)
     if pair is None:
@@ -54,7 +54,7 @@ def next_experiment(found: Search, ambiguous: tuple[str, ...]) -> str:
 
 
 def _doubt(found: Search, ambiguous: tuple[str, ...]) -> tuple[Fitted, Fitted] | None:
-    """The model that was chosen, and the one that these records allow in its place."""
+    """The chosen model and an alternative that these records do not separate from it; None without one."""
     for one in found.steps:
         for rival in one.rivals[1:]:
             if rival.name in ambiguous:
@@ -67,7 +67,7 @@ def _words(fitted: Fitted) -> str:
 
 
 def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
-    """Records that one might take, in words."""
+    """Trial records, each with a description."""
     f_n = float(fitted.model.values().get("f_n", 0.0))
     time = np.arange(_SAMPLES) / _SAMPLES * (min(_SECONDS, _PERIODS / f_n) if f_n > 0 else _SECONDS)
     amplitude = float(np.abs(fitted.estimate.nuisances[:, 0]).max(initial=0.0))
@@ -94,7 +94,7 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
 
 
 def _sigma(first: Fitted, second: Fitted, record: Record) -> float:
-    """What of the difference of two predictions the first model cannot take up, in standard deviations of the noise."""
+    """Difference of two predictions that the first model cannot absorb within its errors, in standard deviations of the noise."""
     center, directions = _vector(first, record), _known(first)
     with np.errstate(over="ignore", invalid="ignore"):
         one = _shown(first, record, np.concatenate([center[None], center + _STEP * directions, center - _STEP * directions]))
@@ -109,7 +109,7 @@ def _sigma(first: Fitted, second: Fitted, record: Record) -> float:
 
 
 def _vector(fitted: Fitted, record: Record) -> np.ndarray:
-    """The window's vector of a record that has not been taken."""
+    """Vector of unknowns of a trial record: fitted shared parameters, drive and initial state as planned."""
     layout, estimate = fitted.prepared.layout, fitted.estimate
     nuisances = np.zeros(estimate.nuisances.shape[1])
     nuisances[0] = record.base_amplitude or 0.0
@@ -119,7 +119,7 @@ def _vector(fitted: Fitted, record: Record) -> np.ndarray:
 
 
 def _known(fitted: Fitted) -> np.ndarray:
-    """(directions, size): what the first model may move by, one standard deviation each, independent of one another."""
+    """(directions, size): independent directions of the first model's uncertainty, one standard deviation each."""
     layout = fitted.prepared.layout
     covariance = errors(fitted).covariance[: layout.shared, : layout.shared]
     values, vectors = np.linalg.eigh(covariance)
@@ -135,7 +135,7 @@ def _known(fitted: Fitted) -> np.ndarray:
 
 
 def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
-    """(vectors, time * channels): the recorded channels over their noise, from several vectors."""
+    """(vectors, time * channels): predicted channels over their noise, one row per vector of unknowns."""
     experiment, coarse = fitted.prepared.experiment, integrator_for(fitted.prepared)
     noise = {name: value for one in experiment.records for name, value in one.noise.items()}
     samples = len(record.time)
@@ -151,6 +151,6 @@ def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
 
 @soon_compiled
 def _predicted(model, layout, integrator: Landing, windows: Windows, local):
-    """Compiled `predict`, without the motion; not a number where the integration failed."""
+    """Compiled `predict`, channels only; NaN where the integration failed."""
     shown, trajectory = predict(model, layout, integrator, windows, local)
     return jnp.where((trajectory.result == 0)[:, None, None], shown, jnp.nan)

@@ -1,4 +1,4 @@
-"""How restitution changes with speed, for a verdict that asserts no cause in the contacts."""
+"""Coefficient of restitution against approach speed, reported where the verdict asserts no cause in the contacts."""
 
 import dataclasses
 
@@ -9,20 +9,20 @@ from identification.result.rebounds import Rebound, rebounds
 from vibrojax.contact import AbstractInstantaneousLaw
 
 _FEWEST = 6
-"""Contacts from which a course over the speed is told."""
+"""Fewest contacts for a trend over speed."""
 _WIDE = 2.0
-"""Fastest approach over the slowest, likewise."""
+"""Smallest ratio of fastest to slowest approach speed."""
 _OF_ALL, _SOME = 6, 2
-"""One in so many contacts, the slowest and the fastest, is an end; so many at least."""
+"""Slowest and fastest sixth of the contacts form the two ends; fewest contacts of an end."""
 _SURE, _FAR = 5.0, 0.02
-"""What is told departs from the model at one end by so many standard errors, and by so much."""
+"""Departure from the model at one end, in standard errors and absolute, above which restitution is reported."""
 _VAGUE_POWER = 0.1
-"""Standard error from which a power of the speed is not told."""
+"""Standard error above which the exponent of the speed is not reported."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class End:
-    """Restitution at one end of the speeds: measured, with its standard error, and as the model has it."""
+    """Mean restitution at one end of the speed range: measured, with standard error, and modelled."""
 
     approach_speed: float
     measured: float
@@ -31,19 +31,19 @@ class End:
 
     @property
     def departs(self) -> bool:
-        """Whether surely, and not by a trifle."""
+        """Whether measured and modelled restitution differ significantly and relevantly."""
         return abs(self.measured - self.fitted) > max(_SURE * self.stderr, _FAR)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Restitution:
-    """Its course as the records show it.
+    """Measured against modelled restitution at the slowest and the fastest impacts.
 
     Attributes:
-        slow, fast: ends.
-        by_law: whether the hammer is free, so that the law alone is compared with it.
-        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where it is not known well, where a
-            spring or the cart has its part in what happens during a contact, and of a rigid stop, which no such law is known of.
+        slow, fast: ends of the speed range.
+        by_law: whether the hammer is free, so that the comparison involves the contact law alone.
+        exponent: b of 1 - e = a v^b and its standard error, from the scatter about that; None where its standard error is large, where
+            spring or cart act during a contact, and for a rigid stop, for which no such law is known.
     """
 
     slow: End
@@ -53,7 +53,7 @@ class Restitution:
 
 
 def restitution(side: Side) -> Restitution | None:
-    """Where it departs from what the model has; None where that is not sure, or the speeds are all alike."""
+    """Restitution at both ends of the speed range; None where it agrees with the model or the speed range is narrow."""
     found = sorted(rebounds(side.records, side.model), key=lambda one: one.approach_speed)
     if len(found) < _FEWEST:
         return None
@@ -67,9 +67,9 @@ def restitution(side: Side) -> Restitution | None:
 
 
 def lost_in_contacts(location: Location | None, side: Side) -> Restitution | None:
-    """The same where the misfit sits in the contacts, and only there: elsewhere it bends the flights that tell it.
+    """Restitution where the misfit is in the contacts only; a misfit elsewhere biases the flights from which restitution is measured.
 
-    Contacts with a rigid stop have no samples for it to sit in; a free hammer's flights are straight unless it sits there.
+    Contacts with a rigid stop have no samples to show a misfit; a free hammer's flights are unbiased unless the misfit is in them.
     """
     if location is None or location.phase == "free flight":
         return None
@@ -85,7 +85,7 @@ def _is_rigid(side: Side) -> bool:
 
 
 def _end(some: list[Rebound]) -> End:
-    """Means of a few contacts; their standard error is at least that of their scatter about the model."""
+    """Means over some contacts; the standard error is at least that of their scatter about the model."""
     ratios = [one.restitution for one in some]
     own = np.sqrt(np.sum(np.square([one.stderr for one in some]))) / len(some)
     scatter = np.std([one.restitution - one.fitted for one in some], ddof=1) / np.sqrt(len(some))
@@ -98,7 +98,7 @@ def _end(some: list[Rebound]) -> End:
 
 
 def _exponent(found: list[Rebound]) -> tuple[float, float] | None:
-    """By least squares of logarithms, of what has lost surely; None where little is left or its own error is large."""
+    """Exponent b by least squares of logarithms, from contacts with a significant loss; None where these are few or its error is large."""
     sure = [one for one in found if 1.0 - one.restitution > _SURE * one.stderr]
     if len(sure) < _FEWEST:
         return None

@@ -1,1 +1,1 @@
-"""The score test: what each candidate would gain, without fitting it."""
+"""Score test: expected log-likelihood gain of every candidate, without refitting."""

@@ -1,4 +1,4 @@
-"""The loops of force against indentation as the records show them, without integrating a motion."""
+"""Force-indentation loops read from the records, without integration of a motion."""
 
 import dataclasses
 
@@ -11,21 +11,21 @@ from identification.windows.start.contact import Loops, contact_start
 from vibrojax.effects import AbstractEffect, Facts
 
 _BEND = 0.8
-"""Cost of a regression of the loops with an effect over that without, up to which they show it."""
+"""Cost ratio of the loop regressions with and without an effect, up to which the loops show the effect."""
 _STRAIGHT = 1e-3
-"""Cost up to which the law alone describes them."""
+"""Cost of the regression up to which the law alone describes the loops."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Shown:
-    """What two regressions of the same loops tell: by the law alone, and with an effect that they show."""
+    """Two regressions of the same loops: `straight` with the contact law alone, `bent` with an effect."""
 
     straight: Loops
     bent: Loops
 
 
 class SeenLoops:
-    """The records as the loops are read from them: with the stop where it was touched, however far off the gap was set."""
+    """Force-indentation loops of all records, with the stop where the records show contact, independent of the gap as set."""
 
     def __init__(self, scored: Scored) -> None:
         prepared = scored.fitted.prepared
@@ -34,13 +34,13 @@ class SeenLoops:
         pairs = list(zip(prepared.experiment.records, prepared.motions, strict=True))
         self._records = [_touched(record, motion) for record, motion in pairs]
         self.shifts = np.array([moved.gap - record.gap for moved, record in zip(self._records, prepared.experiment.records, strict=True)])
-        """(records,) from the gap as set to where the stop was touched, m."""
+        """(records,) recorded position of the stop less the gap as set, m."""
         self.touched = np.array([motion is not None and bool(motion.touching.any()) for motion in prepared.motions])
-        """(records,) whether that was seen."""
+        """(records,) whether the record shows a contact."""
         self._known = self._as_recorded(scored.known)
 
     def shown(self, effect: AbstractEffect) -> Shown | None:
-        """The loops with the effect, if they show it: by the load cell, or by the hammer's inertia where that tells nothing."""
+        """Regressions with and without the effect, if the loops show it; from the load cell, or from inertia where that gives no loops."""
         probes = tuple(members[0] for members in effect.probes(self._known))
         for load_cell in (True, False) if probes else ():
             straight = self._read(load_cell)
@@ -53,7 +53,7 @@ class SeenLoops:
         return contact_start(self._model, self._records, self._motions, self._free, load_cell=load_cell, probes=probes)
 
     def _as_recorded(self, known: Facts) -> Facts:
-        """What is known before any candidate is tried, with indentation, speed and force as they were recorded."""
+        """Probe scales with indentation, speed and force as recorded."""
         met = [(r, m) for r, m in zip(self._records, self._motions, strict=True) if m is not None and m.touching.any()]
         forces = [motion.inertia if motion.force is None else motion.force for _, motion in met]
         return dataclasses.replace(
@@ -65,7 +65,7 @@ class SeenLoops:
 
 
 def _touched(record: Record, motion: Kinematics | None) -> Record:
-    """The record with its gap where contacts begin."""
+    """The record with its gap at the median displacement where contacts begin."""
     if motion is None or not motion.touching.any():
         return record
     begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])

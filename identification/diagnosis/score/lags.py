@@ -1,4 +1,4 @@
-"""How late each channel comes against the others, as the records show it without a model."""
+"""Delays between channels, estimated from the records without a model."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -12,25 +12,26 @@ from identification.experiment import Record
 from identification.windows.kinematics import bridged
 
 _DERIVATIVES = {"hammer_displacement": (3, 1.0), "hammer_acceleration": (1, 1.0), "impact_force": (1, -1.0)}
-"""How often a channel is to be differentiated to give the hammer's jerk, but for a factor of this sign and what the suspension adds."""
+"""Order of differentiation that turns a channel into the hammer's jerk, and sign of the factor; the suspension's part is neglected."""
 _NARROWEST, _WIDEST = 4, 32
-"""Half widths of the test function, in samples, that are tried at least: the wider, the less noise and the less of an impact."""
+"""Half widths of the test function, in samples, at least from and to: a wider one reduces noise and smooths the impact more."""
 _LONGEST = 0.02
-"""Delay up to which one is sought, and half width up to which more are tried, s."""
+"""Longest delay that is detected, and largest half width, s."""
 _SHORTEST, _OF_WIDTH = 2.0, 0.1
-"""Delay up to which the score test tells one as well: samples, and share of the least half width that shows it clearly, as wider test
-functions also hold what the suspension does."""
+"""Delay up to which the score test applies instead: in samples, and over the smallest half width that shows it; wider test functions also
+contain the suspension's motion.
+"""
 _CLEARLY = 25.0
-"""Drop of chi-square from which something is shown: far more than the best of all delays has by chance, of white noise."""
+"""Decrease of chi-square above which a delay is significant, far above the maximum over all delays of white noise."""
 _ALIKE = 0.25
-"""Of the middle one, by which delays may differ that agree; or `_SHORTEST`."""
+"""Relative tolerance within which delays agree, at least `_SHORTEST` samples."""
 _PAUSES = 4
-"""Time that a record spans over that of its samples, from which it is not looked at."""
+"""Duration of a record over that of its samples above which the record is skipped, for its pauses."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Look:
-    """One record: by channel the hammer's jerk, but for a factor, through one test function after the other."""
+    """Jerk of one record up to a factor, by channel and by width of the test function."""
 
     dt: float
     """Sampling interval, s."""
@@ -40,12 +41,12 @@ class _Look:
 
 
 def lags(records: Sequence[Record]) -> dict[str, float]:
-    """Delay of a channel against every other, s, above zero where it comes late; absent where it agrees with one of them as it stands.
+    """Delay of each channel against the others, s, positive where it is late; a channel without a delay, or without agreement, is absent.
 
-    Displacement, acceleration and impact force of the hammer all hold its jerk, x''': each is convolved with that derivative of a smooth
-    test function which makes it so (the weak form, which differentiates the function and not the noise), and the delay between two is where
-    their correlation is largest. Of two channels alone it cannot be told which one is off, so that both are given. Absent too where most
-    records, or the other channels, do not agree on one delay.
+    Displacement, acceleration and impact force of the hammer all contain its jerk, x'''. Each is convolved with the derivative of a smooth
+    test function that yields the jerk (weak form: it differentiates the function, not the noise). The delay of two channels is where their
+    correlation is largest. Two channels alone do not identify the late one, so that both get the delay. A channel is absent where it agrees
+    with another without delay, and where most records, or the other channels, do not agree on one delay.
     """
     looks = [_look(record) for record in records if record.kind != "prescribed"]
     against: dict[str, list[float]] = {name: [] for name in _DERIVATIVES}
@@ -60,14 +61,14 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
 
 
 def _agreed(delays: list[float], looks: list[_Look]) -> float:
-    """The middle one, if most are near it; else 0."""
+    """Median delay if most delays are near it; else 0."""
     middle = float(np.median(delays))
     near = np.abs(np.array(delays) - middle) <= max(_ALIKE * abs(middle), _SHORTEST * max(look.dt for look in looks))
     return middle if near.sum() > 0.5 * len(delays) else 0.0
 
 
 def _delay(look: _Look, late: str, early: str) -> float | None:
-    """Of one channel against another; 0 where they agree as they stand, None where they show nothing in common."""
+    """Delay of one channel against another, s; 0 where it is not significant, None where the channels are not correlated."""
     tried = zip(look.jerks[late], look.jerks[early], look.half_widths, strict=True)
     found = [(half, *_best(one, other, half)) for one, other, half in tried]
     _, common, drop, samples = max(found, key=lambda one: one[1], default=(0, 0.0, 0.0, 0))
@@ -80,7 +81,7 @@ def _delay(look: _Look, late: str, early: str) -> float | None:
 
 
 def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], half: int) -> tuple[float, float, int]:
-    """Drop of chi-square when one is regressed on the other at the best delay, how much of it the delay makes, and the delay in samples."""
+    """Decrease of chi-square by regression at the best delay, the part of it due to the delay, and the delay in samples."""
     size = float(np.sqrt(np.sum(late**2) * np.sum(early**2)))
     if size == 0.0:
         return 0.0, 0.0, 0
@@ -91,7 +92,7 @@ def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], h
 
 
 def _look(record: Record) -> _Look:
-    """Channels of a record, evenly sampled and differentiated; none where it pauses for long."""
+    """Resampled, differentiated channels of a record; none where the record pauses for long."""
     dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
     if span > _PAUSES * dt * len(record.time):
         return _Look(dt=dt, half_widths=(), jerks={})
@@ -107,6 +108,6 @@ def _look(record: Record) -> _Look:
 
 
 def _test_function(half: int, order: int) -> Float[np.ndarray, " samples"]:
-    """First or third differences of a smooth bump, both of one length: blind to all polynomials of a lower degree."""
+    """First or third differences of a smooth bump, of equal length: orthogonal to all polynomials of lower degree."""
     bump = (1.0 - np.linspace(-1.0, 1.0, 2 * half + 1) ** 2) ** 4
     return np.diff(np.pad(bump, (order + 3) // 2), order)

@@ -1,4 +1,4 @@
-"""The metric of the whole likelihood: rows of residuals as if noise and force were white noise of variance 1."""
+"""Whitening of residuals and their derivatives by the full covariance of noise and random force."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from identification.likelihood.noise import Autoregression
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Metric:
-    """x -> w^(1/2) V^(-1/2) x for every window, with V = R + Z S Z' its covariance and w its weight.
+    """Whitening x -> w^(1/2) V^(-1/2) x of every window, with V = R + Z S Z' its covariance and w its weight.
 
     After R^(-1/2) the covariance is 1 + B B' with B B' = U diag(d^2) U', so that V^(-1/2) = 1 - U diag(1 - 1 / sqrt(1 + d^2)) U'.
 
@@ -33,7 +33,7 @@ class Metric:
     root_weight: np.ndarray
 
     def __call__(self, values: Float[np.ndarray, "windows *rows time channels"]) -> Float[np.ndarray, "windows *rows time channels"]:
-        """Rows in the metric; zero where nothing counts."""
+        """Whitened rows; zero where samples do not count."""
         white = over_noise(values, self.at, self.noise)
         flat = white.reshape(len(white), -1, white.shape[-2] * white.shape[-1])
         along = (flat @ self.turned) * self.shrink[:, None]
@@ -42,7 +42,7 @@ class Metric:
 
 
 def metric(point: Point) -> Metric:
-    """Of the likelihood at a point of the fit."""
+    """Whitening of the likelihood at a point of the fit."""
     at, root = point.at, point.variances.root
     values, vectors = np.linalg.eigh(root.T @ point.inner.force @ root)
     size = np.maximum(values, 1e-12 * np.maximum(values[:, -1:], 1e-300))
@@ -56,5 +56,5 @@ def metric(point: Point) -> Metric:
 
 
 def in_metric(at: Linearised, by: Metric) -> Linearised:
-    """Windows with residual and Jacobian in the metric."""
+    """Windows with whitened residual and Jacobian."""
     return dataclasses.replace(at, residual=by(at.residual), jacobian=by(at.jacobian))

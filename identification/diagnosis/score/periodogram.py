@@ -1,4 +1,4 @@
-"""Lines in what is missing that are no harmonics of the drive."""
+"""Periodogram of the missing force or residual, without harmonics of the drive."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,13 +7,13 @@ from identification.likelihood.linearised import Linearised
 from identification.windows.prepare import Prepared
 
 _HIGHEST_CYCLES, _HIGHEST_HZ, _OVER_F_N = 1200.0, 400.0, 60.0
-"""Up to so many periods in the longest record, so many hertz, or so many times f_n, whatever is most."""
+"""Highest frequency: the largest of cycles per longest record, hertz, and multiples of f_n."""
 _OF_SAMPLING = 0.25
 """Highest frequency over the sampling rate."""
 _PADDED = 13.0
-"""Lengths of the longest record to which all are padded before they are transformed, ..."""
+"""Zero padding before the Fourier transform, in lengths of the longest record, ..."""
 _MOST_SAMPLES = 1 << 22
-"""... or to so many samples, if that is less."""
+"""... or at most this many samples."""
 
 
 def periodogram(
@@ -26,21 +26,21 @@ def periodogram(
     apart: float,
     fewest: float = 0.0,
 ) -> tuple[Float[np.ndarray, " frequencies"], Float[np.ndarray, " frequencies"]]:
-    """Drop of chi-square by a line of each frequency, Hz, summed over records but for harmonics of their own drive.
+    """Decrease of chi-square due to a sinusoid of each frequency, Hz, summed over records; each record omits harmonics of its own drive.
 
-    Every record has an amplitude and a phase of its own.
+    Amplitude and phase are free in every record.
 
     Args:
         prepared: windows, and the records that they were cut from.
         at: the fitted model along them.
-        values: what is missing times its weight.
+        values: missing quantity times its weight.
         weight: 1 over its variance.
-        lowest: frequency that is looked at, in periods in the longest record.
-        apart: from one frequency to the next, likewise.
-        fewest: periods that a record must hold to say anything.
+        lowest: lowest frequency, in cycles per longest record.
+        apart: frequency spacing, in cycles per longest record.
+        fewest: cycles that a record must hold to contribute.
 
     Returns:
-        Frequencies, none where the records are sampled too slowly for any, and the drop at each.
+        Frequencies, none where the records are sampled too slowly for any, and the decrease at each.
     """
     records = prepared.experiment.records
     longest = max(_span(record.time) for record in records)

@@ -1,4 +1,4 @@
-"""What the records and the nominal fit show before any candidate is tried."""
+"""Probe scales: amplitudes, frequencies and times of the experiment and the nominal fit that set the candidates' strengths and grids."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from identification.windows.prepare import Prepared
 from vibrojax.effects import Facts
 
 _LINES = 2
-"""Lines that are looked at in each channel."""
+"""Spectral lines taken from each channel's residual."""
 _ON_THE_CEILING = 5
-"""Samples within the converter's step of the highest one that make a plateau."""
+"""Fewest samples within the converter's step of the maximum that form a plateau."""
 
 
 def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
-    """Sizes from which the candidates take their strengths and grids."""
+    """Scales of motion, force, time and frequency from which candidates derive their strengths and grids."""
     experiment = prepared.experiment
     used = np.asarray(at.weight.any(axis=(0, 1)))
     channels = tuple(name for name, counts in zip(at.channels, used, strict=True) if counts)
@@ -49,21 +49,21 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
 
 
 def _unmended(found: dict[str, float], prepared: Prepared) -> dict[str, float]:
-    """Delays as the records show them, unless the model has one of these channels late or early already."""
+    """Delays found in the records; none if the model already delays one of these channels."""
     delayed = {effect.channel for effect in prepared.model.effects if effect.is_delay}
     return {} if delayed & found.keys() else found
 
 
 def _lowest(prepared: Prepared, at: Linearised) -> float:
-    """Least u as recorded, or as fitted where that was not recorded, m."""
+    """Smallest recorded u, or fitted where u was not recorded, m."""
     recorded = [float(motion.u.min()) for motion in prepared.motions if motion is not None]
     return min(recorded) if recorded else float(at.u.min())
 
 
 def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.ndarray) -> float:
-    """Largest indentation of the stop where it stands by the fit, m; 0 without impacts.
+    """Largest indentation of the stop at the fitted gap, m; 0 without impacts.
 
-    As recorded where the motion was, because a model that lacks a stop goes too deep; else as fitted.
+    From the recorded motion, because a model that lacks a stop indents too far; from the fitted motion where none was recorded.
     """
     gaps = np.array([record.gap for record in prepared.experiment.records]) + estimate.nuisances[:, NUISANCES.index("gap_error")]
     contact = inside & at.in_contact
@@ -75,14 +75,14 @@ def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.
 
 
 def _contacts(at: Linearised, record: int, time: np.ndarray) -> tuple[tuple[float, float], ...]:
-    """First and last time stamp of each contact by the fit, s."""
+    """First and last time stamp of each fitted contact, s."""
     contact = np.pad(at.of_record(at.in_contact, record, len(time)).astype(int), 1)
     touches, releases = np.flatnonzero(np.diff(contact) == 1), np.flatnonzero(np.diff(contact) == -1)
     return tuple((float(time[touch]), float(time[release - 1])) for touch, release in zip(touches, releases, strict=True))
 
 
 def _ceilings(prepared: Prepared, channels: tuple[str, ...]) -> dict[str, float]:
-    """Value at which a channel's peaks are cut: many samples at its very maximum, where noise alone would spread them."""
+    """Saturation level of each channel that clips: many samples lie at its very maximum, where noise alone would spread them."""
     found = {}
     for name in channels:
         series = [(r.channels[name], r.noise[name]) for r in prepared.experiment.records if name in r.channels]
@@ -95,7 +95,7 @@ def _ceilings(prepared: Prepared, channels: tuple[str, ...]) -> dict[str, float]
 
 
 def _lines(prepared: Prepared, at: Linearised, channel: int) -> tuple[float, ...]:
-    """Strongest lines in the residual of a channel, Hz, all records together."""
+    """Strongest spectral lines in the residual of a channel over all records, Hz."""
     frequencies, power = None, 0.0
     for index, record in enumerate(prepared.experiment.records):
         if at.channels[channel] not in record.channels:

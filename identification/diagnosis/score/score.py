@@ -1,4 +1,4 @@
-"""Score test of all candidates at once: how much each would lower chi-square, orthogonal to everything already fitted."""
+"""Score test of all candidates: expected decrease of chi-square due to each, orthogonal to all fitted unknowns."""
 
 import dataclasses
 import os
@@ -19,17 +19,17 @@ from identification.windows.prepare import Prepared
 from vibrojax.effects import AbstractEffect
 
 _PORTION = 8
-"""Members of candidates whose answers are worked out together: as many as `signatures` takes at most."""
+"""Candidate members evaluated together: as many as `signatures` takes at most."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """One candidate at the strength that the records ask for, to first order.
+    """One candidate effect at its first-order estimated strength, with the expected gain.
 
     Attributes:
-        members: its effects at their probing strength, whose strengths are estimated together.
-        factors: strength over probing strength, by member (and record, for what each record has of its own).
-        gain: expected drop of chi-square.
+        members: effects at their probing strength; their strengths are estimated together.
+        factors: strength over probing strength, by member (and record, for parameters per record).
+        gain: expected decrease of chi-square (score test).
         degrees: count of estimated strengths.
     """
 
@@ -40,45 +40,45 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """Of the effect."""
+        """Name of the effect."""
         return self.members[0].name
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Projector:
-    """What the fit already explains, taken out of residual and columns."""
+    """Projection of residual and columns onto the complement of all fitted unknowns."""
 
     at: Linearised
-    """Windows with residuals as they would be without the random force."""
+    """Windows with residuals as without the random force."""
     white: Linearised
-    """The same with residual and Jacobian in the metric."""
+    """The same with whitened residual and Jacobian."""
     metric: Metric
     state_gradient: np.ndarray
-    """(windows, states): of the fit's own cost."""
+    """(windows, states): gradient of the fit's own cost."""
     normal: block_arrow.Reduced
-    """Normal equations of everything that the fit estimates, window states eliminated."""
+    """Normal equations of all fitted unknowns, window states eliminated."""
     hessian_inverse: np.ndarray
-    """Of these; zero for what is not estimated."""
+    """Inverse of their matrix; zero for unknowns that are not estimated."""
     columns: np.ndarray
-    """(windows, unknowns of a window): where each stands among all."""
+    """(windows, unknowns of a window): index of each among all unknowns."""
 
     def lightened(self) -> "Projector":
-        """Without what only further columns need, which is large."""
+        """Without the large arrays that only further columns need."""
         return dataclasses.replace(self, white=self.at, metric=dataclasses.replace(self.metric, turned=np.zeros((0, 0, 0))))
 
     @property
     def inverse(self) -> Float[np.ndarray, "windows states states"]:
-        """Of the windows' own blocks."""
+        """Inverse of the windows' state blocks."""
         return self.normal.eliminated[0]
 
     @property
     def coupling(self) -> Float[np.ndarray, "windows states unknowns"]:
-        """Of the windows' states with the other unknowns of a window."""
+        """Coupling of the windows' states with the other unknowns of a window."""
         return self.normal.eliminated[1]
 
 
 def projector(fitted: Fitted) -> Projector:
-    """What a fit estimates, as its likelihood has it."""
+    """Projection orthogonal to the unknowns of a fit, in the metric of its likelihood."""
     metric, layout, at = metric_of(fitted.point), fitted.prepared.layout, fitted.point.without_force()
     return Projector(
         at=at,
@@ -93,12 +93,12 @@ def projector(fitted: Fitted) -> Projector:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Reduced:
-    """One column after everything already fitted is taken out, window by window."""
+    """One column of the derivative with the window states projected out, window by window."""
 
     scores: np.ndarray
-    """(windows,): what each window contributes to the score."""
+    """(windows,): contribution of each window to the score."""
     cross: np.ndarray
-    """(windows, unknowns of a window): coupling with what is fitted."""
+    """(windows, unknowns of a window): coupling with the fitted unknowns."""
     column: np.ndarray
     """(windows, time * channels)"""
     on_states: np.ndarray
@@ -106,12 +106,12 @@ class Reduced:
 
 
 def reduced(by: Projector, column: Float[np.ndarray, "windows time channels"]) -> Reduced:
-    """Take the window states out of a column of the residual's derivative, (windows, time, channels)."""
+    """Project the window states out of a column of the residual's derivative, (windows, time, channels)."""
     return reduced_all(by, column[:, None])[0]
 
 
 def reduced_all(by: Projector, columns: Float[np.ndarray, "windows columns time channels"]) -> list[Reduced]:
-    """The same for several columns at once."""
+    """Project the window states out of several columns at once."""
     flat = by.metric(columns).reshape(*columns.shape[:2], -1)
     return [_reduced(by, flat[:, index]) for index in range(flat.shape[1])]
 
@@ -129,7 +129,7 @@ def _reduced(by: Projector, flat: Float[np.ndarray, "windows samples"]) -> Reduc
 
 
 def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
-    """Score and information of some columns, orthogonal to the fit."""
+    """Score vector and Fisher information of some columns, orthogonal to all fitted unknowns."""
     coupling = np.zeros((len(columns), len(by.normal.gradient)))
     for row, one in zip(coupling, columns, strict=True):
         np.add.at(row, by.columns, one.cross)
@@ -144,7 +144,7 @@ def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.nda
 def score(
     prepared: Prepared, by: Projector, courses: tuple[Course, ...], candidates: Sequence[tuple[AbstractEffect, ...]], mass: float
 ) -> list[Candidate]:
-    """Every candidate with its expected gain, best first."""
+    """Score test of every candidate, by decreasing expected gain."""
     files, at = prepared.layout.files, by.at
 
     def tested(batch: list[tuple[AbstractEffect, ...]]) -> list[Candidate]:
@@ -176,7 +176,7 @@ def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list
 
 
 def _only(column: Reduced, chosen: np.ndarray) -> Reduced:
-    """The column in some windows alone."""
+    """The column restricted to some windows."""
     return Reduced(
         scores=column.scores * chosen,
         cross=column.cross * chosen[:, None],
@@ -186,7 +186,7 @@ def _only(column: Reduced, chosen: np.ndarray) -> Reduced:
 
 
 def _alike(candidates: Sequence[tuple[AbstractEffect, ...]]) -> list[list[tuple[AbstractEffect, ...]]]:
-    """Candidates of one class, channel and record together, in handy portions."""
+    """Batches of candidates of one class, channel and record."""
     kinds: dict[tuple, list[tuple[AbstractEffect, ...]]] = {}
     for members in candidates:
         kinds.setdefault((type(members[0]), members[0].channel, members[0].record, len(members)), []).append(members)

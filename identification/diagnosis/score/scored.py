@@ -1,4 +1,4 @@
-"""Score test of all candidates beside one fitted model, in the metric of the whole likelihood."""
+"""Score test of all candidates beside one fitted model, under its full likelihood."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -16,15 +16,15 @@ from vibrojax.effects import EFFECTS, AbstractEffect, Facts
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Scored:
-    """All candidates beside one model.
+    """Score-test results of all candidates beside one model.
 
     Attributes:
         fitted: the model.
-        known: sizes that the records and the model show.
-        by: what the fit explains already.
-        courses: the fitted motion along every record.
-        found: candidates, the largest expected gain first.
-        significant: the best of every kind of effect and channel, where chance hardly gives as much.
+        known: probe scales from the records and the model.
+        by: projection orthogonal to the fitted unknowns.
+        courses: fitted motion along every record.
+        found: candidates by decreasing expected gain.
+        significant: the best candidate of every kind of effect and channel, if its gain is significant.
     """
 
     fitted: Fitted
@@ -36,12 +36,12 @@ class Scored:
 
     @property
     def at(self) -> Linearised:
-        """The windows, with residuals as they would be without the random force."""
+        """The windows, with residuals as without the random force."""
         return self.by.at
 
 
 def score_all(fitted: Fitted) -> Scored:
-    """Score every listed effect that the model does not have yet."""
+    """Score every listed effect that the model does not contain."""
     prepared, estimate, at = fitted.prepared, fitted.estimate, fitted.point.at
     along, known, by = courses(prepared, at, estimate), facts(prepared, at, estimate), projector(fitted)
     kinds = [kind for name, kind in EFFECTS.items() if name not in fitted.names]
@@ -51,13 +51,13 @@ def score_all(fitted: Fitted) -> Scored:
 
 
 def blank(kind: type[AbstractEffect]) -> AbstractEffect:
-    """An effect with every parameter at its order of magnitude."""
+    """An effect with every parameter at its start value."""
     usual: dict[str, Any] = {p.field: p.start for p in kind.parameters}
     return kind(**usual)
 
 
 def best_of_each(found: Sequence[Candidate]) -> dict[str, Candidate]:
-    """The candidate of every kind of effect, and of every channel, with the largest expected gain; best first."""
+    """Candidate with the largest expected gain of every kind of effect and channel, best first."""
     best: dict[str, Candidate] = {}
     for candidate in sorted(found, key=lambda one: -one.gain):
         best.setdefault(f"{candidate.name} {candidate.members[0].channel or ''}".strip(), candidate)
@@ -65,11 +65,11 @@ def best_of_each(found: Sequence[Candidate]) -> dict[str, Candidate]:
 
 
 def trials(found: Sequence[Candidate], name: str) -> int:
-    """How many candidates of one kind were scored, each weighed with what had been searched before it was proposed."""
+    """Number of tests for one kind of effect: its candidates, each counted with the search that proposed it."""
     return sum(max(1, one.members[0].looked_at) for one in found if one.name == name)
 
 
 def significant(found: Sequence[Candidate]) -> dict[str, Candidate]:
-    """The best of each kind whose gain chance would hardly give."""
+    """Best candidate of each kind whose gain noise alone gives with a probability below `ALPHA`."""
     best = best_of_each(found)
     return {name: one for name, one in best.items() if chance(one.gain, one.degrees, trials(found, one.name)) < ALPHA}

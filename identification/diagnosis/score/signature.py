@@ -1,4 +1,4 @@
-"""What an effect would do along the fitted motion: its own hooks, called on that motion."""
+"""Signature of an effect: its perturbation of force, stop, base and readings along the fitted motion."""
 
 import dataclasses
 import math
@@ -25,14 +25,14 @@ from vibrojax.integrate import SUCCESS, Trajectory
 from vibrojax.system import System
 
 _ANGLE = 0.6
-"""Longest step of an effect's own states, in radians of its fastest vibration."""
+"""Longest integration step of an effect's own states, in radians of its fastest vibration."""
 _SIZES = (1, 4, 8)
-"""How many effects go through together, the last repeated to fill up: few sizes, few compiled programs."""
+"""Batch sizes of effects; the last effect fills up a batch, so that few programs are compiled."""
 _ALONG = ("u", "v", "acceleration", "push", "in_contact", "approach_speed", "own")
 
 
 class Course(eqx.Module):
-    """The fitted motion along one record, (time,) each, and the system that made it."""
+    """The fitted motion along one record, (time,) each, and its system."""
 
     ts: Float[Array, " time"]
     u: Float[Array, " time"]
@@ -42,7 +42,7 @@ class Course(eqx.Module):
     in_contact: Array
     readings: dict[str, Float[Array, " time"]]
     system: System
-    """Without the effects that the model has already, so that compiled programs do not depend on them."""
+    """Without the model's effects, so that compiled programs do not depend on them."""
 
 
 def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Course, ...]:
@@ -70,12 +70,12 @@ def courses(prepared: Prepared, at: Linearised, estimate: Estimate) -> tuple[Cou
 
 
 def _padded(values: np.ndarray, samples: int) -> np.ndarray:
-    """Values held at their last until there are as many as `samples`."""
+    """Values extended to `samples` with their last value."""
     return np.pad(values, [(0, samples - len(values)), *[(0, 0)] * (values.ndim - 1)], mode="edge")
 
 
 def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ...], effects: list[AbstractEffect]) -> list[Perturbation]:
-    """Perturbation of every effect of one class (and the same channel and record), in the windows' shape."""
+    """Perturbation due to every effect of one class (and the same channel and record), in the windows' shape."""
     size = next(size for size in _SIZES if size >= len(effects))
     filled = [*effects, *effects[-1:] * (size - len(effects))]
     stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *filled)
@@ -102,13 +102,13 @@ def signatures(at: Linearised, courses: tuple[Course, ...], files: tuple[str, ..
 
 
 def own_states(effect: AbstractEffect, courses: tuple[Course, ...]) -> list[np.ndarray]:
-    """The effect's own states along every record, (time, own), from rest at its start."""
+    """Time series of the effect's own states along every record, (time, own), from rest at its start."""
     effect = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), effect)
     return [np.asarray(_own_along(effect, course, jnp.asarray(_substeps(effect, course)))) for course in courses]
 
 
 def _substeps(effect: AbstractEffect, course: Course) -> int:
-    """Steps of an effect's own states in a sampling interval."""
+    """Integration steps of an effect's own states per sampling interval."""
     sampling = float(course.ts[1] - course.ts[0])
     return max(1, math.ceil(2.0 * math.pi * float(effect.fastest_hz) * sampling / _ANGLE))
 
@@ -120,7 +120,7 @@ def _own_along(effect: AbstractEffect, course: Course, substeps: Int[Array, ""])
 
 @soon_compiled
 def _along(effects: AbstractEffect, course: Course, substeps: Int[Array, ""]):
-    """Hooks of stacked effects along one record."""
+    """Perturbations due to stacked effects along one record."""
     return jax.vmap(partial(_one, course, substeps))(effects)
 
 
@@ -144,14 +144,14 @@ def _one(course: Course, substeps: Int[Array, ""], effect: AbstractEffect):
 
 
 def _second_stop(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
-    """Push of a stop behind, along a motion that does not know it, N."""
+    """Contact force of a stop behind the hammer, along a motion without that stop, N."""
     if effect.back_gap is None or not isinstance(system.law, AbstractCompliantLaw):
         return jnp.zeros_like(motion.u)
     return _push(system.law, -motion.u - effect.back_gap, -motion.v)
 
 
 def _further_push(system: System, effect: AbstractEffect, motion: Motion) -> Float[Array, " time"]:
-    """Push of the stop in front as the effect has it, less that of the nominal model, along a motion that does not know it, N."""
+    """Contact force of the front stop as the effect changes it, less that of the nominal model, along a motion without the effect, N."""
     law, gap = effect.stop(system.law, system.gap)
     if law is system.law or not (isinstance(law, AbstractCompliantLaw) and isinstance(system.law, AbstractCompliantLaw)):
         return jnp.zeros_like(motion.u)
@@ -159,7 +159,7 @@ def _further_push(system: System, effect: AbstractEffect, motion: Motion) -> Flo
 
 
 def _push(law: AbstractCompliantLaw, indentation: Float[Array, " time"], rate: Float[Array, " time"]) -> Float[Array, " time"]:
-    """Push of a stop, of one reached at 0.1 m/s where its law asks for that, N."""
+    """Contact force of a stop, N; a law that depends on approach speed gets 0.1 m/s."""
     pushed = law.force(jnp.maximum(indentation, 0.0), rate, jnp.full_like(indentation, 0.1))
     return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
 
@@ -176,7 +176,7 @@ def _motion(course: Course) -> Motion:
 
 
 def _own(course: Course, effect: AbstractEffect, motion: Motion, substeps: Int[Array, ""]) -> Float[Array, "time own"]:
-    """The effect's own states, from rest at the record's start."""
+    """Time series of the effect's own states, from rest at the record's start."""
     size = len(effect.own_states)
     if size == 0:
         return jnp.zeros((len(course.ts), 0))

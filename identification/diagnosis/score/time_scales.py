@@ -1,4 +1,4 @@
-"""How fast things are in an experiment, as fitted."""
+"""Time scales of an experiment, as fitted."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -7,13 +7,13 @@ from identification.likelihood.linearised import Linearised
 from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 
 _LONGEST_S = 1.5e-3
-"""Half width of a local average."""
+"""Largest half width of a local average, s."""
 _OF_CONTACT, _OF_PERIOD = 1 / 3, 1 / 24
-"""Likewise, at most, over the duration of a contact and the period of the vibration."""
+"""Largest half width of a local average over the duration of a contact, and over the period of the vibration."""
 
 
 def contact_time(law: AbstractContactLaw, at: Linearised, mass: float) -> float:
-    """Duration of an impact at the largest speed, s; NaN without impacts, and where the contact law gives them no duration."""
+    """Duration of an impact at the largest speed, s; NaN without impacts, or where the contact law gives them no duration."""
     speed = float(np.abs(at.v[at.inside]).max())
     if not isinstance(law, AbstractCompliantLaw) or not np.any(at.push[at.inside] > 0) or speed == 0:
         return np.nan
@@ -22,7 +22,7 @@ def contact_time(law: AbstractContactLaw, at: Linearised, mass: float) -> float:
 
 
 def resolution(at: Linearised) -> float:
-    """Half width of a local average that blurs neither a contact nor the vibration, s."""
+    """Half width of a local average that resolves contact and vibration, s."""
     scales = [_LONGEST_S]
     contact, interval = at.in_contact & at.inside, float(np.median(np.diff(at.ts[:, :2], axis=1)))
     if touches := int(np.sum(contact[:, 1:] & ~contact[:, :-1])):

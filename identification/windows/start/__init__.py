@@ -1,4 +1,4 @@
-"""First guesses read directly from the records, so that the fit starts near its end."""
+"""First guesses of all parameters, read directly from the records."""
 
 from identification.windows.start.base_motion import harmonic_acceleration, harmonic_start
 from identification.windows.start.guess import first_guesses

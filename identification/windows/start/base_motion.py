@@ -9,8 +9,8 @@ from identification.experiment import Record
 def harmonic_start(record: Record) -> tuple[float, float]:
     """Amplitude A0, m, and phase, rad, of y = A0 sin(2 pi f t + phase), by linear least squares on the cart's channel.
 
-    Zero for a cart at rest. Where neither displacement nor acceleration of the cart was recorded, the hammer's displacement stands
-    in: its amplitude is of the same order, and the fit does the rest.
+    Zero for a cart at rest. Where neither displacement nor acceleration of the cart was recorded, the hammer's displacement replaces them:
+    its amplitude is of the same order, and the fit corrects it.
     """
     if record.kind != "cart-excitation" or record.excitation_frequency is None:
         return 0.0, 0.0
@@ -30,7 +30,7 @@ def harmonic_acceleration(record: Record, amplitude: float, phase: float) -> Flo
 
 
 def _sine(time: np.ndarray, values: np.ndarray, omega: float) -> tuple[float, float]:
-    """Amplitude and phase of the best sine with an offset."""
+    """Amplitude and phase of the least-squares sine with an offset."""
     usable = np.isfinite(values)
     t, values = time[usable], values[usable]
     basis = np.stack([np.sin(omega * t), np.cos(omega * t), np.ones_like(t)], axis=1)

@@ -1,4 +1,4 @@
-"""Test functions of the weak form: bumps that vanish with their slope at both ends, laid over every flight."""
+"""Test functions of the weak form: bumps that vanish with their slope at both ends, placed in every flight."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 _SUPPORTS = (24, 48, 96, 192, 384, 768, 1536)
-"""Lengths, samples."""
+"""Lengths of the bumps, samples."""
 _CLEAR = 9
-"""Samples about a contact that belong to no flight."""
+"""Samples about a contact that are excluded from the flights."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,7 @@ class Bump:
         value: phi, shape (samples,).
         slope: its derivative in time, 1/s.
         curve: its second derivative, 1/s^2.
-        weight: one over the noise that white noise leaves in an integral with `curve`.
+        weight: one over the standard deviation of an integral of unit white noise with `curve`.
     """
 
     part: slice
@@ -31,7 +31,7 @@ class Bump:
 
 
 def bumps(touching: np.ndarray, dt: float) -> Iterator[Bump]:
-    """Every bump of every length in every flight, half overlapping; `touching` is where the hammer meets the stop, `dt` the step, s."""
+    """Bumps of all lengths in every flight, half overlapping; `touching` is where the hammer meets the stop, `dt` the step, s."""
     for start, stop in _flights(touching):
         for length in (n for n in _SUPPORTS if n <= stop - start):
             half = 0.5 * (length - 1) * dt
@@ -43,7 +43,7 @@ def bumps(touching: np.ndarray, dt: float) -> Iterator[Bump]:
 
 
 def _flights(touching: np.ndarray) -> list[tuple[int, int]]:
-    """Stretches without contact, a few samples away from it: (first, one past the last)."""
+    """Stretches of flight, a few samples clear of contact: (first, one past the last)."""
     near = np.convolve(touching, np.ones(_CLEAR), "same") > 0
     edges = np.flatnonzero(np.diff(np.concatenate([[True], near, [True]]).astype(int))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))

@@ -1,4 +1,4 @@
-"""Contact parameters read off the force-indentation loops, before any integration."""
+"""Contact parameters from a regression of the force-indentation loops, before any integration."""
 
 import dataclasses
 from typing import Any, cast
@@ -18,32 +18,32 @@ from vibrojax.model import Model
 _MOST_SAMPLES = 1500
 _MOST_CONTACTS = 1_000_000
 _CONTACTS = 30
-"""Contacts that are looked at one by one."""
+"""Contacts that get a gap of their own."""
 _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
 _DEEP, _DEEP_BESIDE = 0.3, 0.6
-"""Of the largest indentation, from where a sample tells the stiffness; up to where it does so beside an effect that changes the law."""
+"""Over the largest indentation: depth above which samples give the stiffness; upper limit beside an effect that changes the law."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Loops:
-    """What the force-indentation loops tell."""
+    """Regression of the force-indentation loops: contact parameters, gap errors, and the fitted samples."""
 
     values: dict[str, float]
     """Parameters by name, SI."""
     errors: np.ndarray
     """(records,) setting error of the gap, m."""
     cost: float
-    """Half the mean squared error in fiftieths of the largest force, less where a sample is off by much."""
+    """Mean robust loss per sample (soft L1, half squared for small errors), with forces in fiftieths of the largest one."""
     record: np.ndarray
     """(samples,) index of each sample's record."""
     contact: np.ndarray
-    """(samples,) number of each sample's contact, no two alike in all records."""
+    """(samples,) number of each sample's contact, unique over all records."""
     indentation: np.ndarray
-    """(samples,) m, with the errors of the gaps."""
+    """(samples,) m, corrected for the gap errors."""
     force: np.ndarray
-    """(samples,) that the load cell shows, or the hammer's inertia, N."""
+    """(samples,) of the load cell, or of the hammer's inertia, N."""
     modelled: np.ndarray
-    """(samples,) as the values have it, N."""
+    """(samples,) of the fitted law, N."""
 
 
 def contact_start(
@@ -56,11 +56,11 @@ def contact_start(
     each_contact: bool = False,
     probes: tuple[AbstractEffect, ...] = (),
 ) -> Loops | None:
-    """Parameters of the contact law, and each record's gap setting error, that best explain force against indentation.
+    """Contact parameters and gap setting errors from a least-squares regression of force on indentation.
 
-    Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so this is quick and has no
-    trouble with many impacts; smoothing the record biases it by a few per cent, which the fit removes. None where there is no contact,
-    no load cell to read, a rigid stop, which has no force, or no start whose force is a number.
+    Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so the regression is fast and does
+    not depend on the number of impacts; smoothing of the record biases it by a few per cent, which the fit removes. None where there is no
+    contact, no load cell to read, a rigid stop, which has no force, or no start with a finite force.
 
     Arguments:
         model: with the suspension's first guess in place; its effects do not matter.
@@ -68,8 +68,8 @@ def contact_start(
         motions: smoothed motion of each, None where there is none.
         names: the law's parameters that are to be estimated.
         load_cell: take F from the load cell; otherwise from the hammer's inertia, less the force of the suspension.
-        each_contact: give every contact a gap of its own, for a gap that does not hold still; a record's error is then the median.
-        probes: of an effect that changes the law, whose parameters are estimated as well, from each of these.
+        each_contact: give every contact its own gap, for a gap that varies between contacts; a record's error is then the median.
+        probes: start values of an effect that changes the law, whose parameters are estimated as well.
     """
     samples = _samples(model, records, motions, load_cell)
     if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
@@ -109,7 +109,7 @@ def contact_start(
 
 
 def _fitted(residual, jacobian, start: np.ndarray) -> Any | None:
-    """One regression; None where the law's force is beyond all numbers at its start or on its way."""
+    """One regression; None where the law's force is not finite at or after its start."""
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             return least_squares(residual, start, jac=jacobian, loss="soft_l1", max_nfev=60)
@@ -118,12 +118,12 @@ def _fitted(residual, jacobian, start: np.ndarray) -> Any | None:
 
 
 def _bounded(spec, internal: float) -> float:
-    """Physical value, kept inside its range."""
+    """Physical value of a parameter, clipped to its range."""
     return float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.ndarray:
-    """Start of the regression: the listed orders of magnitude, with the stiffness that gives the median force; effects as they are."""
+    """Start of the regression: listed start values, with the stiffness that gives the median force; effects unchanged."""
     values = {name: float(model.values()[name]) if "." in name else specs[name].start for name in names}
     if exponent is not None:
         values["n"] = exponent
@@ -134,12 +134,12 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
         if model.effects and (deep & (depth < _DEEP_BESIDE)).any():
             deep &= depth < _DEEP_BESIDE
         stiffness = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
-        values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # a wrong unit or sign makes it negative
+        values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # negative for a wrong unit or sign
     return np.array([specs[name].to_internal(values[name]) for name in names])
 
 
 def _residual(model: Model, names, samples, slot):
-    """Function of (internal parameters, gap errors in `_length`) that SciPy minimises, and its derivative, compiled once."""
+    """Residual as a function of (internal parameters, gap errors over `_length`) for SciPy, and its Jacobian, each compiled once."""
     specs = {p.name: p for p in model.parameters}
     data = {key: jnp.asarray(value) for key, value in samples.items()}
     slot, length, scale = jnp.asarray(slot), _length(samples), _scale(samples)
@@ -157,17 +157,17 @@ def _residual(model: Model, names, samples, slot):
 
 
 def _length(samples: dict[str, np.ndarray]) -> float:
-    """In which gap errors are counted, m."""
+    """Unit of the gap errors, m: a tenth of the largest indentation."""
     return 0.1 * float(np.max(samples["indentation"]))
 
 
 def _scale(samples: dict[str, np.ndarray]) -> float:
-    """In which errors of the force are counted, N."""
+    """Unit of the force errors, N: a fiftieth of the largest force."""
     return 0.02 * float(np.max(samples["force"]))
 
 
 def _some_contacts(samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The samples of a fair selection of the contacts."""
+    """Samples of an even selection of the contacts."""
     contacts = np.unique(samples["contact"])
     chosen = contacts[np.unique(np.linspace(0, len(contacts) - 1, min(len(contacts), _CONTACTS)).astype(int))]
     keep = np.isin(samples["contact"], chosen)
@@ -175,7 +175,7 @@ def _some_contacts(samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
-    """Force, indentation, its rate, approach speed and record of (a fair selection of) all samples in contact."""
+    """Force, indentation, its rate, approach speed and record of (an even selection of) all samples in contact."""
     parts = []
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
         if motion is None or not motion.touching.any():

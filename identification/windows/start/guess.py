@@ -1,4 +1,4 @@
-"""All first guesses of an experiment, by where they were read."""
+"""First guesses of all parameters, by origin."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from vibrojax.model import MASS, Model
 
 
 def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> dict[str, tuple[dict[str, float], np.ndarray]]:
-    """Every shared parameter by name, and the gap errors of the records, m, by origin of the guess, the most trusted first.
+    """Every shared parameter by name, and the gap errors of the records, m, by origin of the guess, the most reliable first.
 
-    A parameter takes the operator's value where there is one, else that of the data, else its order of magnitude.
+    A parameter takes the operator's value if given, else that of the data, else its start value.
     """
     records = list(experiment.records)
     wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}

@@ -1,4 +1,4 @@
-"""Stiffness and damping of a suspension whose motion is prescribed, by plain regression of the force."""
+"""Stiffness and damping of a suspension with prescribed motion, by linear regression of the force."""
 
 import numpy as np
 
@@ -11,8 +11,8 @@ _FEWEST = 10
 def prescribed_start(records: list[Record], motions: list[Kinematics | None], *, mass: float) -> dict[str, float]:
     """Least-squares zeta and f_n from R = k u + c u' + constant over all samples clear of the stop, k = m omega_n^2, c = 2 zeta omega_n m.
 
-    Every record has a constant of its own: what its gauge reads at rest. Empty where no motion is prescribed, or where the answer is no
-    spring with a damper.
+    Every record has its own constant, the offset of its gauge. Empty where no motion is prescribed, or where the solution is no spring with
+    a damper.
     """
     parts = []
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):

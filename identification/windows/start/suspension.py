@@ -7,7 +7,7 @@ from identification.windows.kinematics import Kinematics, bridged, relative_disp
 from identification.windows.start.bumps import bumps
 
 _FEWEST = 10
-"""Equations that a length must give to be judged by how well they agree."""
+"""Fewest equations of one bump length for a comparison of lengths by their residual."""
 
 
 def suspension_start(
@@ -19,13 +19,13 @@ def suspension_start(
     integrated by parts, so that no record is ever differentiated:
     int(u phi'') - 2 zeta omega_n int(u phi') + omega_n^2 int(u phi) = int((f / m - y'') phi).
 
-    Every length of the bump gives an answer of its own: short ones drown in noise, long ones average the vibration away. The one whose
-    equations agree best, relative to what they are to explain, is taken.
+    Every length of the bump gives a separate solution: noise dominates short ones, long ones average the vibration away. The solution is
+    that of the length with the smallest residual of its equations, relative to their right-hand side.
 
     Where no displacement was recorded, the same equation differentiated twice holds for the acceleration u'' = x'' - y'':
     int(u'' phi'') - 2 zeta omega_n int(u'' phi') + omega_n^2 int(u'' phi) = int((f / m - y'') phi'').
 
-    Empty where there is no flight long enough or the answer is not a vibration.
+    Empty where there is no flight long enough or the solution is not a vibration.
     Source: R. Shinbrot, On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547-552.
     """
     by_length: dict[tuple[bool, int], list[tuple[float, ...]]] = {}
@@ -49,7 +49,7 @@ def suspension_start(
 
 
 def _solved(rows: np.ndarray, mass: float | None) -> tuple[np.ndarray, float]:
-    """Least-squares 2 zeta omega_n, omega_n^2 and, where the mass is not known, 1 / m; and the share of the equations left over."""
+    """Least-squares 2 zeta omega_n, omega_n^2 and, where the mass is not known, 1 / m; and the relative residual of the equations."""
     second, first, zeroth, drive, force, weight = rows.T
     columns = [-first, zeroth] if mass is not None else [-first, zeroth, -force]
     matrix = np.stack(columns, axis=1) * weight[:, None]
@@ -62,8 +62,8 @@ def _solved(rows: np.ndarray, mass: float | None) -> tuple[np.ndarray, float]:
 def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ...]]]:
     """Length and weak-form integrals of every bump in every flight: of u phi'', u phi', u phi, -y'' phi, f phi, and the equation's weight.
 
-    Where only acceleration was recorded, u'' takes the place of u, and phi'' that of phi beside y'' and f.
-    They average by themselves, so u is taken as recorded: smoothing it would blunt a vibration of few samples a period.
+    Where only acceleration was recorded, u'' replaces u, and phi'' replaces phi beside y'' and f. The integrals average out noise, so u is
+    taken as recorded: smoothing would attenuate a vibration with few samples per period.
     """
     recorded = relative_displacement(record)
     recorded, alone = motion.u if recorded is None else recorded, _in_acceleration(record)
@@ -79,5 +79,5 @@ def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ..
 
 
 def _in_acceleration(record: Record) -> bool:
-    """Whether the hammer's acceleration is all that shows its motion."""
+    """Whether only the hammer's acceleration shows its motion."""
     return relative_displacement(record) is None and "hammer_acceleration" in record.channels
