@@ -19,6 +19,7 @@ from identification.diagnosis.locate.loop_kink import bend
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.score.scored import Scored
+from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search import BUDGET, MOST, Search, search, share_added
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
@@ -195,7 +196,8 @@ def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Locat
         return None
     effects = [one.effect for one in named]
     effect = next((one for one in effects if one.record is not None), effects[0] if effects else None)
-    found = locate(first.fitted.prepared, first.fitted.estimate, first.at, named=effect)
+    acting = None if effect is None else signatures(first.at, first.courses, first.fitted.prepared.layout.files, [effect])[0].force
+    found = locate(first.fitted.prepared, first.fitted.estimate, first.at, named=effect, acting=acting)
     if verdict == UNLISTED:
         return dataclasses.replace(found, bend=bend(first))
     if effect is not None and effect.record is not None:

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float
 
 from identification.diagnosis.diagnosis import Location, Profile
 from identification.diagnosis.free_form.missing_force import missing_force, window_weights
@@ -42,6 +43,7 @@ def locate(
     at: Linearised,
     *,
     named: AbstractEffect | None = None,
+    acting: Float[np.ndarray, "windows time"] | None = None,
 ) -> Location:
     """Locate the misfit of the nominal model, fitted robustly on short windows.
 
@@ -56,6 +58,8 @@ def locate(
         estimate: its fit.
         at: its motion and derivatives there.
         named: asserted effect, if any; its record and onset replace those found in the residuals.
+        acting: force of that effect along the motion, N; the coordinate is then the one that predicts most of this force and of the
+            missing one.
     """
     mass = float(prepared.layout.physical(estimate.shared).get("m", prepared.experiment.mass))
     share = window_weights(at)
@@ -75,6 +79,11 @@ def locate(
     near = at.in_contact | regions["separation"]
     among = coordinates(prepared, at, estimate, hits, near, drifting=missing.quantity.startswith("cart_"))
     profiles, best, missing = _ranked(prepared, at, missing, rough, region, among)
+    if acting is not None and acting.any() and missing.quantity == "force":
+        cause = Missing(quantity="force", value=acting, stderr=np.where(missing.known, 1.0, np.inf), share=np.zeros(len(share)))
+        of_cause = {one.name: profile(prepared, at, cause, region, one).explained for one in among}
+        profiles = tuple(sorted(profiles, key=lambda one: (-of_cause[one.coordinate] * one.explained, -of_cause[one.coordinate])))
+        best = next(one for one in among if one.name == profiles[0].coordinate)
     hum = _hum(prepared, at, missing, regions["all"], profiles[0].explained)
     if hum is not None or time is not None:
         best = next(one for one in among if one.name == "time")

@@ -87,6 +87,21 @@ def test_a_named_effect_says_when_and_where_it_acts(motion):
     assert (everywhere.record, everywhere.time) == (None, None)
 
 
+def test_a_weak_effect_goes_along_the_coordinate_of_its_own_force(motion, friction):
+    """The residuals alone would say another one, or none."""
+    weak = motion.shown(force=friction(5e-4))
+    assert located(motion, weak).coordinate != "velocity"
+    found = located(motion, weak, named=CoulombFriction(friction_force=5e-4), acting=friction(5e-4))
+    assert found.coordinate == found.profiles[0].coordinate == "velocity"
+
+
+def test_a_constant_force_goes_along_the_coordinate_of_the_residuals(motion):
+    """Every coordinate predicts a constant."""
+    constant = np.full_like(motion.at.u, 0.02)
+    shown = motion.shown(force=constant)
+    assert located(motion, shown, acting=constant).coordinate == located(motion, shown).coordinate
+
+
 def test_shares_and_maps_are_complete(motion, friction):
     at = motion.shown(force=friction(0.1))
     finite = at.finite.copy()
