@@ -21,3 +21,7 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = ["diagnose", "fit", "load_experiment", "simulate"]
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -11,7 +11,7 @@ from pathlib import Path
 import xarray as xr
 from rich.console import Console, RenderableType
 
-from identification.commands.run import write_diagnosed, write_fit
+from identification.commands.run import check_converged, write_diagnosed, write_fit
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.estimation.estimate import fit_experiment
@@ -24,6 +24,7 @@ from identification.result.netcdf_result import StoredFit, fit_dataset
 from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.prepare import check_precision
 from identification.windows.simulate import simulate_record
+from vibrojax.errors import InputError
 from vibrojax.model import Model
 
 Progress = Callable[[str], None]
@@ -134,10 +135,12 @@ def fit(
 
     Raises:
         InputError: JAX computes in single precision, or the experiment cannot be used.
-        NoConvergenceError: the model cannot be integrated in any window.
+        NoConvergenceError: the model cannot be integrated in any window, or the fit did not converge.
     """
     check_precision()
-    return Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, progress=progress))
+    found = Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, progress=progress))
+    check_converged(found.result)
+    return found
 
 
 def diagnose(
@@ -176,6 +179,8 @@ def simulate(model: Model, experiment: Experiment | Path | str, *, as_recorded: 
         NoConvergenceError: a record cannot be integrated.
     """
     check_precision()
+    if not isinstance(model, Model):
+        raise InputError(f"the model is of type {type(model).__name__}: expected a Model, such as `.model` of a fit or `read_model(path)`")
     loaded = _loaded(experiment, need_files=False)
     series = {record.stem: simulate_record(model, record, as_recorded=as_recorded) for record in loaded.records}
     return {
@@ -185,6 +190,8 @@ def simulate(model: Model, experiment: Experiment | Path | str, *, as_recorded: 
 
 
 def _loaded(experiment: Experiment | Path | str, *, need_files: bool = True) -> Experiment:
+    if not isinstance(experiment, Experiment | Path | str):
+        raise InputError(f"the experiment is of type {type(experiment).__name__}: expected one that is loaded, or a path")
     return experiment if isinstance(experiment, Experiment) else load_experiment(Path(experiment), need_files=need_files)
 
 
@@ -195,13 +202,13 @@ def _made(folder: Path | str) -> Path:
 
 
 def _text(shown: RenderableType) -> str:
-    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False)
+    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, color_system=None)
     with console.capture() as capture:
         console.print(shown)
     return capture.get()
 
 
 def _html(shown: RenderableType) -> str:
-    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, record=True)
+    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, record=True)
     console.print(shown)
     return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')

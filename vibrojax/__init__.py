@@ -38,3 +38,7 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = ["Harmonic", "HuntCrossley", "Landing", "Linear", "Model", "read_model", "simulate", "write_model"]
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -1,11 +1,14 @@
 """A model run for a given time: every channel that a sensor could read."""
 
+import equinox as eqx
 import jax.numpy as jnp
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from vibrojax.channels import channels
+from vibrojax.errors import InputError
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion, Unforced, at_rest
-from vibrojax.integrate import AbstractIntegrator, Landing
+from vibrojax.integrate import SUCCESS, AbstractIntegrator, Landing
 from vibrojax.model import Model
 
 
@@ -33,6 +36,10 @@ def simulate(
     Returns:
         By name, SI: displacements, accelerations and forces.
 
+    Raises:
+        InputError: times that do not increase, a gap that is no number, an initial state that is not two numbers.
+        equinox.EquinoxRuntimeError: the integration fails.
+
     Example:
         >>> from vibrojax import HuntCrossley, Linear, Model
         >>> law = HuntCrossley(impact_stiffness=3e6, impact_exponent=1.5, impact_damping=0.3)
@@ -41,6 +48,23 @@ def simulate(
         >>> bool(drop["impact_force"].max() > 10.0)
         True
     """
+    begin = jnp.zeros(2) if y0 is None else jnp.asarray(y0)
+    _check(ts, begin, gap)
     system = model.system(gap=gap, base=at_rest() if base is None else base, applied=Unforced() if applied is None else applied)
-    integrate = Landing() if integrator is None else integrator
-    return channels(system, integrate(system, ts, jnp.zeros(2) if y0 is None else y0))
+    trajectory = (Landing() if integrator is None else integrator)(system, ts, begin)
+    trajectory = eqx.error_if(
+        trajectory, trajectory.result != SUCCESS, "the model cannot be integrated: ask for a shorter time or other steps"
+    )
+    return channels(system, trajectory)
+
+
+def _check(ts: Float[Array, " time"], y0: Float[Array, "..."], gap: float) -> None:
+    """Refuse what is known to be wrong before anything is traced."""
+    if ts.ndim != 1 or len(ts) < 2 or not jnp.issubdtype(ts.dtype, jnp.floating):
+        raise InputError(f"ts is of shape {ts.shape} and type {ts.dtype}: expected two times or more, floats, in s")
+    if y0.shape != (2,):
+        raise InputError(f"y0 is of shape {y0.shape}: expected displacement (m) and velocity (m/s)")
+    if not isinstance(ts, Tracer) and not bool(jnp.all(jnp.diff(ts) > 0)):
+        raise InputError("ts does not increase: expected increasing times, s")
+    if not isinstance(gap, Tracer) and not jnp.isfinite(gap):
+        raise InputError(f"the gap is {gap}: expected a number, m")

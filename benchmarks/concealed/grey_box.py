@@ -89,6 +89,8 @@ def fit(data: Flights, names: tuple[str, ...], start: Float[np.ndarray, " estima
         return found if np.isfinite(found) else 1e12
 
     found = minimize(cost, np.zeros(_POSITIVE + len(free)), method="BFGS", options={"gtol": 1.0, "maxiter": 60, "eps": 1e-5})
+    if found.fun >= 1e12:
+        raise ArithmeticError("no likelihood at the first guess: every record needs the same sensors, their noise stated")
     return Fit(values(found.x), -float(found.fun), 2.0 * float(found.fun) + (_POSITIVE + len(free)) * float(np.log(data.count)))
 
 

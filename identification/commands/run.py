@@ -47,14 +47,19 @@ def run_fit(
     if table is not None:
         check_reference(table, _units(model))
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
-    if not result.converged:
-        raise NoConvergenceError(
-            f"the fit of {loaded.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs, mass and gaps, "
-            "or ask `vibrojax diagnose` where model and records differ"
-        )
+    check_converged(result)
     progress("drawing the report")
     write_fit(result, folder, table)
     return fit_summary(result, table)
+
+
+def check_converged(result: FitResult) -> None:
+    """Raise `NoConvergenceError`, with what to do, if a fit stopped early."""
+    if not result.converged:
+        raise NoConvergenceError(
+            f"the fit of {result.experiment.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs, mass and gaps, "
+            "or ask `vibrojax diagnose` where model and records differ"
+        )
 
 
 def write_fit(result: FitResult, folder: Path, reference: Reference | None = None) -> None:

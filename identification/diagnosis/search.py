@@ -125,8 +125,9 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         progress(f"fitting {rivals[0].fitted.title} to the end")
-        best = rivals[0].fitted
-        best = lengthened(best) or fitted(point(best.prepared, best.estimate, best.variances))
+        best = _to_the_end(rivals[0].fitted)
+        if best is None:
+            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         steps.append(_kept(scored, rivals))
         model = _lessened(best, start, progress)
 
@@ -145,8 +146,9 @@ def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
 
     None, too, where an effect `gained` more than the variation can, or where the fit does not lower the BIC.
     """
-    one = next(iter(variations(model)), None)
-    if one is None or one.chi2 < gained or one.std == 0.0 or one.chance * len(model.prepared.layout.parameters) > ALPHA:
+    level = ALPHA / len(model.prepared.layout.parameters)
+    one = next((one for one in variations(model) if one.chance < level and one.std > 0.0 and one.chi2 >= gained), None)
+    if one is None:
         return None
     progress(f"fitting {one.name} that varies between records beside {model.title}")
     prepared = with_variation(model, one)
@@ -268,6 +270,14 @@ def _attempt(prepared: Prepared, variances: Variances, *, rounds: int, **options
     except (NoConvergenceError, np.linalg.LinAlgError):
         return None
     return found if np.isfinite(found.log_likelihood) else None
+
+
+def _to_the_end(found: Fitted) -> Fitted | None:
+    """The chosen fit on windows as long as they may be, converged; None where that fails."""
+    try:
+        return lengthened(found) or fitted(point(found.prepared, found.estimate, found.variances))
+    except (NoConvergenceError, np.linalg.LinAlgError):
+        return None
 
 
 def _rival(candidate: Candidate, found: Fitted, beside: Fitted) -> Rival:

@@ -94,7 +94,7 @@ class Marginal:
         gram: (r, J)' V^-1 (r, J); (windows, 1 + size, 1 + size).
         log_determinant: of V over that of R; (windows,).
         root: lower triangular root of S; (knots, knots).
-        factor: lower triangular C with C C' = 1 + root' Z' R^-1 Z root; (windows, knots, knots).
+        factor: lower triangular C with C C' = 1 + root' Z' R^-1 Z root, the 1 larger by the rounding of the rest; (windows, knots, knots).
 
     Source: M. A. Woodbury, Inverting modified matrices (1950); G. K. Robinson, That BLUP is a good thing, Stat. Sci. 6 (1991) 15-32.
     """
@@ -118,7 +118,7 @@ def marginal(of: Grams, root: Float[np.ndarray, "knots knots"]) -> Marginal:
     taken = np.linalg.solve(factor, root.T @ of.cross)
     return Marginal(
         gram=of.fit - taken.transpose(0, 2, 1) @ taken,
-        log_determinant=2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1),
+        log_determinant=2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1) - len(root) * np.log1p(rounding),
         root=root,
         factor=factor,
     )

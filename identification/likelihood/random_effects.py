@@ -44,8 +44,11 @@ def variations(fitted: Fitted) -> tuple[Variation, ...]:
     """
     layout, active = fitted.prepared.layout, free_unknowns(fitted.prepared).shared
     known_already, records = {name for name, _ in layout.variations}, range(len(fitted.prepared.experiment.records))
+    if len(records) < 2:
+        return ()
     parts = [_shared_normal(fitted, fitted.prepared.record == index) for index in records]
     hessian, gradient = (np.stack(part) for part in zip(*parts, strict=True))
+    centred = np.eye(len(records)) - 1.0 / len(records)  # deviations that are the same in all records are the parameter itself
     whole = np.zeros_like(hessian[0])
     whole[np.ix_(active, active)] = covariance(hessian.sum(axis=0)[np.ix_(active, active)])
     found = []
@@ -55,13 +58,13 @@ def variations(fitted: Fitted) -> tuple[Variation, ...]:
         coupling = hessian[:, :, index]
         information = np.diag(hessian[:, index, index]) - coupling @ whole @ coupling.T
         score = gradient[:, index] - coupling @ whole @ gradient.sum(axis=0)
-        known, directions = np.linalg.eigh(information)
-        along, told = directions.T @ score, known > IDENTIFIED**-2.0
-        if not told.any():
+        known, directions = (part[..., 1:] for part in np.linalg.eigh(centred @ information @ centred))
+        along, identified = directions.T @ score, known > IDENTIFIED**-2.0
+        if not identified.any():
             continue
-        chi2 = float(np.sum(along[told] ** 2 / known[told]))
-        std = variation_std(along[told], known[told])
-        found.append(Variation(name=p.name, std=std, chi2=chi2, chance=float(chdtrc(int(told.sum()), chi2))))
+        along, known = along[identified], known[identified]
+        chi2 = float(np.sum(along**2 / known))
+        found.append(Variation(name=p.name, std=variation_std(along, known), chi2=chi2, chance=float(chdtrc(len(known), chi2))))
     return tuple(sorted(found, key=lambda one: (one.chance, -one.chi2)))
 
 
@@ -76,16 +79,20 @@ def variation_std(score: Float[np.ndarray, " directions"], information: Float[np
         >>> round(variation_std(np.array([1e12, -1e12]), np.full(2, 1e12)), 6)
         1.0
     """
-    largest = float(np.abs(score / information).max())
-    if largest == 0.0:
+    if not score.any():
         return 0.0
 
-    def cost(std: float) -> float:
-        size = std**2 * information
-        return float(np.sum(np.log1p(size) - score**2 / information * size / (1.0 + size)))
+    def cost(log_std: float) -> float:
+        size = np.exp(2.0 * log_std) * information
+        return float(np.sum(np.log1p(size) + score**2 / information / (1.0 + size)))
 
-    best = minimize_scalar(cost, bounds=(0.0, 3.0 * largest), method="bounded", options={"xatol": 1e-6 * largest})
-    return float(best.x) if best.fun < 0.0 else 0.0
+    # from well below the smallest standard error to beyond the largest deviation; there may be several minima
+    low, high = -0.5 * np.log(information.max()) - 3.0, np.log(np.abs(score / information).max()) + 2.0
+    trials = np.linspace(low, max(high, low + 1.0), 60)
+    best = int(np.argmin([cost(one) for one in trials]))
+    near = (trials[max(best - 1, 0)], trials[min(best + 1, len(trials) - 1)])
+    found = minimize_scalar(cost, bounds=near, method="bounded", options={"xatol": 1e-9})
+    return float(np.exp(found.x)) if found.fun < float(np.sum(score**2 / information)) else 0.0
 
 
 def with_variation(fitted: Fitted, one: Variation) -> Prepared:

@@ -1,5 +1,6 @@
 """The four calls of the package, and what they return."""
 
+import dataclasses
 import subprocess
 import sys
 
@@ -18,7 +19,7 @@ from identification.windows.simulate import simulate_record
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import F_N, MODEL, ZETA, made_result
 from vibrojax.data_files import data_path
-from vibrojax.errors import InputError
+from vibrojax.errors import InputError, NoConvergenceError
 
 
 def test_every_name_is_there_and_no_other():
@@ -92,12 +93,69 @@ def test_a_simulation_has_every_channel_over_time(small):
 
 
 def test_a_model_runs_without_an_experiment():
-    """A hammer that is let go below the stop comes back to within its damping, and never touches it."""
+    """A hammer that is let go far below the stop swings freely; near it, it strikes."""
     ts = jnp.linspace(0.0, 1.0 / F_N, 501)
     far = vibrojax.simulate(MODEL, ts, gap=1.0, y0=jnp.array([-0.01, 0.0]))
-    root = np.sqrt(1.0 - ZETA**2)
-    period = 2.0 * np.pi / root
-    assert far["relative_displacement"][-1] == pytest.approx(-0.01 * np.exp(-ZETA * period * root) * np.cos(2.0 * np.pi * root), rel=1e-2)
+    root, angle = np.sqrt(1.0 - ZETA**2), 2.0 * np.pi * np.sqrt(1.0 - ZETA**2)
+    expected = -0.01 * np.exp(-2.0 * np.pi * ZETA) * (np.cos(angle) + ZETA / root * np.sin(angle))
+    assert far["relative_displacement"][-1] == pytest.approx(expected, rel=1e-6)
     assert float(far["impact_force"].max()) == 0.0
     near = vibrojax.simulate(MODEL, ts, gap=0.0, y0=jnp.array([-0.01, 0.0]))
     assert float(near["impact_force"].max()) > 10.0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"ts": jnp.linspace(0.1, 0.0, 11)}, "expected increasing times"),
+        ({"gap": float("nan")}, "the gap is nan"),
+        ({"y0": jnp.zeros(3)}, "expected displacement"),
+    ],
+)
+def test_a_simulation_refuses_what_cannot_be_meant(given, message):
+    with pytest.raises(InputError, match=message):
+        vibrojax.simulate(MODEL, **{"ts": jnp.linspace(0.0, 0.1, 11), "gap": 0.0} | given)
+
+
+def test_a_simulation_that_fails_is_no_series():
+    with pytest.raises(RuntimeError, match="cannot be integrated"):
+        vibrojax.simulate(MODEL, jnp.linspace(0.0, 100.0, 1001), gap=0.0, y0=jnp.array([-0.01, 0.0]))
+
+
+WRONG_TYPES = """
+import jax
+jax.config.update("jax_enable_x64", True)
+import jax.numpy as jnp, identification, vibrojax
+calls = [lambda: identification.fit(None), lambda: identification.diagnose(None), lambda: identification.simulate("model.json", "nowhere"),
+         lambda: vibrojax.simulate(None, jnp.arange(3), gap=0.0)]
+for call in calls:
+    try:
+        call()
+    except vibrojax.errors.InputError as error:
+        print(error)
+"""
+
+
+def test_arguments_of_another_type_are_refused():
+    """In a process of its own: here, types are checked before the call."""
+    done = subprocess.run([sys.executable, "-c", WRONG_TYPES], capture_output=True, text=True)
+    lines = done.stdout.splitlines()
+    assert len(lines) == 4, done.stderr
+    assert all("of type NoneType: expected one that is loaded, or a path" in line for line in lines[:2])
+    assert "of type str: expected a Model" in lines[2]
+    assert "expected two times or more, floats" in lines[3]
+
+
+def test_a_fit_that_did_not_converge_is_not_handed_on(monkeypatch):
+    stopped = dataclasses.replace(made_result(samples=600), converged=False)
+    monkeypatch.setattr(front_door, "fit_experiment", lambda *nouns, **options: stopped)
+    with pytest.raises(NoConvergenceError, match="did not converge"):
+        identification.fit(data_path("example"))
+
+
+def test_a_notebook_shows_a_result_once(monkeypatch):
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    found = Fit(made_result(samples=600))
+    assert "k_i" in repr(found) and "\x1b" not in repr(found)
+    assert "k_i" in found._repr_html_()

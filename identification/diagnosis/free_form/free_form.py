@@ -74,7 +74,7 @@ def learn(
         try:
             start = beside(model, change_by(choice, at[0].at, at[1], float(model.model.mass)))
             new = _significant(_fit(_extended(model, effect, choice, start), model))
-        except NoConvergenceError:
+        except (NoConvergenceError, np.linalg.LinAlgError):
             break
         if new is None or not new.criterion < model.criterion:
             break

@@ -84,7 +84,7 @@ def locate(
         of_cause = {one.name: profile(prepared, at, cause, region, one).explained for one in among}
         profiles = tuple(sorted(profiles, key=lambda one: (-of_cause[one.coordinate] * one.explained, -of_cause[one.coordinate])))
         best = next(one for one in among if one.name == profiles[0].coordinate)
-    hum = _hum(prepared, at, missing, regions["all"], profiles[0].explained)
+    hum = _hum(prepared, at, missing, regions["all"], max(one.explained for one in profiles))
     if hum is not None or time is not None:
         best = next(one for one in among if one.name == "time")
         profiles = tuple(sorted(profiles, key=lambda one: one.coordinate != "time"))

@@ -4,13 +4,13 @@ import dataclasses
 import gzip
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from identification.commands.run import run_fit, run_simulate
 from identification.experiment import load_experiment
+from tests.identification.made_result import made_result
 from vibrojax.data_files import data_path
 from vibrojax.effects import GainError
 from vibrojax.errors import InputError, NoConvergenceError
@@ -18,7 +18,7 @@ from vibrojax.model_file import read_model, write_model
 
 
 def test_a_fit_that_did_not_converge_says_what_to_do_and_writes_nothing(monkeypatch, tmp_path):
-    result = SimpleNamespace(converged=False, warnings=("the iteration stopped after 40 steps",))
+    result = dataclasses.replace(made_result(samples=600), converged=False, warnings=("the iteration stopped after 40 steps",))
     monkeypatch.setattr("identification.commands.run.fit_experiment", lambda *nouns, **options: result)
     with pytest.raises(NoConvergenceError, match=r"stopped after 40 steps; check units, signs, mass and gaps, or ask `vibrojax diagnose`"):
         run_fit(data_path("example"), tmp_path)
