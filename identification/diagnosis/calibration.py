@@ -1,6 +1,6 @@
 """Thresholds that decide a verdict.
 
-The development seeds of `python -m benchmarks.concealed` set them; they are fixed.
+They were set by judgement on development rigs. `python -m benchmarks.concealed.level` computes the level of chance from complete rigs.
 """
 
 import math
