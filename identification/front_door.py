@@ -138,6 +138,8 @@ def fit(
         NoConvergenceError: the model cannot be integrated in any window, or the fit did not converge.
     """
     check_precision()
+    if starts is not None and starts < 1:
+        raise InputError(f"starts is {starts}: expected 1 or more")
     found = Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, progress=progress))
     check_converged(found.result)
     return found
@@ -163,6 +165,8 @@ def diagnose(
         NoConvergenceError: the nominal model cannot be integrated in any window.
     """
     check_precision()
+    if not budget_minutes > 0.0:
+        raise InputError(f"budget_minutes is {budget_minutes:g}: expected minutes, above 0")
     return Diagnosed(diagnose_experiment(_loaded(experiment), law=law, budget_minutes=budget_minutes, progress=progress))
 
 

@@ -45,6 +45,13 @@ def test_a_folder_that_is_not_there_is_told(call):
         getattr(identification, call)("nowhere")
 
 
+def test_options_that_mean_nothing_are_refused():
+    with pytest.raises(InputError, match="starts is 0: expected 1 or more"):
+        identification.fit("nowhere", starts=0)
+    with pytest.raises(InputError, match="budget_minutes is nan: expected minutes"):
+        identification.diagnose("nowhere", budget_minutes=float("nan"))
+
+
 def test_options_reach_the_fit(monkeypatch):
     asked = {}
 
