@@ -20,7 +20,7 @@ from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search import BUDGET, MOST, Search, search, share_added
+from identification.diagnosis.search import BUDGET, FAILED, MOST, Search, search, share_added
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
 from identification.estimation.nominal import nominal_fit
@@ -35,6 +35,7 @@ from identification.result.unrest import unrest
 Progress = Callable[[str], None]
 _ENDED = {
     BUDGET: f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes",
+    FAILED: f"{NOT_FINISHED}: the best alternative, which is significant, could not be fitted on whole windows",
     MOST: "the search stopped after as many effects as it adds to one model: more may be missing",
 }
 
@@ -116,7 +117,7 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Co
         advice = next_experiment(found, ambiguous)
         lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         restless = unrest(after, alpha=ALPHA)
-        finished = found.ended != BUDGET
+        finished = found.ended not in (BUDGET, FAILED)
         said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, restless, lost, finished=finished)
     return Diagnosis(
         experiment=experiment,

@@ -26,7 +26,7 @@ from identification.windows.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
-COMPLETE, MOST, BUDGET = "no further effect is significant", "as many effects as are fitted together", "budget"
+COMPLETE, MOST, BUDGET, FAILED = "no further effect is significant", "as many effects as are fitted together", "budget", "failed fit"
 _SHORT_LIST = 5
 """Largest number of kinds of candidates refitted in one search step, besides those that the score test does not apply to."""
 _WORTH_A_FIT = 0.1
@@ -71,7 +71,7 @@ class Search:
         steps: those that added an effect.
         last: score test of all candidates beside the final model.
         refused: candidates refitted beside the final model, without sufficient gain.
-        ended: `COMPLETE`, `MOST` or `BUDGET`.
+        ended: `COMPLETE`, `MOST`, `BUDGET` or `FAILED`.
         learned: a free-form term beside the final model with more evidence than any listed effect.
     """
 
@@ -127,7 +127,7 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         progress(f"fitting {rivals[0].fitted.title} to the end")
         best = _to_the_end(rivals[0].fitted)
         if best is None:
-            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
+            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=FAILED)
         steps.append(_kept(scored, rivals))
         model = _lessened(best, start, progress)
 

@@ -62,7 +62,7 @@ def sentences(
         doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()
         return (first, *where, falls, *restless, *doubt, *_varying(after))
     first = "Something real is missing, and no listed effect explains it."
-    first = first if finished else "Something real is missing; the budget ended the search before all candidates were fitted."
+    first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
     bends = (_bending(location.bend),) if location is not None and location.bend is not None else ()
     losses = (_losing(restitution),) if restitution is not None else ()

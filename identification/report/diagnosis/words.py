@@ -84,7 +84,7 @@ def plain_name(name: str) -> str:
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words."""
     if not diagnosis.is_finished:
-        return "Not finished: the budget ended the search"
+        return "Not finished: " + ("the budget ended the search" if any("budget" in one for one in diagnosis.warnings) else "a fit failed")
     if diagnosis.verdict == ADEQUATE:
         return "Nothing is missing beyond the noise"
     if diagnosis.verdict == RESTLESS:

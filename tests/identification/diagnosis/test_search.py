@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis import search as module
 from identification.diagnosis.score.scored import Scored
-from identification.diagnosis.search import BUDGET, COMPLETE, MOST, Rival, search, share_added
+from identification.diagnosis.search import BUDGET, COMPLETE, FAILED, MOST, Rival, search, share_added
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.variances import Variances
 from identification.windows.prepare import Prepared
@@ -61,6 +61,12 @@ def test_a_further_effect_that_matters_little_is_not_added(rubbing, monkeypatch)
     monkeypatch.setattr(module, "RELEVANT", 1.1)
     found = search(rubbing, deadline=np.inf)
     assert (found.ended, found.steps) == (COMPLETE, ()) and found.refused[0].name == "coulomb_friction"
+
+
+def test_a_significant_effect_whose_last_fit_fails_is_not_called_absent(rubbing, monkeypatch):
+    monkeypatch.setattr(module, "_to_the_end", lambda found: None)
+    found = search(rubbing, deadline=np.inf)
+    assert (found.ended, found.steps) == (FAILED, ()) and found.refused[0].name == "coulomb_friction"
 
 
 def made(kind, **known):
