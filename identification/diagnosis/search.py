@@ -20,7 +20,7 @@ from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.linearised import linearised
-from identification.likelihood.random_effects import variations, with_variation
+from identification.likelihood.random_effects import Variation, variations, with_variation
 from identification.likelihood.variances import Variances
 from identification.windows.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
@@ -109,14 +109,21 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
         if time.monotonic() > deadline:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
+        varying = _varying(model)
+        if varying is not None and varying.chi2 >= max(_expected(scored), strongest_line(scored)):
+            varied, varying = _with_variation(model, varying, progress), None
+            if varied is not None:
+                model = varied
+                continue
         line = _line(scored, deadline, progress)
         rivals = _fitted_in_full(scored, line, progress)
         if line is not None and not (rivals and rivals[0].fitted.criterion < line.fitted.criterion):
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE, learned=line)
-        varied = _varied(model, rivals[0].gain if rivals else 0.0, progress)
-        if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
-            model = varied
-            continue
+        if varying is not None and varying.chi2 >= (rivals[0].gain if rivals else 0.0):
+            varied = _with_variation(model, varying, progress)
+            if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
+                model = varied
+                continue
         again = _led_by(model, rivals, progress)
         rivals = [dataclasses.replace(one, gain=one.gain - 2.0 * (again.log_likelihood - model.log_likelihood)) for one in rivals]
         if again is not model and not _has_evidence(rivals[0], again, scored):
@@ -132,27 +139,29 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         model = _lessened(best, start, progress)
 
 
+def _expected(scored: Scored) -> float:
+    """Largest expected gain of the significant candidates."""
+    return max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+
+
 def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
     """A free-form term, where a sinusoidal force has a larger expected gain than any listed effect.
 
     An undamped mode with a phase of its own in every window resembles such a line.
     """
-    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
-    return learn(scored, deadline=deadline, progress=progress) if strongest_line(scored) > best else None
+    return learn(scored, deadline=deadline, progress=progress) if strongest_line(scored) > _expected(scored) else None
 
 
-def _varied(model: Fitted, gained: float, progress: Progress) -> Fitted | None:
-    """The model with a random effect on the parameter that varies most significantly between records; None where none does.
-
-    None, too, where an effect `gained` more than the variation can, or where the fit does not lower the BIC.
-    """
+def _varying(model: Fitted) -> Variation | None:
+    """The parameter that varies most significantly between records; None where none does."""
     level = ALPHA / len(model.prepared.layout.parameters)
-    one = next((one for one in variations(model) if one.chance < level and one.std > 0.0 and one.chi2 >= gained), None)
-    if one is None:
-        return None
+    return next((one for one in variations(model) if one.chance < level and one.std > 0.0), None)
+
+
+def _with_variation(model: Fitted, one: Variation, progress: Progress) -> Fitted | None:
+    """The model with a random effect on a parameter; None where the fit does not lower the BIC."""
     progress(f"fitting {one.name} that varies between records beside {model.title}")
-    prepared = with_variation(model, one)
-    found = _attempt(prepared, model.variances, rounds=3)
+    found = _attempt(with_variation(model, one), model.variances, rounds=3)
     return found if found is not None and found.criterion < model.criterion else None
 
 
@@ -227,7 +236,7 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
         return []
     queue = _queue(scored)
     rivals: list[Rival] = []
-    best = max((candidate.gain for candidate in scored.significant.values()), default=0.0)
+    best = _expected(scored)
     with ThreadPoolExecutor(1) as ahead:
         for index, (candidate, prepared) in enumerate(queue):
             if _is_hopeless(candidate, scored, rivals, best):
