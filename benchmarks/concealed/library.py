@@ -69,6 +69,7 @@ def _terms(s: Samples, records: int, farthest: float, deepest: float) -> dict[st
     columns = {
         "coulomb_friction": [np.tanh(s.v / _V_SMALL)],
         "quadratic_drag": [s.v * np.abs(s.v)],
+        "asymmetric_damping": [np.abs(s.v)],
         "cubic_stiffness": [s.u**3],
         "constant_force": [np.ones_like(s.t)],
         "hysteresis": [s.memory],

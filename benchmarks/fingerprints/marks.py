@@ -64,6 +64,13 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         points=over_velocity,
         shows="Half a parabola either way, against the motion.",
     ),
+    "asymmetric_damping": Fingerprint(
+        effect={"damping_difference": 0.8},
+        along=_V,
+        over=_MISSING,
+        points=over_velocity,
+        shows="A V: the force has the same sign in both directions.",
+    ),
     "cubic_stiffness": Fingerprint(
         effect={"cubic_stiffness": 3e6}, along=_U, over=_MISSING, points=over_displacement, shows="A cubic through the place of rest."
     ),

@@ -29,7 +29,7 @@ PARAMETERS = (
     *("foreign_force", "foreign_omega", "foreign_phase", "warming_rate", "position_damping"),
     *("parametric_share", "parametric_phase", "wear_impulse", "magnet_force", "magnet_reach"),
     *("knock_force", "knock_width", "knock_start", "knock_period"),
-    *("deep_stiffness", "deep_depth", "deep_damping"),
+    *("deep_stiffness", "deep_depth", "deep_damping", "damping_difference"),
 )
 """Order of the parameter vector; SI. What each means stands in `effects/`."""
 M, C, K, K_I, N, LAMBDA_I, GAP, A0, OMEGA, PHASE = range(len(NOMINAL))
@@ -42,8 +42,8 @@ MODE_MASS, MODE_STIFFNESS, MODE_DAMPING = range(36, 39)
 FOREIGN, FOREIGN_OMEGA, FOREIGN_PHASE, WARMING, POSITION_DAMPING = range(39, 44)
 PARAMETRIC, PARAMETRIC_PHASE, WEAR, MAGNET, MAGNET_REACH = range(44, 49)
 KNOCK, KNOCK_WIDTH, KNOCK_START, KNOCK_PERIOD = range(49, 53)
-DEEP_STIFFNESS, DEEP_DEPTH, DEEP_DAMPING = range(53, 56)
-FORCE_START, FORCE_STEP, FORCE = range(56, 59)
+DEEP_STIFFNESS, DEEP_DEPTH, DEEP_DAMPING, DAMPING_DIFFERENCE = range(53, 57)
+FORCE_START, FORCE_STEP, FORCE = range(57, 60)
 """Behind the named parameters, where there is a random force: its start and step, s, and its values from then on, N."""
 
 PLAIN = 2
@@ -130,6 +130,8 @@ def extra_force(t, u, v, p):
     force = p[CONSTANT] - p[DRAG] * v * abs(v) - p[CUBIC] * u * u * u - p[POSITION_DAMPING] * abs(u) * v
     if p[FRICTION] != 0.0:
         force -= p[FRICTION] * math.tanh(v / p[FRICTION_SPEED])
+    if p[DAMPING_DIFFERENCE] != 0.0:
+        force -= 0.5 * p[DAMPING_DIFFERENCE] * abs(v)
     if p[WARMING] != 0.0:
         force -= p[K] * p[WARMING] * max(t, 0.0) * u
     if p[PARAMETRIC] != 0.0 and p[OMEGA] > 0.0:

@@ -12,7 +12,7 @@ from benchmarks.simulator.kernel import base_motion, vector
 CONTRACT = {
     *("coulomb_friction", "quadratic_drag", "cubic_stiffness", "constant_force", "hysteresis", "stop_compliance", "contact_adhesion"),
     *("back_stop", "base_harmonics", "cart_recoil", "frequency_drift", "gap_drift", "gap_step", "second_mode", "force_lag"),
-    *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset", "deep_stop"),
+    *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset", "deep_stop", "asymmetric_damping"),
 }
 FREE = RecordPlan(file="free.csv", kind="free-decay", gap=1.0, true_gap=1.0, samples=2001, release=-3e-3)
 DROP = dataclasses.replace(FREE, file="drop.csv", kind="drop-test", gap=0.0, true_gap=0.0)
@@ -67,6 +67,15 @@ def test_drag_takes_its_work_from_the_energy():
     x, v = signals["hammer_displacement"], signals["hammer_velocity"]
     energy = 0.5 * rig.m * v**2 + 0.5 * rig.k * x**2
     assert energy[0] - energy[-1] == pytest.approx(np.trapezoid(5.0 * np.abs(v) ** 3, dx=SAMPLING_STEP), rel=1e-5)
+
+
+def test_asymmetric_damping_takes_energy_in_one_direction_and_gives_it_in_the_other():
+    rig = dataclasses.replace(RIG, zeta=0.0)
+    signals = true_signals(rig, FREE, Hidden(motion={"damping_difference": 2.0}))
+    x, v = signals["hammer_displacement"], signals["hammer_velocity"]
+    energy = 0.5 * rig.m * v**2 + 0.5 * rig.k * x**2
+    np.testing.assert_allclose(energy[0] - energy, np.cumsum(np.abs(v) * v) * SAMPLING_STEP, atol=2e-3 * energy[0])
+    assert np.ptp(energy) > 0.05 * energy[0]
 
 
 def test_bouc_wen_with_one_way_of_motion_saturates():

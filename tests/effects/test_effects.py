@@ -20,7 +20,7 @@ from vibrojax.integrate import Landing
 LISTED = """
     coulomb_friction quadratic_drag cubic_stiffness constant_force hysteresis stop_compliance contact_adhesion back_stop base_harmonics
     cart_recoil frequency_drift gap_drift gap_step second_mode force_lag force_clipping mains_hum missing_stop gain_error time_offset
-    force_saturation deep_stop
+    force_saturation deep_stop asymmetric_damping
 """.split()
 TS = jnp.arange(0.0, 0.2, 1e-3)
 each_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)

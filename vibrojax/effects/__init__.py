@@ -1,5 +1,6 @@
 """Effects that a nominal model may leave out, one a file."""
 
+from vibrojax.effects.asymmetric_damping import AsymmetricDamping
 from vibrojax.effects.back_stop import BackStop
 from vibrojax.effects.base import AbstractEffect, Facts, Motion, OwnState
 from vibrojax.effects.base_harmonics import BaseHarmonics
@@ -49,6 +50,7 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
         TimeOffset,
         ForceSaturation,
         DeepStop,
+        AsymmetricDamping,
     )
 }
 """Every listed effect by name."""
@@ -56,6 +58,7 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
 __all__ = [
     "EFFECTS",
     "AbstractEffect",
+    "AsymmetricDamping",
     "BackStop",
     "BaseHarmonics",
     "CartRecoil",

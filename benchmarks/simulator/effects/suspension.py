@@ -1,4 +1,4 @@
-"""What the linear suspension leaves out: friction, drag, a curved characteristic, preload, memory, a second mode."""
+"""Effects of the suspension: friction, drag, asymmetric damping, a curved characteristic, preload, hysteresis, a second mode."""
 
 import numpy as np
 
@@ -53,3 +53,8 @@ def second_mode(rng: np.random.Generator, setting: Setting, strength: float) -> 
     omega = 2.0 * np.pi * np.exp(rng.uniform(np.log(20.0), np.log(60.0)))
     damping = 2.0 * rng.uniform(0.02, 0.04) * mass * omega
     return Hidden(motion={"mode_mass": mass, "mode_stiffness": float(mass * omega**2), "mode_damping": float(damping)})
+
+
+def asymmetric_damping(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = D_c |v| / 2, towards the stop or away from it; at the speed A0 omega_n 0.03 k A0."""
+    return Hidden(motion={"damping_difference": either_sign(rng) * 0.06 * strength * setting.spring_force / setting.speed})
