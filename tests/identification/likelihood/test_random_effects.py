@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
+from statsmodels.regression.mixed_linear_model import MixedLM
 
 from identification.experiment import Experiment
 from identification.likelihood.fitted import Fitted, first_point, fitted
@@ -69,6 +70,17 @@ def test_standard_deviation_is_that_of_greatest_restricted_likelihood():
     trials = np.linspace(0.5, 2.0, 3001)
     expected = trials[np.argmax([log_likelihood(std) for std in trials])]
     assert variation_std(directions.T @ information @ values, known) == pytest.approx(expected, abs=1e-3)
+
+
+def test_standard_deviation_is_that_of_a_linear_mixed_model_by_statsmodels():
+    """Six records with forty samples each of one constant, which varies between them."""
+    rng, records, samples = np.random.default_rng(3), 6, 40
+    readings = 2.0 + np.repeat(rng.normal(0.0, 0.5, records), samples) + rng.normal(0.0, 1.0, records * samples)
+    mixed = MixedLM(readings, np.ones((records * samples, 1)), groups=np.repeat(np.arange(records), samples)).fit(reml=True)
+    information = samples / mixed.scale * (np.eye(records) - 1.0 / records)
+    known, directions = (part[..., 1:] for part in np.linalg.eigh(information))
+    score = directions.T @ information @ readings.reshape(records, samples).mean(axis=1)
+    assert variation_std(score, known) == pytest.approx(float(np.sqrt(mixed.cov_re[0, 0])), rel=1e-3)
 
 
 @pytest.mark.parametrize("score", [[0.0, 0.0], [0.5, -0.5]])
