@@ -39,18 +39,19 @@ def sentences(
         first = f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f})."
         if verdict == RESTLESS:
             first = (
-                "More than the sensors' noise, but nothing that motion, drive, time or record explains:"
+                "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record:"
                 f" a random force acts on the hammer (reduced chi-square {before.chi2_reduced:.3f} without it)."
             )
         error = (
-            "There was too little to leave anything out of the fit."
+            "The records are too short to leave windows out of the fit."
             if math.isnan(before.held_out_nrmse)
             else f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse)}."
         )
         return (first, *restless, error, *_varying(after))
     where = (location.sentence,) if location is not None else ()
     falls = (
-        f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; too little to leave anything out of the fit."
+        f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g};"
+        " the records are too short to leave windows out of the fit."
         if math.isnan(before.held_out_nrmse)
         else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse)} to {percent(after.held_out_nrmse)}"
         f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."

@@ -89,7 +89,7 @@ def _inspected(found: FileColumns) -> Inspected:
     time = time_facts(found)
     mapped = map_columns(found.columns)
     mapped = mapped if time.problem else matched(found.seconds, mapped)
-    guess = Guess(kind="drop-test", why="its time stamps are unusable, so nothing could be told")
+    guess = Guess(kind="drop-test", why="its time stamps are unusable, so nothing could be determined")
     return Inspected(
         found=found,
         time=time,

@@ -55,7 +55,7 @@ def guess_kind(seconds: Float64[np.ndarray, " samples"], mapped: tuple[Mapped, .
     cart = any(name.startswith("cart") for name in channels)
     rest = "the cart is at rest" if cart else "no motion of a cart is recorded"
     if impacts is None:
-        return Guess(kind="drop-test", why=f"{rest}; whether impacts occur cannot be told from these channels")
+        return Guess(kind="drop-test", why=f"{rest}; these channels do not show whether impacts occur")
     if impacts:
         return Guess(kind="drop-test", why=f"{rest} and impacts occur")
     return Guess(kind="free-decay", why=f"{rest} and no impact is seen")

@@ -44,8 +44,8 @@ class Unrest:
     def sentence(self) -> str:
         """Sentence on the random force for a report."""
         return (
-            f"The rig repeats itself to a random force of {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of the spring's force)"
-            f" with a memory of {1e3 * self.memory[0]:.2g} ms."
+            f"The random force on the hammer is {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of the spring's force)"
+            f" with a correlation time of {1e3 * self.memory[0]:.2g} ms."
         )
 
 

@@ -34,8 +34,6 @@ def test_condensed_rows_keep_every_sum_of_squares():
 @pytest.mark.parametrize("method", [bic, sindy], ids=lambda module: module.NAME)
 @pytest.mark.parametrize("name", ["quadratic_drag", "constant_force", "back_stop", "missing_stop"])
 def test_plain_effects_are_named_first(tmp_path, name, method):
-    if method is sindy:
-        pytest.importorskip("pysindy")
     assert method.name_effect(rig(tmp_path, name))[0] == name
 
 
@@ -55,7 +53,6 @@ def test_search_stops_where_nothing_helps():
 
 
 def test_thresholding_keeps_what_acts():
-    pytest.importorskip("pysindy")
     rng = np.random.default_rng(2)
     nominal, drag, other = rng.normal(size=(400, 2)), rng.normal(size=(400, 1)), rng.normal(size=(400, 4))
     target = nominal @ [1.0, 2.0] + 0.5 * drag[:, 0] + 0.1 * rng.normal(size=400)

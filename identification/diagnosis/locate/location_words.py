@@ -58,7 +58,7 @@ def sentence(location: Location, quantity: str, tone: Line | None, *, driven: bo
     """
     where = _channel(location, quantity)
     if location.time is not None and location.record is not None:
-        quiet = "; before it the record agrees to the noise" if before_is_quiet else ""
+        quiet = "; before it the record agrees within the noise" if before_is_quiet else ""
         return f"The misfit starts at {location.time:.2f} s of {location.record}{quiet}. It {_PHASES[location.phase]}, {where}."
     parts = [_PHASES[location.phase], _along(location, quantity, tone, driven), _records(location.records), where]
     return f"The misfit {', '.join(part for part in parts if part)}."
@@ -71,7 +71,7 @@ def _channel(location: Location, quantity: str) -> str:
         alone = location.channels[location.channel] >= _QUITE_ALONE
         if len(location.channels) == 1:
             return f"in {spoken}"
-        return f"in {spoken} alone; the other channels agree to the noise" if alone else f"nearly all of it in {spoken}"
+        return f"in {spoken} alone; the other channels agree within the noise" if alone else f"nearly all of it in {spoken}"
     return f"seen most in {spoken}"
 
 

@@ -48,9 +48,9 @@ def next_experiment(found: Search, ambiguous: tuple[str, ...]) -> str:
         return ""
     best = max(((_sigma(first, second, record), words) for record, words in _trials(first)), default=(0.0, ""))
     if best[0] < 1.0:
-        return f"No simple further record would part {_words(first)} and {_words(second)}."
+        return f"No simple further record would separate {_words(first)} and {_words(second)}."
     parted = f"by more than {_FAR:.0f} sigma" if best[0] > _FAR else f"by {best[0]:.0f} sigma"
-    return f"A {best[1]} would part {_words(first)} and {_words(second)} {parted}."
+    return f"A {best[1]} would separate {_words(first)} and {_words(second)} {parted}."
 
 
 def _doubt(found: Search, ambiguous: tuple[str, ...]) -> tuple[Fitted, Fitted] | None:

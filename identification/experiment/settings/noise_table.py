@@ -75,7 +75,9 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
             borrowed, source = _borrowed(channel, estimates, sensors)
             if borrowed is not None:
                 noise[channel] = borrowed
-                notices.append(f"{channel}: this record tells no noise; {borrowed:.3g} {si_unit(channel)} taken from {source}.")
+                notices.append(
+                    f"{channel}: the noise cannot be estimated from this record; {borrowed:.3g} {si_unit(channel)} taken from {source}."
+                )
             continue
         noise[channel] = estimate
         estimated.append(f"{channel} {estimate:.3g} {si_unit(channel)}")

@@ -49,7 +49,7 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
         for channel, factor in ((one, ratio), (other, 1.0 / ratio)):
             if unit := mistaken_unit(channel, factor, units[channel]):
                 raise ExperimentError(
-                    f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} tells of it in record "
+                    f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} gives for it in record "
                     f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}], "
                     f"or 'units' of the record{', or mass in [hammer]' if one == 'impact_force' else ''}"
                 )
@@ -61,7 +61,7 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
 
 
 def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, float]]:
-    """Pairs of channels that show the same, and the first over what the second tells of it."""
+    """Pairs of channels that show the same, and the first over what the second gives for it."""
     channels = record.channels
     for displacement, acceleration in PAIRS:
         if displacement in channels and acceleration in channels:

@@ -85,7 +85,7 @@ _SENTENCES = {
         "The strongest candidate, drag, would arise by chance in 1 of 4 such records.",
     ),
     RESTLESS: (
-        "More than the sensors' noise, but nothing that motion, drive, time or record explains: a random force acts on the hammer.",
+        "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record: a random force acts on the hammer.",
         UNREST.sentence(),
     ),
     MISSING: (

@@ -130,6 +130,6 @@ def test_a_single_short_record_is_diagnosed_although_nothing_can_be_left_out(tmp
     )
     found = diagnose_experiment(load_experiment(tmp_path), budget_minutes=np.inf)
     assert found.verdict == ADEQUATE
-    assert found.sentences[1] == "There was too little to leave anything out of the fit."
+    assert found.sentences[1] == "The records are too short to leave windows out of the fit."
     assert np.isnan(found.nominal.held_out_nrmse)
     assert {p.name: p.value for p in found.nominal.parameters}["zeta"] == pytest.approx(0.02, rel=1e-2)

@@ -133,7 +133,7 @@ def test_nothing_missing_is_said_plainly_and_nothing_is_asserted(pages):
 def test_a_restless_rig_lacks_nothing_and_its_random_force_is_told(made, pages):
     text = read(pages[RESTLESS][0]).text
     assert "Nothing is missing, but a random force acts on the hammer" in text
-    assert "random force of 0.021 N rms" in text and "memory of 8.2 ms" in text
+    assert "random force on the hammer is 0.021 N rms" in text and "correlation time of 8.2 ms" in text
     for piece in ("Where it acts", "What it is", "What was learned", "augmented", "The shift is"):
         assert piece not in text.partition("Provenance")[0], piece
     assert "a random force acts on the hammer" in told(made[RESTLESS])

@@ -30,13 +30,15 @@ def test_nothing_missing_is_said_with_the_error_of_prediction(made):
 
 def test_a_restless_rig_is_told_its_random_force(made):
     text = said(made[RESTLESS], unrest=UNREST)
-    assert text.startswith("More than the sensors' noise, but nothing that motion, drive, time or record explains: a random force acts")
-    assert "a random force of 0.021 N rms (1.2 % of the spring's force) with a memory of 8.2 ms." in text
+    assert text.startswith(
+        "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record: a random force acts"
+    )
+    assert "random force on the hammer is 0.021 N rms (1.2 % of the spring's force) with a correlation time of 8.2 ms." in text
 
 
 @pytest.mark.parametrize("verdict", [MISSING, UNLISTED])
 def test_a_random_force_is_told_beside_a_cause_as_well(made, verdict):
-    assert "random force of 0.021 N rms" in said(made[verdict], unrest=UNREST)
+    assert "random force on the hammer is 0.021 N rms" in said(made[verdict], unrest=UNREST)
     assert "random force" not in said(made[verdict])
 
 

@@ -46,7 +46,7 @@ def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
 @pytest.mark.parametrize(
     ("factors", "message"),
     [
-        ({"displacement": 1e3}, "hammer_displacement is 1e+03 times what hammer_acceleration tells of it in record 'cart1.csv', .*in mm:"),
+        ({"displacement": 1e3}, "hammer_displacement is 1e+03 times what hammer_acceleration gives for it in record 'cart1.csv', .*in mm:"),
         ({"displacement": 1.0 / 0.0254}, "hammer_displacement is 39 times .*as if its numbers were in in:"),
         ({"acceleration": 1.0 / 9.80665}, r"hammer_acceleration is 0.1 times .* in g: .*correct 'unit' in \[sensors.hammer_acceleration\]"),
         ({"force": 1e-3}, "impact_force is 0.001 times .* in kN:"),

@@ -1,4 +1,4 @@
-"""The record that would part what the present ones cannot tell."""
+"""The further record that separates two models which the present records do not."""
 
 import dataclasses
 import re
@@ -58,4 +58,4 @@ def test_what_parts_friction_from_drag_is_told_with_its_sigma(rival, asked):
 def test_no_record_parts_a_model_from_itself(rival, asked):
     first, second = rival(FRICTION), rival(FRICTION)
     said = asked(first, dataclasses.replace(second, candidate=rival(DRAG).candidate), ("quadratic_drag",))
-    assert said.startswith("No simple further record would part"), said
+    assert said.startswith("No simple further record would separate"), said
