@@ -41,7 +41,7 @@ class Parameter:
     """Standard deviation, SI, of what the equation itself leaves open in it, which comes on top of the records' error."""
     meaning: str = ""
     from_gap: str = ""
-    """Of one that counts from the gap as set: symbol of the place u that both make, which readers are told in its stead."""
+    """Of one that counts from the gap as set: symbol of the place u that both make, which is reported instead."""
 
     def refusal(self, value: float) -> str:
         """What was to be expected in place of a value that is not possible; empty where it is."""

@@ -203,10 +203,10 @@ def _derived(prepared: Prepared, values: dict[str, float], spread: Uncertainty, 
 
     def row(name: str, value: float, slopes: dict[str, float]) -> Derived:
         at = {layout.index(key): slope for key, slope in slopes.items() if key in values}
-        told = all(known.shared[i] for i in at if layout.parameters[i].name != "m" or "m" not in prepared.fixed)
+        is_known = all(known.shared[i] for i in at if layout.parameters[i].name != "m" or "m" not in prepared.fixed)
         vector = np.array([at.get(i, 0.0) for i in range(layout.shared)])
         variance = vector @ spread.covariance[: layout.shared, : layout.shared] @ vector
-        stderr = float(value * np.sqrt(variance)) if told else None
+        stderr = float(value * np.sqrt(variance)) if is_known else None
         return Derived(name=name, symbol=name, unit=DERIVED[name], value=float(value), stderr=stderr)
 
     return (

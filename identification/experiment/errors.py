@@ -64,7 +64,7 @@ def suggestion(given: str, accepted: Iterable[str]) -> str:
 
 
 def listed(words: Iterable[str], most: int = 20) -> str:
-    """Join words for a message; beyond `most` only their count is told.
+    """Join words for a message; beyond `most` only their count is given.
 
     Args:
         words: what to list.

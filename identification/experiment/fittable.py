@@ -17,7 +17,7 @@ def check_fittable(records: Sequence[Record], *, mass_is_known: bool) -> None:
         mass_is_known: False where the mass is to be estimated.
 
     Raises:
-        ExperimentError: a record does not show the hammer's motion, or no fitted one holds the force that tells the mass.
+        ExperimentError: a record does not show the hammer's motion, or no fitted one holds the force that identifies the mass.
     """
     for record in records:
         if not record.channels.keys() & set(_MOTION):
@@ -29,6 +29,6 @@ def check_fittable(records: Sequence[Record], *, mass_is_known: bool) -> None:
     held = {channel for record in records if not record.held_back for channel in record.channels}
     if not mass_is_known and not held & set(forces):
         raise ExperimentError(
-            f"the mass is to be estimated, and no fitted record holds a force: expected one of {listed(forces)}, since motion alone tells "
-            "only ratios to the mass; weigh the hammer and remove 'estimate_mass'"
+            f"the mass is to be estimated, and no fitted record holds a force: expected one of {listed(forces)}, since motion alone "
+            "identifies only ratios to the mass; weigh the hammer and remove 'estimate_mass'"
         )

@@ -1,4 +1,4 @@
-"""One record as the rest of the program sees it: SI, float64, every oddity told."""
+"""One record as the rest of the program sees it: SI, float64, with a notice on every irregularity."""
 
 from dataclasses import dataclass, field
 

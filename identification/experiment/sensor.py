@@ -12,7 +12,7 @@ class Sensor:
         noise: standard deviation in SI, above 0; None where it is to be estimated from each record.
         zero: standard deviation, in SI, of a zero that the operator does not know, above 0; None where it is known to be
             right. Every record then has a zero of its own, which is estimated with this as its prior.
-        range: lowest and highest value, in SI, that the sensor can tell; samples at or beyond it are not usable. None: unlimited.
+        range: lowest and highest value, in SI, that the sensor can show; samples at or beyond it are not usable. None: unlimited.
     """
 
     unit: str | None = None

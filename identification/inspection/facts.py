@@ -54,7 +54,7 @@ class ColumnFacts:
         missing: samples that are no finite number.
         low: smallest value; NaN where there is none.
         high: largest value.
-        noise: standard deviation, estimated as for a fit; None where it cannot be told.
+        noise: standard deviation, estimated as for a fit; None where it cannot be estimated.
         saturation: levels at which the column is cut off.
     """
 
@@ -68,7 +68,7 @@ class ColumnFacts:
 
 
 def time_facts(found: FileColumns) -> TimeFacts:
-    """Look at the time stamps of a file.
+    """Properties of the time stamps of a file.
 
     Args:
         found: the file's columns.
@@ -97,7 +97,7 @@ def time_facts(found: FileColumns) -> TimeFacts:
 
 
 def column_facts(column: Column) -> ColumnFacts:
-    """Look at one column.
+    """Properties of one column.
 
     Args:
         column: as read.

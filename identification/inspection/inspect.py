@@ -1,4 +1,4 @@
-"""From a file or a folder to everything that can be told of it."""
+"""Inspection of a recorded file or folder: columns, units, kinds and problems."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from identification.inspection.mapping import Mapped, map_columns, matched
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Inspected:
-    """One file, looked at.
+    """One inspected file.
 
     Attributes:
         found: its columns.
@@ -32,7 +32,7 @@ class Inspected:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Inspection:
-    """All that was looked at.
+    """All inspected files.
 
     Attributes:
         folder: that holds the files.
@@ -46,7 +46,7 @@ class Inspection:
 
 
 def inspect_path(path: Path) -> Inspection:
-    """Look at a file, or at every file in a folder whose suffix has a reader.
+    """Inspect a file, or every file in a folder whose suffix has a reader.
 
     Args:
         path: of the file or folder.
@@ -85,7 +85,7 @@ def _known(path: Path) -> bool:
 
 
 def _inspected(found: FileColumns) -> Inspected:
-    """Look at one file."""
+    """Inspect one file."""
     time = time_facts(found)
     mapped = map_columns(found.columns)
     mapped = mapped if time.problem else matched(found.seconds, mapped)

@@ -81,7 +81,7 @@ def _moves(values: np.ndarray, beside: np.ndarray | None) -> bool:
 
 
 def _impacts(channels: dict[str, np.ndarray]) -> bool | None:
-    """Whether impacts occur; None where no channel can tell."""
+    """Whether impacts occur; None where no channel shows it."""
     force = channels.get("impact_force")
     if force is not None and np.isfinite(force).any():
         noise = estimate_noise(np.where(np.isfinite(force), force, np.nan)) or 0.0

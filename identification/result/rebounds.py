@@ -100,10 +100,10 @@ def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
     for effect in model.effects:
         law, gap = effect.stop(law, gap)
     found = np.asarray(restitution(law, model.mass, jnp.asarray([one.approach_speed for one in read])))
-    told = [
+    found = [
         dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e), by_law=True) for one, e in zip(read, found, strict=True)
     ]
-    return [one for one in told if np.isfinite(one.fitted)]
+    return [one for one in found if np.isfinite(one.fitted)]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -224,10 +224,10 @@ def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, e
         comes, leaves = _beside_the_turn(record, course, flight, impact.first, comes, leaves)
     found = []
     for at, part in ((touch, comes), (release, leaves)):
-        told = flight.velocity(record.time[part] - record.time[at], course.over[part])
-        if told is None:
+        estimate = flight.velocity(record.time[part] - record.time[at], course.over[part])
+        if estimate is None:
             return None
-        found.append((course.velocity[at] + told[0], told[1]))
+        found.append((course.velocity[at] + estimate[0], estimate[1]))
     (speed, error), (after, error_after) = found
     if not speed > 0.0:
         return None

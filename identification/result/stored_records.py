@@ -61,16 +61,16 @@ def _series(record: RecordFit, prefix: str) -> dict[str, xr.Variable]:
     """Measured, predicted and residual series of one record as variables."""
     dimension = f"{prefix}_time"
 
-    def told(values: np.ndarray, units: str, long_name: str) -> xr.Variable:
+    def series_of(values: np.ndarray, units: str, long_name: str) -> xr.Variable:
         return variable(dimension, values, units, long_name, record=record.file)
 
-    found = {dimension: told(record.time, "s", "time")}
+    found = {dimension: series_of(record.time, "s", "time")}
     for what, channels in {"measured": record.measured, "model": record.predicted}.items():
-        found |= {f"{prefix}_{what}_{name}": told(values, si_unit(name), f"{name}, {what}") for name, values in channels.items()}
+        found |= {f"{prefix}_{what}_{name}": series_of(values, si_unit(name), f"{name}, {what}") for name, values in channels.items()}
     for name in record.measured:
         residual = (record.measured[name] - record.predicted[name]) / record.noise[name]
-        found[f"{prefix}_residual_{name}"] = told(residual, "1", f"{name}, measured less model over the noise")
-    return found | {f"{prefix}_{name}": told(getattr(record, name), *words) for name, words in MOTION.items()}
+        found[f"{prefix}_residual_{name}"] = series_of(residual, "1", f"{name}, measured less model over the noise")
+    return found | {f"{prefix}_{name}": series_of(getattr(record, name), *words) for name, words in MOTION.items()}
 
 
 def _document(record: RecordFit) -> dict[str, Any]:
@@ -78,15 +78,15 @@ def _document(record: RecordFit) -> dict[str, Any]:
     return to_plain(record, without=SERIES) | {"channels": {"measured": list(record.measured), "predicted": list(record.predicted)}}
 
 
-def _record(told: dict[str, Any], series: Series, prefix: str) -> RecordFit:
+def _record(document: dict[str, Any], series: Series, prefix: str) -> RecordFit:
     """One record restored with its series."""
-    plain_part = {name: value for name, value in told.items() if name != "channels"}
+    plain_part = {name: value for name, value in document.items() if name != "channels"}
     return from_plain(
         RecordFit,
         plain_part,
         time=floats(series[f"{prefix}_time"]),
-        measured={name: floats(series[f"{prefix}_measured_{name}"]) for name in told["channels"]["measured"]},
-        predicted={name: floats(series[f"{prefix}_model_{name}"]) for name in told["channels"]["predicted"]},
+        measured={name: floats(series[f"{prefix}_measured_{name}"]) for name in document["channels"]["measured"]},
+        predicted={name: floats(series[f"{prefix}_model_{name}"]) for name in document["channels"]["predicted"]},
         relative_displacement=floats(series[f"{prefix}_relative_displacement"]),
         relative_velocity=floats(series[f"{prefix}_relative_velocity"]),
         in_contact=series[f"{prefix}_in_contact"] != 0,

@@ -73,7 +73,7 @@ class AbstractEngine(eqx.Module):
 
     @abc.abstractmethod
     def unfit(self, lanes: Lanes) -> str | None:
-        """Why it cannot integrate these rigs; None where it can. Looks at concrete values."""
+        """Why it cannot integrate these rigs; None where it can. Needs concrete values."""
 
     @abc.abstractmethod
     def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:

@@ -12,7 +12,7 @@ def repeats(u: np.ndarray, v: np.ndarray, scale_u: np.ndarray, scale_v: np.ndarr
         scale_u: size to which the tolerance is relative, m, `(lanes,)`.
         scale_v: the same of the velocity, m/s, `(lanes,)`.
         tolerance: largest distance that counts as none.
-        longest: period to look for, cycles; at most half of what is given is looked at.
+        longest: longest period searched for, cycles; at most half of what is given.
 
     Returns:
         The shortest period of each lane in cycles; 0 where there is none.

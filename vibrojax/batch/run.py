@@ -24,7 +24,7 @@ from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 
 _SEGMENT = 16
-"""Cycles between two looks at whether orbits have closed, at most."""
+"""Largest number of cycles between two checks whether orbits have closed."""
 _LONGEST = 8
 """Cycles; longer orbits are integrated to the end."""
 _SLACK = 1e3
@@ -95,7 +95,7 @@ def integrate(
         start: state of every lane at t = 0, in place of u0 and v0, such as that of an earlier batch.
         chunk: lanes that are stepped side by side.
         threads: chunks at a time; by default one a core.
-        progress: told the part of the lanes' cycles that is done, between 0 and 1.
+        progress: called with the completed share of the lanes' cycles, between 0 and 1.
 
     Raises:
         InputError: points that do not suit the model, or an engine that does not; before anything is computed.

@@ -1,4 +1,4 @@
-"""Paths on the command line, looked at before anything slow is imported."""
+"""Paths on the command line, checked before anything slow is imported."""
 
 from pathlib import Path
 

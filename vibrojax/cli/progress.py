@@ -16,7 +16,7 @@ _EVERY = 10.0
 
 @contextmanager
 def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
-    """A function that is told each stage of the work.
+    """A function to call with each stage of the work.
 
     On a terminal one line with a spinner is kept up to date; elsewhere (a log file) every stage gets its own line, with the seconds
     since the start, or since `since` of `time.perf_counter` where the work has begun before; `quiet` says nothing.
@@ -31,7 +31,7 @@ def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
 
 @contextmanager
 def points_done(total: int, *, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """A function that is told how many operating points are done, and how many were done before this run.
+    """A function to call with the number of operating points done, and of those done before this run.
 
     On a terminal a bar with the rate of this run and the time left; elsewhere a line now and then.
     """

@@ -27,7 +27,7 @@ def restitution(law: AbstractContactLaw, mass: Value, approach_speed: Float[Arra
 
     Returns:
         e by speed, 0 to 1; NaN where the mass has not come back after 200 contact times, as without contact, and where a damping that is
-        far above critical makes the steps unstable. Such a damping's e, next to nothing, is told too large.
+        far above critical makes the steps unstable. Such a damping's e, next to nothing, comes out too large.
 
     Example:
         >>> from vibrojax.contact import Newton

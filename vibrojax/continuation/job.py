@@ -39,7 +39,7 @@ def follow_and_write(
         at: value at which the rig settles.
         start: (u, u') from which it settles, m and m/s.
         landing: the integrator.
-        progress: told each stage.
+        progress: called with each stage.
 
     Raises:
         InputError: as for `follow`.

@@ -36,7 +36,7 @@ def torus_test(monodromy: Matrix) -> float:
     """Changes sign where a complex pair crosses the unit circle, or a real pair has the product 1 (which is no bifurcation).
 
     Product of mu_i mu_j - 1 over all pairs. For a hammer without effects that is det M - 1 < 0 wherever energy is lost: no torus is born.
-    Whether a sign change is a Neimark-Sacker bifurcation is told by `has_unit_pair`.
+    Whether a sign change is a Neimark-Sacker bifurcation is decided by `has_unit_pair`.
     """
     found = multipliers(monodromy)
     rows, columns = np.triu_indices(len(found), 1)

@@ -118,7 +118,7 @@ def _grazing(curve: Curve, before: Point, after: Point, kind: Kind) -> SpecialPo
 def _bisect(
     curve: Curve, before: Point, after: Point, like_first: Callable[[Point], bool], on_failure: Callable[[], bool | None]
 ) -> tuple[Point, Point]:
-    """The last points found on either side of a change, the stretch halved until it is as short as Newton's method can tell.
+    """The last points found on either side of a change, the stretch halved until it is as short as Newton's method can resolve.
 
     `on_failure` says whether a plane without an orbit lies on the side of the first point; None ends the search.
     """

@@ -69,7 +69,7 @@ class Smoothed(AbstractIntegrator):
         """Integrate one trajectory of a system without effects; see `AbstractIntegrator`."""
         without_effects(system, "the smoothed integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
-        remembers = _uses_approach_speed(system)
+        uses_speed = _uses_approach_speed(system)
         u, v = state[0], state[1]
         error_control = diffrax.PIDController(
             rtol=self.rtol, atol=self.atol, dtmax=self.longest_step, dtmin=_SHORTEST_STEP, force_dtmin=False, pcoeff=0.3, icoeff=0.4
@@ -80,7 +80,7 @@ class Smoothed(AbstractIntegrator):
             t0=ts[0],
             t1=ts[-1],
             dt0=1e-2 * (ts[1] - ts[0]),
-            y0=(u, v, v) if remembers else (u, v),
+            y0=(u, v, v) if uses_speed else (u, v),
             args=system,
             saveat=diffrax.SaveAt(ts=ts),
             stepsize_controller=BoundarySteps(error_control, self.smoothing),

@@ -44,7 +44,7 @@ def bifurcation(
         values: increasing, at least 3.
         base_amplitude: A0, m.
         span: cycles at each value; by default 150, or fewer where the orbit closes, of which 32 are recorded.
-        progress: told the part that is done.
+        progress: called with the completed share.
         fixed: the other settings, among them `frequency_hz` and `gap` unless swept.
 
     Returns:
@@ -92,7 +92,7 @@ def sweep(
         direction: "up", "down", or both.
         before: `state` at the value that was met before, one row a direction; None starts at rest.
         span: cycles at each value.
-        progress: told the part that is done.
+        progress: called with the completed share.
         fixed: the other settings.
 
     Returns:

@@ -25,8 +25,8 @@ def peterka(
 ) -> xr.Dataset:
     """Map of z = p/q (p impacts in q cycles of excitation) that is reached from rest.
 
-    Where no period of up to 8 cycles is seen, the largest Lyapunov exponent tells chaos (above zero) from what is periodic with a longer
-    period, or has not settled yet.
+    Where no period of up to 8 cycles is seen, the largest Lyapunov exponent separates chaos (above zero) from motion with a longer
+    period, and from motion that has not settled yet.
 
     Arguments:
         model: the rig; its suspension has a natural frequency omega.

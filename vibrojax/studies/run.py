@@ -15,7 +15,7 @@ from vibrojax.studies.quantiles import stacked, summary
 from vibrojax.studies.store import opened, put, read, state_before
 
 Progress = Callable[[int, int], None]
-"""Told the operating points that are done, and those that were done before this run."""
+"""Called with the number of operating points done, and of those done before this run."""
 
 
 def make(job: Job, *, store: Path | None = None, client: Any = None, progress: Progress = lambda done, before: None) -> xr.Dataset:

@@ -1,7 +1,7 @@
 """A study on disk while it grows: one Zarr store, tile by tile, that ends with the same bytes however often it was broken off.
 
 Every tile is one chunk of each variable and each chunk file is moved into place whole (Zarr's local store does so). A tile counts as done
-when its mark in `tile_done` is set, which is written after its chunks. Nothing in the store tells of time or machine. The store itself is
+when its mark in `tile_done` is set, which is written after its chunks. The store holds nothing about time or machine. The store itself is
 made aside and moved into place, and a run holds a lock on the folder as long as it lives.
 """
 

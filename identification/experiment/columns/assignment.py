@@ -94,7 +94,7 @@ def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, n
 
 
 def _notices(columns: Columns, wanted: dict[str, str], channels: dict[str, Float64[np.ndarray, " samples"]]) -> tuple[str, ...]:
-    """Tell what is missing and what is left aside."""
+    """Notices on missing channels and on columns that are not used."""
     notices = [f"{channel} is not recorded here." for channel in wanted if channel != TIME and channel not in channels]
     rest = [name for name in columns.names if name not in wanted.values()]
     unset = [name for name in rest if name in CHANNELS]

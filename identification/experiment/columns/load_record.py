@@ -51,8 +51,8 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     channels = {}
     for channel, values in raw.channels.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))
-        cleaned, told = _cleaned(values * factor, time, channel, sensors[channel])
-        notices.extend(told)
+        cleaned, found = _cleaned(values * factor, time, channel, sensors[channel])
+        notices.extend(found)
         if cleaned is not None:
             channels[channel] = cleaned
     if need_file and not channels:

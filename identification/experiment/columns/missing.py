@@ -13,7 +13,7 @@ _ROUNDING = 1e-9
 def mark_missing(
     values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str
 ) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
-    """Turn infinite samples into NaN and tell about all NaN samples.
+    """Turn infinite samples into NaN, with a notice on all NaN samples.
 
     Args:
         values: one channel, SI, shape (samples,).

@@ -1,4 +1,4 @@
-"""Saturation that nobody declared: told, never masked, because it is a finding in itself."""
+"""Undeclared saturation: reported, never masked, because it is a finding in itself."""
 
 from dataclasses import dataclass
 
@@ -73,7 +73,7 @@ def find_saturation(values: Float64[np.ndarray, " samples"]) -> tuple[Saturation
 
 
 def saturation_notices(values: Float64[np.ndarray, " samples"], channel: str) -> tuple[str, ...]:
-    """Tell about undeclared saturation.
+    """Notices on undeclared saturation.
 
     Args:
         values: one channel, SI, shape (samples,).

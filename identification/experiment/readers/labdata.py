@@ -42,7 +42,7 @@ run pip install "vibrojax[labdata]", or export the record to .csv, .h5, .mat or 
 
 @contextmanager
 def silenced(name: str) -> Iterator[None]:
-    """A block in which a library logs nothing, nor tells of errors while its half-made objects are thrown away.
+    """A block in which a library logs nothing, nor reports errors while its half-made objects are thrown away.
 
     What is wrong with a file is said once, by the reader.
 

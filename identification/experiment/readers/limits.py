@@ -10,7 +10,7 @@ FREE_BYTES = 64 * 2**20
 
 
 def allowed_bytes(stored_bytes: int) -> int:
-    """Tell how many bytes a file may unfold to.
+    """Number of bytes that a file may unfold to.
 
     Args:
         stored_bytes: the file's own size.

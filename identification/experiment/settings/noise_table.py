@@ -1,4 +1,4 @@
-"""The noise of every channel of every record: declared, estimated, or borrowed where neither is possible."""
+"""The noise of every channel of every record: declared, estimated, or taken from another record where neither is possible."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,16 +14,16 @@ from identification.experiment.sensor import Sensor
 
 # Below this share of the channel's span no measurement is that quiet.
 COMPUTED = 1e-7
-# A quantisation that raises the noise by more than this factor is told.
-TELLING = 1.02
+# A quantisation that raises the noise by more than this factor is reported.
+REPORTED = 1.02
 
 
 def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed: bool = True) -> tuple[Record, ...]:
     """Fill in `noise` and `noise_estimated` of all records.
 
     A declared noise is the sensor's; the quantisation of the record, a variance of step^2 / 12, is added to it.
-    A channel that stands still, or has too few samples, tells no noise: it borrows the largest estimate of the same channel in another
-    record, else of a channel of the same dimension. What is fitted does not borrow from records that are held back.
+    A channel that stands still, or has too few samples, has no estimate of its own: it takes the largest one of the same channel in another
+    record, else of a channel of the same dimension. Fitted records take none from records that are held back.
 
     Args:
         records: with their channels.
@@ -34,7 +34,7 @@ def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed:
         The records with noise, and a notice on every estimate.
 
     Raises:
-        ExperimentError: a channel's noise is not declared and can neither be estimated nor borrowed.
+        ExperimentError: a channel's noise is not declared and can neither be estimated nor taken from another record.
     """
     estimates = [
         {channel: estimate_noise(values) for channel, values in record.channels.items() if sensors[channel].noise is None}
@@ -64,7 +64,7 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
         if declared is not None:
             step = quantisation_step(values)
             noise[channel] = hypot(declared, step / sqrt(12.0))
-            if noise[channel] > TELLING * declared:
+            if noise[channel] > REPORTED * declared:
                 notices.append(
                     f"{channel}: its steps of {step:.3g} {si_unit(channel)} raise the declared noise from {declared:.3g} to "
                     f"{noise[channel]:.3g} {si_unit(channel)}."
@@ -72,11 +72,11 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
             continue
         estimate = own[channel]
         if estimate is None:
-            borrowed, source = _borrowed(channel, estimates, sensors)
-            if borrowed is not None:
-                noise[channel] = borrowed
+            taken, source = _from_elsewhere(channel, estimates, sensors)
+            if taken is not None:
+                noise[channel] = taken
                 notices.append(
-                    f"{channel}: the noise cannot be estimated from this record; {borrowed:.3g} {si_unit(channel)} taken from {source}."
+                    f"{channel}: the noise cannot be estimated from this record; {taken:.3g} {si_unit(channel)} taken from {source}."
                 )
             continue
         noise[channel] = estimate
@@ -88,8 +88,8 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
     return replace(record, noise=noise, noise_estimated=frozenset(channel for channel in own if channel in noise), notices=tuple(notices))
 
 
-def _borrowed(channel: str, estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> tuple[float | None, str]:
-    """Find noise for a channel that tells none itself, and say where it comes from."""
+def _from_elsewhere(channel: str, estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> tuple[float | None, str]:
+    """Find noise for a channel without an estimate, and where it comes from."""
     alike = [other for other in sensors if CHANNELS[other] == CHANNELS[channel] and other != channel]
     for candidate in (channel, *alike):
         found = [table[candidate] for table in estimates if table.get(candidate) is not None]

@@ -1,4 +1,4 @@
-"""Whether channels that show one motion show it on one scale: a unit mistaken for another is told before anything is fitted."""
+"""Whether channels that show one motion show it on one scale: a unit mistaken for another is reported before anything is fitted."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Test functions of the weak form: bumps that vanish with their slope at both ends, placed in every flight."""
+"""Test functions of the weak form: bumps that vanish with their slope at both ends, one or several in every flight."""
 
 import dataclasses
 from collections.abc import Iterator
