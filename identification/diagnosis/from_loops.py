@@ -9,7 +9,7 @@ from identification.diagnosis.score.force_loops import SeenLoops
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored
 from identification.least_squares.fit import free_unknowns
-from identification.windows.layout import NUISANCES
+from identification.windows.layout import GAP_ERROR
 from identification.windows.prepare import Prepared
 from identification.windows.start.contact import Loops
 
@@ -33,7 +33,7 @@ def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: SeenLoops) -> t
     candidate = dataclasses.replace(probe, members=(read,), factors=np.ones(1))
     prepared = extended(scored.fitted, candidate, scored.courses, is_small=False)
     shared = prepared.layout.internal(prepared.layout.physical(prepared.start.shared) | loops.values)
-    nuisances, column = prepared.start.nuisances.copy(), NUISANCES.index("gap_error")
+    nuisances, column = prepared.start.nuisances.copy(), GAP_ERROR
     told = seen.touched & free_unknowns(prepared).nuisances[:, column]
     nuisances[told, column] = (seen.shifts + loops.errors)[told]
     return candidate, dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=shared, nuisances=nuisances))

@@ -8,6 +8,7 @@ from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asse
 from identification.diagnosis.locate.restitution import Restitution
 from identification.result.unrest import Unrest
 from identification.wording.channel_labels import spoken
+from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, rounded, with_unit
 
 _NAMED = 4
@@ -72,7 +73,7 @@ def sentences(
 
 def _bending(one: Bend) -> str:
     """Sentence on the kink of the contact law, without a cause."""
-    deeper = f"only {_joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
+    deeper = f"only {joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
     return (
         f"Force against indentation, read off the records, rises faster beyond {millimetres(one.depth)} than before, as a second stop or a"
         f" steeper law would make it; {deeper} came that deep."
@@ -87,11 +88,6 @@ def _losing(one: Restitution) -> str:
         f"Restitution, read off the flight on either side of each contact, goes from {before} to {after}{power},"
         f" in the nominal model from {one.slow.fitted:.2f} to {one.fast.fitted:.2f}."
     )
-
-
-def _joined(parts: Sequence[str]) -> str:
-    *others, last = parts
-    return f"{', '.join(others)} and {last}" if others else last
 
 
 def _varying(side: Side) -> tuple[str, ...]:

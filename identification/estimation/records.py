@@ -9,7 +9,7 @@ import numpy as np
 from identification.least_squares.fit import as_arrays, on_device
 from identification.least_squares.residual import predict
 from identification.result.result import Nuisance, RecordFit
-from identification.windows.layout import NUISANCES, Estimate, Layout
+from identification.windows.layout import GAP_ERROR, NUISANCES, Estimate, Layout
 from identification.windows.measured_input import driving_channels
 from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
@@ -54,7 +54,7 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
     return RecordFit(
         file=record.file,
         kind=record.kind,
-        gap=record.gap + nuisances[NUISANCES.index("gap_error")],
+        gap=record.gap + nuisances[GAP_ERROR],
         nuisances=_nuisances(prepared.layout, nuisances, errors),
         time=record.time,
         measured={name: record.channels[name] for name in EVERY_CHANNEL if name in record.channels},

@@ -8,7 +8,7 @@ import numpy as np
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.fit import bounds, evaluator, free_unknowns, integrator_for
 from identification.least_squares.levenberg_marquardt import LevenbergMarquardt, settle
-from identification.windows.layout import NUISANCES, Estimate
+from identification.windows.layout import GAP_ERROR, Estimate
 from identification.windows.prepare import Prepared, prepare, windows_of
 from identification.windows.start.contact import contact_start
 from identification.windows.windows import WindowLength
@@ -118,6 +118,6 @@ def _starts(short: Prepared) -> list[Estimate]:
         if loops is not None:
             shared = layout.internal(layout.physical(short.start.shared) | loops.values)
             nuisances = short.start.nuisances.copy()
-            nuisances[:, NUISANCES.index("gap_error")] = loops.errors
+            nuisances[:, GAP_ERROR] = loops.errors
             starts.append(dataclasses.replace(short.start, shared=shared, nuisances=nuisances))
     return starts

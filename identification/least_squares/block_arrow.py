@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float, Int
 
-from identification.windows.layout import GAP_PRIOR_STD, Active, Estimate
+from identification.windows.layout import GAP_ERROR, GAP_PRIOR_STD, Active, Estimate
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -19,7 +19,7 @@ class Equations:
 
     def total(self, estimate: Estimate) -> float:
         """Cost of all windows and of the prior on the gap errors."""
-        return float(self.cost.sum() + 0.5 * np.sum((estimate.nuisances[:, 2] / GAP_PRIOR_STD) ** 2))
+        return float(self.cost.sum() + 0.5 * np.sum((estimate.nuisances[:, GAP_ERROR] / GAP_PRIOR_STD) ** 2))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -55,10 +55,10 @@ def reduce(equations: Equations, estimate: Estimate, active: Active, damping: fl
     total, scores = np.zeros((size, size)), np.zeros((len(where), size))
     np.add.at(total, (where[:, :, None], where[:, None, :]), local_hessian)
     np.put_along_axis(scores, where, local_gradient, axis=1)
-    gaps = shared + width * np.arange(records) + 2
+    gaps = shared + width * np.arange(records) + GAP_ERROR
     total[gaps, gaps] += (1.0 + damping) / GAP_PRIOR_STD**2
     gradient = scores.sum(axis=0)
-    gradient[gaps] += estimate.nuisances[:, 2] / GAP_PRIOR_STD**2
+    gradient[gaps] += estimate.nuisances[:, GAP_ERROR] / GAP_PRIOR_STD**2
     flags = np.concatenate([active.shared, active.nuisances.ravel()])
     return Reduced(hessian=total, gradient=gradient, scores=scores, active=flags, eliminated=(inverse, coupling))
 

@@ -93,18 +93,19 @@ def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equa
 
     Those are the zeros and the variations of every record; a record's prior is divided among its windows.
     """
+    hessian, gradient, cost = equations.hessian.copy(), equations.gradient.copy(), equations.cost.copy()
     for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
         scale, value = layout.own_states[index].scale, estimate.states[:, column]
-        equations.hessian[:, column, column] += scale**-2
-        equations.gradient[:, column] += value * scale**-2
-        equations.cost[:] += 0.5 * (value / scale) ** 2
+        hessian[:, column, column] += scale**-2
+        gradient[:, column] += value * scale**-2
+        cost += 0.5 * (value / scale) ** 2
     share = 1.0 / np.bincount(equations.record)[equations.record]
     for place in range(len(NUISANCES), layout.without_effects):
         value, column = estimate.nuisances[equations.record, place], layout.shared + place
-        equations.hessian[:, column, column] += share
-        equations.gradient[:, column] += share * value
-        equations.cost[:] += 0.5 * share * value**2
-    return equations
+        hessian[:, column, column] += share
+        gradient[:, column] += share * value
+        cost += 0.5 * share * value**2
+    return Equations(hessian=hessian, gradient=gradient, cost=cost, record=equations.record)
 
 
 def fit(

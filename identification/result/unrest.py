@@ -9,6 +9,7 @@ from identification.likelihood.evidence import chance_of_force
 from identification.likelihood.fitted import Fitted, inertia
 from identification.likelihood.random_force import RandomForce
 from identification.likelihood.variances import orderly, restricted_likelihood
+from identification.windows.layout import BASE_AMPLITUDE
 
 _NOTHING = 1e-4
 """Size that represents a zero force, over the estimated one."""
@@ -89,7 +90,7 @@ def _errors(fitted: Fitted) -> tuple[float | None, float | None]:
 
 def _reference(fitted: Fitted) -> float:
     """Reference force k A0, N; the rms inertia of the hammer in flight where there is no spring or no drive."""
-    model, amplitudes = fitted.model, fitted.estimate.nuisances[:, 0]
+    model, amplitudes = fitted.model, fitted.estimate.nuisances[:, BASE_AMPLITUDE]
     driven = [r.kind == "cart-excitation" and r.base == "sine" for r in fitted.prepared.experiment.records]
     f_n = float(model.values().get("f_n", 0.0))
     if f_n > 0 and any(driven):

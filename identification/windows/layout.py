@@ -12,6 +12,8 @@ from vibrojax.parameters import Parameter
 
 NUISANCES = ("base_amplitude", "base_phase", "gap_error")
 """Per record: A0 in m, phase in rad, setting error of the gap in m; sensor zeros and the effects' parameters per record follow, if any."""
+BASE_AMPLITUDE, GAP_ERROR = NUISANCES.index("base_amplitude"), NUISANCES.index("gap_error")
+"""Columns of these among the nuisances."""
 GAP_PRIOR_STD = 1e-3
 """Prior standard deviation of the gap's setting error, m: weak where impacts identify the gap, effective where they do not."""
 STATES = ("initial_displacement", "initial_velocity")

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.diagnosis.diagnosis import Location, Profile
+from identification.wording.lists import joined
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -87,17 +88,12 @@ def _records(shares: dict[str, float]) -> str:
     if max(shares.values()) < _EVEN * fair:
         if min(shares.values()) > 0.1 * fair:
             return "in all records"
-        return f"in {_listed(list(loud))} alike" if loud else _most(shares)
+        return f"in {joined(list(loud))} alike" if loud else _most(shares)
     if not loud:
         return _most(shares)
     ranked = sorted(loud.items(), key=lambda item: -item[1])
-    shown = _listed([f"{100 * share:.0f} %" for _, share in ranked])
-    return f"in {_listed([file for file, _ in ranked])} ({shown})" if len(ranked) > 1 else f"in {ranked[0][0]}"
-
-
-def _listed(words: list[str]) -> str:
-    """Words joined by commas and "and"."""
-    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
+    shown = joined([f"{100 * share:.0f} %" for _, share in ranked])
+    return f"in {joined([file for file, _ in ranked])} ({shown})" if len(ranked) > 1 else f"in {ranked[0][0]}"
 
 
 def _along(location: Location, quantity: str, tone: Line | None, driven: bool) -> str:

@@ -14,7 +14,7 @@ from identification.least_squares.fit import as_arrays, integrator_for
 from identification.least_squares.residual import predict
 from identification.likelihood.fitted import Fitted
 from identification.windows.lanes import Inputs, lane
-from identification.windows.layout import NUISANCES, STATES
+from identification.windows.layout import BASE_AMPLITUDE, NUISANCES, STATES
 from identification.windows.windows import Windows
 from vibrojax.compiling import soon_compiled
 from vibrojax.effects import EFFECTS
@@ -70,7 +70,7 @@ def _trials(fitted: Fitted) -> Iterator[tuple[Record, str]]:
     """Trial records, each with a description."""
     f_n = float(fitted.model.values().get("f_n", 0.0))
     time = np.arange(_SAMPLES) / _SAMPLES * (min(_SECONDS, _PERIODS / f_n) if f_n > 0 else _SECONDS)
-    amplitude = float(np.abs(fitted.estimate.nuisances[:, 0]).max(initial=0.0))
+    amplitude = float(np.abs(fitted.estimate.nuisances[:, BASE_AMPLITUDE]).max(initial=0.0))
     lowest = min((float(motion.u.min()) for motion in fitted.prepared.motions if motion is not None), default=-1e-3)
     still = Record(file="trial", kind="drop-test", gap=0.0, time=time, initial_displacement=0.0, initial_velocity=0.0, base_amplitude=0.0)
     for factor in (0.5, 2.0):
@@ -112,7 +112,7 @@ def _vector(fitted: Fitted, record: Record) -> np.ndarray:
     """Vector of unknowns of a trial record: fitted shared parameters, drive and initial state as planned."""
     layout, estimate = fitted.prepared.layout, fitted.estimate
     nuisances = np.zeros(estimate.nuisances.shape[1])
-    nuisances[0] = record.base_amplitude or 0.0
+    nuisances[BASE_AMPLITUDE] = record.base_amplitude or 0.0
     begin = np.zeros(layout.states)
     begin[: len(STATES)] = record.initial_displacement or 0.0, record.initial_velocity or 0.0
     return np.concatenate([estimate.shared, nuisances, begin])

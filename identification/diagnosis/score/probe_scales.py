@@ -5,7 +5,7 @@ import numpy as np
 from identification.diagnosis.score.lags import lags
 from identification.diagnosis.score.time_scales import contact_time
 from identification.likelihood.linearised import Linearised
-from identification.windows.layout import NUISANCES, Estimate
+from identification.windows.layout import GAP_ERROR, Estimate
 from identification.windows.prepare import Prepared
 from vibrojax.effects import Facts
 
@@ -65,7 +65,7 @@ def _deepest(prepared: Prepared, at: Linearised, estimate: Estimate, inside: np.
 
     From the recorded motion, because a model that lacks a stop indents too far; from the fitted motion where none was recorded.
     """
-    gaps = np.array([record.gap for record in prepared.experiment.records]) + estimate.nuisances[:, NUISANCES.index("gap_error")]
+    gaps = np.array([record.gap for record in prepared.experiment.records]) + estimate.nuisances[:, GAP_ERROR]
     contact = inside & at.in_contact
     depths = [0.0]
     for record in np.unique(at.record[contact.any(axis=1)]):
