@@ -9,6 +9,7 @@ from identification.diagnosis import search as module
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.search import BUDGET, COMPLETE, FAILED, MOST, Rival, search, share_added
 from identification.likelihood.fitted import Fitted
+from identification.likelihood.random_effects import Variation
 from identification.likelihood.variances import Variances
 from identification.windows.prepare import Prepared
 from tests.effects.facts import FACTS
@@ -67,6 +68,20 @@ def test_a_significant_effect_whose_last_fit_fails_is_not_called_absent(rubbing,
     monkeypatch.setattr(module, "_to_the_end", lambda found: None)
     found = search(rubbing, deadline=np.inf)
     assert (found.ended, found.steps) == (FAILED, ()) and found.refused[0].name == "coulomb_friction"
+
+
+@pytest.mark.parametrize(("chi2", "is_first"), [(1e9, True), (1e-3, False)])
+def test_a_variation_between_records_is_fitted_first_where_it_is_expected_to_gain_more_than_any_effect(
+    rubbing, recovered, monkeypatch, chi2, is_first
+):
+    said = []
+    varying = Variation(name="k_i", std=0.01, chi2=chi2, chance=1e-12)
+    monkeypatch.setattr(module, "variations", lambda model: (varying,) if model is rubbing else ())
+    monkeypatch.setattr(module, "with_variation", lambda model, one: "varied")
+    monkeypatch.setattr(module, "_attempt", lambda prepared, *given, **options: recovered if prepared == "varied" else None)
+    found = search(rubbing, deadline=np.inf, progress=said.append)
+    assert said[1].startswith("fitting k_i that varies between records") == is_first
+    assert found.fitted is recovered
 
 
 def made(kind, **known):
