@@ -103,15 +103,16 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
 
 
 def without(fitted: Fitted, name: str) -> Prepared:
-    """The same windows under the fitted model without one effect, all other values unchanged."""
-    layout, estimate, whole = fitted.prepared.layout, fitted.estimate, fitted.model
+    """The same windows under the fitted model without one effect and the variations of its parameters, all other values unchanged."""
+    before, estimate, whole = fitted.prepared.layout, fitted.estimate, fitted.model
+    layout = dataclasses.replace(before, variations=tuple(one for one in before.variations if not one[0].startswith(f"{name}.")))
     model = dataclasses.replace(whole, effects=tuple(effect for effect in whole.effects if effect.name != name))
     names = (*layout.nuisances[: layout.without_effects], *(p.name for p in model.record_parameters))
-    kept = [layout.nuisances.index(one) for one in names]
+    kept = [before.nuisances.index(one) for one in names]
     own = [effect.name for effect in whole.effects for state in effect.own_states if state.scale > 0]
     states = len(STATES) + np.flatnonzero([one != name for one in own])
     begin = estimate.states[:, np.concatenate([np.arange(len(STATES)), states])]
-    return with_model(fitted.prepared, model, estimate.nuisances[:, kept], begin, estimate.force)
+    return with_model(dataclasses.replace(fitted.prepared, layout=layout), model, estimate.nuisances[:, kept], begin, estimate.force)
 
 
 def _in_size(p: Parameter, value: float) -> Parameter:

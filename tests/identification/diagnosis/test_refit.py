@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.errors import numbers
-from identification.diagnosis.refit import extended, lengthened, strengthened, with_model
+from identification.diagnosis.refit import extended, lengthened, strengthened, with_model, without
 from identification.diagnosis.score.score import Candidate
+from identification.likelihood.random_effects import Variation, with_variation
 from identification.windows.prepare import windows_of
 from tests.identification.diagnosis import made_fit
 from vibrojax.effects import CoulombFriction, GapStep, MainsHum, QuadraticDrag, SecondMode
@@ -53,6 +54,24 @@ def test_an_effect_found_earlier_keeps_its_fitted_strength_when_another_one_is_a
     assert start["coulomb_friction.friction_force"] == pytest.approx(0.2, rel=1e-3)
     assert start["quadratic_drag.drag_coefficient"] == pytest.approx(3e-9)
     assert taken.model.values()["coulomb_friction.friction_force"] == pytest.approx(0.2, rel=1e-3)
+
+
+def test_an_effect_leaves_with_the_variations_of_its_parameters(motion, rubbing):
+    varied = [
+        Variation(name=name, std=std, chi2=1.0, chance=0.0) for name, std in (("coulomb_friction.friction_force", 0.1), ("k_i", 0.02))
+    ]
+    fit = rubbing
+    for one in varied:
+        prepared = with_variation(fit, one)
+        fit = made_fit.with_prepared(fit, prepared)
+        fit = dataclasses.replace(fit, point=dataclasses.replace(fit.point, estimate=prepared.start))
+    nuisances = fit.estimate.nuisances.copy()
+    nuisances[:, fit.prepared.layout.nuisances.index("variation.k_i")] = 0.5
+    fit = dataclasses.replace(fit, point=dataclasses.replace(fit.point, estimate=dataclasses.replace(fit.estimate, nuisances=nuisances)))
+    less = without(fit, "coulomb_friction")
+    assert less.layout.variations == (("k_i", 0.02),)
+    assert less.start.nuisances.shape == (len(motion.courses), less.layout.nuisance_count)
+    np.testing.assert_array_equal(less.start.nuisances[:, less.layout.nuisances.index("variation.k_i")], 0.5)
 
 
 def test_all_else_moves_to_where_it_is_best_beside_the_new_effect(motion):
