@@ -48,8 +48,8 @@ class PageStyle:
     hatch: str | None
 
 
-DASHED = (0, (5, 2))
-DASHES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 2, 1, 2)), (0, (3, 1)), "-")
+DASHED = (0.0, (5.0, 2.0))
+DASHES = ("-", DASHED, (0.0, (1.0, 1.2)), (0.0, (6.0, 2.0, 1.0, 2.0)), (0.0, (3.0, 1.0)), "-")
 """Of several curves of one kind."""
 
 SCREEN = PageStyle(

@@ -100,7 +100,7 @@ def test_what_to_do_next_follows_from_the_verdict(written, good, tmp_path):
 def test_every_picture_states_rig_record_gap_and_drive(written, poor):
     stated = [" ".join(svg.itertext()) for svg in svgs(written[0])]
     assert sum("made <by> hand; drop.csv; gap 0 mm; drop test" in one for one in stated) >= 2
-    assert sum("made <by> hand; cart1.csv; gap 0.5000 mm; drive 6.000 Hz" in one for one in stated) >= 2
+    assert sum("made <by> hand; cart1.csv; gap 0.5000 mm; drive 8.000 Hz" in one for one in stated) >= 2
     assert all("made <by> hand; 2 records" in one or ".csv; gap" in one for one in stated)
 
 
