@@ -56,7 +56,7 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     _unwrap(root)
     size = root.attrib["viewBox"]
     root.attrib.clear()
-    root.attrib |= {"viewBox": size, "role": "img", "aria-label": description}
+    root.attrib |= {"viewBox": size, "preserveAspectRatio": "xMinYMin", "role": "img", "aria-label": description}
     root.attrib["style"] = f"font-family:{_FONTS};stroke-linejoin:round;stroke-linecap:butt"
     return ElementTree.tostring(root, encoding="unicode")
 
