@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vibrojax.drawing import COLOURS, few_ticks, new_figure, png, save, style
+from vibrojax.drawing import COLOURS, few_ticks, footnote, new_figure, png, save, style
 
 
 def _lines():
@@ -62,3 +62,17 @@ def test_a_power_of_ten_stands_left_of_the_axes_where_titles_begin():
     power = axes.yaxis.get_offset_text()
     assert power.get_text() == "1e7"
     assert power.get_window_extent().x1 <= axes.get_window_extent().x0
+
+
+def test_a_footnote_adds_height_and_changes_no_panel():
+    with style():
+        figure = _lines()
+        before, height = figure.axes[0].get_window_extent().size, figure.get_figheight()
+        footnote(figure, "a rig with $odd$ letters; " * 8)
+        png(figure)
+    (note,) = figure.texts
+    assert figure.get_figheight() > height + 0.3
+    assert np.allclose(figure.axes[0].get_window_extent().size, before)
+    assert note.get_text().count("\n") >= 3 and "$odd$" in note.get_text()
+    assert note.get_window_extent().x1 <= figure.bbox.x1
+    assert note.get_window_extent().y1 <= figure.axes[0].get_tightbbox().y0

@@ -2,6 +2,7 @@
 
 import gc
 import io
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +26,10 @@ WIDTH = 6.2
 _PAGE_DPI, _FILE_DPI = 130, 150
 _FEW_COLOURS, _ALMOST_WHITE = 64, 248
 _STEPS = [1, 2, 2.5, 5, 10]
+_NOTE_SIZE, _NOTE_LINE, _NOTE_LETTER = 7.0, 0.145, 0.062
+"""Of a line below a figure: points, and inches a line and a letter."""
+DENSE_DPI = 200
+"""At which series of many points become images inside a vector figure."""
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
@@ -89,6 +94,21 @@ def few_ticks(axes: Axes, x: int = 5, y: int = 4) -> None:
     axes.yaxis.get_offset_text().set(x=-0.01, horizontalalignment="right")  # a power of ten stands clear of a title at the left
 
 
+def footnote(figure: Figure, text: str) -> None:
+    """Write a small line below everything; the figure grows by its height, and every panel keeps its size."""
+    width, height = figure.get_size_inches()
+    lines = textwrap.wrap(text, int((width - 0.1) / _NOTE_LETTER))
+    added = _NOTE_LINE * len(lines) + 0.06
+    for axes in figure.axes:
+        place = axes.get_position(original=True)
+        low, tall = (place.y0 * height + added) / (height + added), place.height * height / (height + added)
+        axes.set_position((place.x0, low, place.width, tall))
+    figure.set_size_inches(width, height + added)
+    figure.text(
+        0.05 / width, 0.05 / (height + added), "\n".join(lines), fontsize=_NOTE_SIZE, color=GREY, va="bottom", ha="left", parse_math=False
+    )
+
+
 def png(figure: Figure) -> bytes:
     """The figure as the bytes of a PNG file in few colours, for a page: smaller and quicker, where it is no photograph and no map."""
     canvas = FigureCanvasAgg(figure)
@@ -100,6 +120,14 @@ def png(figure: Figure) -> bytes:
     palette[(palette >= _ALMOST_WHITE).all(axis=1)] = 255  # the quantiser turns paper white into a pale grey
     few.putpalette(palette.ravel().tolist())
     few.save(stream, "png", compress_level=6, dpi=(_PAGE_DPI, _PAGE_DPI))
+    return stream.getvalue()
+
+
+def pdf(figure: Figure) -> bytes:
+    """The figure as the bytes of a PDF file with its own letters, the same whenever it is made."""
+    stream = io.BytesIO()
+    with rc_context({"pdf.fonttype": 42}):
+        figure.savefig(stream, format="pdf", dpi=DENSE_DPI, metadata={"CreationDate": None, "Creator": None, "Producer": None})
     return stream.getvalue()
 
 

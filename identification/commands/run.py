@@ -13,6 +13,7 @@ from identification.experiment import load_experiment
 from identification.report import fit_summary, write_report
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
+from identification.report.page_style import SCREEN, PageStyle
 from identification.result.json_file import provenance, write_fit_json
 from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
 from identification.result.netcdf_result import StoredFit, stored_fit, write_result
@@ -35,6 +36,7 @@ def run_fit(
     reference: Path | None = None,
     starts: int | None = None,
     seed: int = 0,
+    style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
     """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
@@ -49,7 +51,7 @@ def run_fit(
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
     check_converged(result)
     progress("drawing the report")
-    write_fit(result, folder, table)
+    write_fit(result, folder, table, style)
     return fit_summary(result, table)
 
 
@@ -62,13 +64,13 @@ def check_converged(result: FitResult) -> None:
         )
 
 
-def write_fit(result: FitResult, folder: Path, reference: Reference | None = None) -> None:
+def write_fit(result: FitResult, folder: Path, reference: Reference | None = None, style: PageStyle = SCREEN) -> None:
     """Write fit.json, model.json, result.nc, report.html and plots into a folder that exists."""
     origin = provenance(result)
     write_fit_json(result, folder / "fit.json", origin)
     write_model(result.model, folder / "model.json", provenance=origin)
     write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
-    write_report(result, folder, reference=reference, provenance=origin)
+    write_report(result, folder, reference=reference, provenance=origin, style=style)
 
 
 def run_diagnose(
@@ -76,6 +78,7 @@ def run_diagnose(
     folder: Path,
     *,
     budget_minutes: float = 5.0,
+    style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
     """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into `folder`.
@@ -86,18 +89,18 @@ def run_diagnose(
     progress("reading the records")
     diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, progress=progress)
     progress("drawing the report")
-    write_diagnosed(diagnosis, folder)
+    write_diagnosed(diagnosis, folder, style)
     return diagnosis_summary(diagnosis)
 
 
-def write_diagnosed(diagnosis: Diagnosis, folder: Path) -> None:
+def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREEN) -> None:
     """Write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into a folder that exists."""
     origin = diagnosis_provenance(diagnosis)
     write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
     write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
     write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
-    write_diagnosis_report(diagnosis, folder, provenance=origin)
+    write_diagnosis_report(diagnosis, folder, provenance=origin, style=style)
 
 
 def _units(model: Model) -> dict[str, str]:
@@ -106,16 +109,16 @@ def _units(model: Model) -> dict[str, str]:
     return units | DERIVED if "f_n" in units else units
 
 
-def run_report(finished: Path, folder: Path) -> RenderableType:
+def run_report(finished: Path, folder: Path, *, style: PageStyle = SCREEN) -> RenderableType:
     """Write report.html and the plots of an earlier fit or diagnosis into `folder`, from the result.nc in `finished`.
 
     Returns the summary for a terminal. Raises `InputError` where there is no such result.
     """
     stored = read_netcdf(finished / FILE_NAME, {FIT: stored_fit, DIAGNOSIS: stored_diagnosis})
     if isinstance(stored, StoredDiagnosis):
-        write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance)
+        write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance, style=style)
         return diagnosis_summary(stored.diagnosis)
-    write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance)
+    write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance, style=style)
     return fit_summary(stored.result, stored.reference)
 
 

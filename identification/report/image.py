@@ -1,12 +1,18 @@
-"""Pictures as a page holds them: rendered, and embedded so that the page stands alone."""
+"""Pictures as a page holds them: drawn, stated, and written as SVG inside the page, PNG and PDF beside it."""
 
-import base64
 import dataclasses
 from collections.abc import Iterable
 from pathlib import Path
 
+from markupsafe import Markup
+
+from identification.experiment import Experiment
 from identification.report.figures.base import Picture
-from vibrojax.drawing import png, style
+from identification.report.figures.zoom import zoom_data
+from identification.report.inline_svg import inline_svg
+from identification.report.subject import subject
+from identification.result.result import RecordFit
+from vibrojax.drawing import footnote, pdf, png, style
 
 SCREEN_DPI = 118
 """Pixels an inch at which a page shows a figure, if it has the room."""
@@ -14,7 +20,15 @@ SCREEN_DPI = 118
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Image:
-    """A picture as the page holds it."""
+    """A picture as the page holds it.
+
+    Attributes:
+        name, section, record, caption, alt: as of the picture.
+        width: pixels across, where there is room.
+        svg: an element of the page.
+        data: attributes of the element around it, without `data-`; empty where it cannot be zoomed.
+        png, pdf: files.
+    """
 
     name: str
     section: str
@@ -22,19 +36,18 @@ class Image:
     caption: str
     alt: str
     width: int
-    height: int
+    svg: Markup
+    data: dict[str, str]
     png: bytes
-
-    @property
-    def source(self) -> str:
-        """Address that holds the image itself."""
-        return "data:image/png;base64," + base64.b64encode(self.png).decode("ascii")
+    pdf: bytes
 
 
-def rendered(pictures: Iterable[Picture]) -> list[Image]:
-    """Draw the pictures one by one, and render each in few colours."""
+def rendered(pictures: Iterable[Picture], experiment: Experiment, records: tuple[RecordFit, ...]) -> list[Image]:
+    """Draw the pictures one by one, state below each what it is about, and render it."""
     with style():
-        return [_image(picture) for picture in pictures]
+        return [
+            _image(picture, f"p{number}", subject(experiment, records, picture.record)) for number, picture in enumerate(pictures, start=1)
+        ]
 
 
 def by_section(images: list[Image]) -> dict[str, list[Image]]:
@@ -43,24 +56,27 @@ def by_section(images: list[Image]) -> dict[str, list[Image]]:
 
 
 def write_page(html: str, images: list[Image], folder: Path) -> list[Path]:
-    """Write `report.html`, and each of its images as a PNG file beside it; returns the paths, the page first."""
+    """Write `report.html`, and each of its images as a PNG and a PDF file beside it; returns the paths, the page first."""
     written = [folder / "report.html"]
     written[0].write_text(html, encoding="utf-8")
     for image in images:
-        written.append(folder / f"{image.name}.png")
-        written[-1].write_bytes(image.png)
+        for suffix, content in (("png", image.png), ("pdf", image.pdf)):
+            written.append(folder / f"{image.name}.{suffix}")
+            written[-1].write_bytes(content)
     return written
 
 
-def _image(picture: Picture) -> Image:
-    width, height = picture.figure.get_size_inches()
+def _image(picture: Picture, short: str, stated: str) -> Image:
+    footnote(picture.figure, stated)
     return Image(
         name=picture.name,
         section=picture.section,
         record=picture.record,
         caption=picture.caption,
         alt=picture.alt,
-        width=round(SCREEN_DPI * width),
-        height=round(SCREEN_DPI * height),
+        width=round(SCREEN_DPI * float(picture.figure.get_figwidth())),
+        svg=Markup(inline_svg(picture.figure, short, picture.alt)),
+        data=zoom_data(picture.panels) if picture.panels else {},
         png=png(picture.figure),
+        pdf=pdf(picture.figure),
     )

@@ -1,24 +1,29 @@
-"""`report.html`: one page that stands alone, with every image inside and no script."""
+"""`report.html` of a fit: one page that stands alone, with every image and the script that zooms inside."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from identification.experiment import Experiment
 from identification.report import rows
-from identification.report.frame import page_template
-from identification.report.image import Image, by_section
+from identification.report.frame import framed
+from identification.report.image import Image
+from identification.report.next_steps import next_steps
+from identification.report.page_style import PageStyle
 from identification.report.verdict import judge
 from identification.result.reference import Reference, compare, unmatched
 from identification.result.result import FitResult, RecordFit
 from identification.wording.numbers import significant
 
 
-def page(result: FitResult, images: list[Image], *, reference: Reference | None = None, provenance: Mapping[str, Any]) -> str:
+def page(
+    result: FitResult, images: list[Image], style: PageStyle, *, reference: Reference | None = None, provenance: Mapping[str, Any]
+) -> str:
     """The whole page.
 
     Args:
         result: of the fit.
         images: in the order in which they appear within their section.
+        style: of the images.
         reference: known values to set beside the fitted ones.
         provenance: as in `fit.json`.
 
@@ -29,9 +34,16 @@ def page(result: FitResult, images: list[Image], *, reference: Reference | None 
         InputError: the reference does not suit the fit.
     """
     comparisons = compare(result, reference) if reference is not None else ()
-    return page_template("identification.report").render(
+    verdict = judge(result)
+    return framed(
+        "identification.report",
+        images,
+        style,
+        next_steps=next_steps(result, verdict),
+        provenance=provenance,
+        seconds=result.seconds,
         result=result,
-        verdict=judge(result),
+        verdict=verdict,
         parameters=rows.parameter_rows(result),
         derived=rows.derived_rows(result),
         reasons=rows.reasons(result),
@@ -43,13 +55,9 @@ def page(result: FitResult, images: list[Image], *, reference: Reference | None 
         samples=sum(len(record.time) for record in result.records),
         windows=sum(rows.windows(record) for record in result.records),
         correlations=rows.correlations(result),
-        worth_telling=rows.WORTH_TELLING,
+        listed_from=rows.LISTED_FROM,
         starts=sorted(result.starts, key=lambda start: start.final_cost),
-        images=by_section(images),
         shift=significant(result.discretisation, 2),
-        seconds=sum(result.seconds.values()),
-        stages=result.seconds,
-        provenance=provenance,
     )
 
 

@@ -10,7 +10,7 @@ from identification.result.result import OK, FitResult, ParameterEstimate, Recor
 from identification.wording.channel_labels import label
 from identification.wording.numbers import NONE, percent, rounded, significant, unit_text, with_unit
 
-WORTH_TELLING = 0.1
+LISTED_FROM = 0.1
 """Correlations below this are left out of lists."""
 
 
@@ -72,11 +72,11 @@ def reasons(result: FitResult) -> list[tuple[str, str, str]]:
 
 
 def correlations(result: FitResult) -> list[tuple[str, str, float]]:
-    """Symbols and correlation of every pair that is worth telling, the strongest first."""
+    """Symbols and correlation of every pair that is listed, the strongest first."""
     symbols = {p.spec.name: p.spec.symbol for p in result.parameters}
     names = [symbols.get(name, name) for name in result.correlated]
     pairs = [(names[i], names[j], float(result.correlation[i, j])) for i in range(len(names)) for j in range(i)]
-    return sorted((pair for pair in pairs if abs(pair[2]) > WORTH_TELLING), key=lambda pair: -abs(pair[2]))
+    return sorted((pair for pair in pairs if abs(pair[2]) > LISTED_FROM), key=lambda pair: -abs(pair[2]))
 
 
 def channel_rows(record: RecordFit, experiment: Experiment) -> list[ChannelRow]:
@@ -161,7 +161,7 @@ def _parameter(estimate: ParameterEstimate) -> ParameterRow:
 
 
 def _readable(unit: str) -> tuple[float, str]:
-    """Metres are told in millimetres."""
+    """Metres are printed in millimetres."""
     return (1e3, "mm") if unit == "m" else (1.0, unit_text(unit))
 
 

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from identification.experiment import Experiment
 from identification.report.rows import (
-    WORTH_TELLING,
+    LISTED_FROM,
     channel_rows,
     comparison_rows,
     correlations,
@@ -39,8 +39,8 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     blocks: list[RenderableType] = [_verdict(result), _parameters(result)]
     blocks += [_line(f"  {symbol_text(symbol)}: {status}: {reason}") for symbol, status, reason in reasons(result)]
     if result.derived:
-        told = ", ".join(f"{symbol_text(symbol)} = {value} {unit}".strip() for symbol, value, unit in derived_rows(result))
-        blocks.append(_line(f"derived: {told}"))
+        values = ", ".join(f"{symbol_text(symbol)} = {value} {unit}".strip() for symbol, value, unit in derived_rows(result))
+        blocks.append(_line(f"derived: {values}"))
     blocks.append(_line(_correlations(result)))
     blocks.append(_records(result.records, result.experiment))
     if result.held_back:
@@ -64,7 +64,7 @@ def _verdict(result: FitResult) -> Text:
 
 
 def _parameters(result: FitResult) -> Table:
-    table = _table("parameter", "value", "stderr", "", "95 % interval", "initial", "unit", "status", right=(1, 2, 3, 5))
+    table = open_table("parameter", "value", "stderr", "", "95 % interval", "initial", "unit", "status", right=(1, 2, 3, 5))
     for row in parameter_rows(result):
         name = f"{symbol_text(row.symbol)} {row.name}" if row.symbol != row.name else row.name
         numbers = (compact(text) for text in (row.value, row.error, row.percent, row.interval, row.initial))
@@ -74,11 +74,11 @@ def _parameters(result: FitResult) -> Table:
 
 def _correlations(result: FitResult) -> str:
     pairs = [f"{symbol_text(a)}–{symbol_text(b)} {value:+.3f}".replace("-", "−") for a, b, value in correlations(result)]
-    return f"correlations above {WORTH_TELLING}: " + (", ".join(pairs) if pairs else "none")
+    return f"correlations above {LISTED_FROM}: " + (", ".join(pairs) if pairs else "none")
 
 
 def _records(records: tuple[RecordFit, ...], experiment: Experiment) -> Table:
-    table = _table("record", "kind", "windows", "channel", "misfit/σ", "NRMSE", right=(2, 4, 5))
+    table = open_table("record", "kind", "windows", "channel", "misfit/σ", "NRMSE", right=(2, 4, 5))
     for record in records:
         names = (record.file, record.kind, str(windows(record)))
         for row in channel_rows(record, experiment):
@@ -90,7 +90,7 @@ def _records(records: tuple[RecordFit, ...], experiment: Experiment) -> Table:
 def _comparison(result: FitResult, reference: Reference) -> list[RenderableType]:
     """Only what has a reference value goes into the table; the rest is one line each reason."""
     comparisons = compare(result, reference)
-    table = _table("", "fitted", "reference", "unit", "difference", "in %", "", right=(4, 5))
+    table = open_table("", "fitted", "reference", "unit", "difference", "in %", "", right=(4, 5))
     missing: dict[str, list[str]] = {}
     for row in comparison_rows(comparisons):
         if row.reference == NONE:
@@ -107,7 +107,7 @@ def _comparison(result: FitResult, reference: Reference) -> list[RenderableType]
     return blocks
 
 
-def _table(*headings: str, right: tuple[int, ...]) -> Table:
+def open_table(*headings: str, right: tuple[int, ...]) -> Table:
     """An open table, narrow enough for 80 columns; the columns `right` are set to the right."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for number, heading in enumerate(headings):

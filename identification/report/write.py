@@ -1,4 +1,4 @@
-"""From a fit to files: the plots and the page."""
+"""From a fit to files: the page, and the plots beside it."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import Any
 from identification.report.figures import FIGURES
 from identification.report.image import Image, rendered, write_page
 from identification.report.page import page
+from identification.report.page_style import SCREEN, PageStyle
 from identification.result.json_file import provenance as provenance_of
 from identification.result.reference import Reference, compare
 from identification.result.result import FitResult
@@ -18,16 +19,18 @@ def write_report(
     *,
     reference: Reference | None = None,
     provenance: Mapping[str, Any] | None = None,
+    style: PageStyle = SCREEN,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Write `report.html` and one PNG file a plot.
+    """Write `report.html`, and every plot as a PNG and a PDF file.
 
     Args:
         result: of the fit.
         folder: that receives the files; it must exist.
         reference: known values to set beside the fitted ones.
         provenance: as in `fit.json`; by default that of the result.
-        progress: told before the drawing begins.
+        style: in colours, or in black and white.
+        progress: called before the drawing begins.
 
     Returns:
         Paths of the files, the page first.
@@ -39,11 +42,12 @@ def write_report(
         compare(result, reference)
     if progress is not None:
         progress("drawing the report")
-    images = draw(result)
-    html = page(result, images, reference=reference, provenance=provenance_of(result) if provenance is None else provenance)
+    images = draw(result, style)
+    html = page(result, images, style, reference=reference, provenance=provenance_of(result) if provenance is None else provenance)
     return write_page(html, images, folder)
 
 
-def draw(result: FitResult) -> list[Image]:
+def draw(result: FitResult, style: PageStyle = SCREEN) -> list[Image]:
     """Every figure of the report, rendered."""
-    return rendered(picture for drawer in FIGURES for picture in drawer(result))
+    pictures = (picture for drawer in FIGURES for picture in drawer(result, style))
+    return rendered(pictures, result.experiment, result.records)

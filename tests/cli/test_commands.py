@@ -9,6 +9,7 @@ import pytest
 from typer.main import get_command
 
 from identification.experiment import ExperimentError
+from identification.report.page_style import PRINT
 from vibrojax.cli import fit, main
 from vibrojax.errors import InputError, NoConvergenceError
 
@@ -52,13 +53,12 @@ def experiment_file(folder: Path, name: str = "rig-B, March") -> Path:
 
 def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     (tmp_path / "known.json").touch()
-    status = call(
-        monkeypatch, fit.main, "rig", "--out", "results", "--law", "hertz", "--reference", "known.json", "--starts", "4", "--seed", "7"
-    )
+    chosen = ("--law", "hertz", "--reference", "known.json", "--starts", "4", "--seed", "7", "--style", "print")
+    status = call(monkeypatch, fit.main, "rig", "--out", "results", *chosen)
     assert status == 0
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
-    assert options == {"law": "hertz", "reference": Path("known.json"), "starts": 4, "seed": 7}
+    assert options == {"law": "hertz", "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err

@@ -25,8 +25,17 @@ def test_page_and_plots_appear_beside_the_result_or_elsewhere(tmp_path, monkeypa
     assert call(monkeypatch, tmp_path, "--quiet") == 0
     assert capsys.readouterr() == ("", "")
     drawn = {path.name for path in (tmp_path / "page").iterdir()}
-    assert {"report.html", "residuals.png"} <= drawn
+    assert {"report.html", "residuals.png", "residuals.pdf"} <= drawn
     assert {path.name for path in tmp_path.iterdir()} == drawn | {"result.nc", "fit.json", "page"}
+
+
+def test_black_and_white_or_a_clear_refusal(tmp_path, monkeypatch, capsys):
+    write_result(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7}), tmp_path / "result.nc")
+    assert call(monkeypatch, tmp_path, "--quiet", "--style", "print") == 0
+    assert '<body class="print">' in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert call(monkeypatch, tmp_path, "--style", "sepia", prepare_jax=lambda: pytest.fail("JAX was loaded")) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "'--style': 'sepia' is no style; expected screen|print" in line
 
 
 @pytest.mark.parametrize("there", [[], ["fit.json"], ["diagnosis.json", "model.json", "report.html"]])

@@ -9,7 +9,7 @@ from rich.console import Console
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.interrupt import interruptible
-from vibrojax.cli.options import Data, Experiment, Quiet, Recipe
+from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
@@ -39,6 +39,7 @@ def diagnose(
     ] = 5.0,
     recipe: Recipe = None,
     data: Data = None,
+    style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:
     """Find out what the impact model leaves out of recorded experiments.
@@ -58,9 +59,10 @@ def diagnose(
         with interruption.deferred():
             prepare_jax()
             from identification.commands.run import run_diagnose
+            from identification.report.page_style import STYLES
 
         progress = interruption.watched(say)
-        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, progress=progress)
+        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, style=STYLES[style], progress=progress)
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

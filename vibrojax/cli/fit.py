@@ -10,7 +10,7 @@ from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.interrupt import interruptible
-from vibrojax.cli.options import Data, Experiment, Quiet, Recipe
+from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
@@ -38,6 +38,7 @@ def fit(
         typer.Option(min=1, metavar="N", help="Starts to try. Left out: several where the first fit leaves a misfit.", show_default=False),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
+    style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:
     """Fit the parameters of the impact model to recorded experiments.
@@ -59,9 +60,10 @@ def fit(
         with interruption.deferred():
             prepare_jax()
             from identification.commands.run import run_fit
+            from identification.report.page_style import STYLES
 
         progress = interruption.watched(say)
-        summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, progress=progress)
+        summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, style=STYLES[style], progress=progress)
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

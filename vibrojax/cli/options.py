@@ -16,4 +16,17 @@ Recipe = Annotated[
     typer.Option(metavar="NAME", help="Use recordings published by others, read as this recipe says; with --data.", show_default=False),
 ]
 Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)]
+
+
+def _known(style: str) -> str:
+    if style not in _STYLES:
+        raise typer.BadParameter(f"{style!r} is no style")
+    return style
+
+
+_STYLES = ("screen", "print")
+Style = Annotated[
+    str,
+    typer.Option(metavar="|".join(_STYLES), help="Page and plots in colours, or in black and white for paper.", callback=_known),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")]

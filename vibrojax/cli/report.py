@@ -8,6 +8,7 @@ from rich.console import Console
 
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.interrupt import interruptible
+from vibrojax.cli.options import Quiet, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
@@ -22,7 +23,8 @@ def report(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for page and plots. Left out: the same folder.", show_default=False)
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+    style: Style = "screen",
+    quiet: Quiet = False,
 ) -> None:
     """Draw report.html and the plots of an earlier fit or diagnosis again, without computing it again.
 
@@ -35,9 +37,10 @@ def report(
         with interruption.deferred():
             prepare_jax()
             from identification.commands.run import run_report
+            from identification.report.page_style import STYLES
 
         say("drawing the report")
-        summary = run_report(directory, folder)
+        summary = run_report(directory, folder, style=STYLES[style])
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

@@ -1,4 +1,4 @@
-"""`report.html` of a diagnosis: one page that stands alone, with every image inside and no script."""
+"""`report.html` of a diagnosis: one page that stands alone, with every image and the script that zooms inside."""
 
 import math
 from collections.abc import Mapping
@@ -7,25 +7,34 @@ from typing import Any
 from identification.diagnosis.diagnosis import MISSING, Asserted, Diagnosis
 from identification.report.diagnosis import rows, words
 from identification.report.diagnosis.equation import equation_html
-from identification.report.frame import page_template
-from identification.report.image import Image, by_section
+from identification.report.frame import framed
+from identification.report.image import Image
+from identification.report.page_style import PageStyle
 from identification.wording.channel_labels import spoken
 from identification.wording.numbers import millimetres, significant
 
 
-def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, Any]) -> str:
+def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provenance: Mapping[str, Any]) -> str:
     """The whole page.
 
     Args:
         diagnosis: of one experiment.
         images: in the order in which they appear within their section.
+        style: of the images.
         provenance: as in `diagnosis.json`.
 
     Returns:
         HTML without any address outside itself.
     """
     candidates = rows.candidate_rows(diagnosis)
-    return page_template("identification.report.diagnosis", {"equation": equation_html}).render(
+    return framed(
+        "identification.report.diagnosis",
+        images,
+        style,
+        next_steps=words.next_steps(diagnosis),
+        provenance=provenance,
+        seconds=diagnosis.seconds,
+        filters={"equation": equation_html},
         diagnosis=diagnosis,
         adequate=diagnosis.is_complete,
         missing=diagnosis.verdict == MISSING,
@@ -45,10 +54,6 @@ def page(diagnosis: Diagnosis, images: list[Image], *, provenance: Mapping[str, 
         more=max(len(diagnosis.considered) - len(candidates), 0),
         warnings=rows.warnings(diagnosis),
         samples=sum(len(record.time) for record in diagnosis.nominal.records),
-        images=by_section(images),
-        seconds=diagnosis.seconds.get("total", sum(diagnosis.seconds.values())),
-        stages={} if "total" in diagnosis.seconds else diagnosis.seconds,
-        provenance=provenance,
     )
 
 
@@ -102,5 +107,5 @@ def _between(low: float, high: float) -> str:
 
 def _shares(shares: Mapping[str, float]) -> str:
     """Names with their shares, the largest first; what has none is left out."""
-    told = sorted(((name, share) for name, share in shares.items() if share >= 0.005), key=lambda item: -item[1])
-    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in told)
+    largest = sorted(((name, share) for name, share in shares.items() if share >= 0.005), key=lambda item: -item[1])
+    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in largest)

@@ -17,7 +17,7 @@ from vibrojax.parameters import Parameter
 _BESIDE_ONE_MODEL = 12
 """Candidates that are shown beside one model, at most."""
 _SHOWN_SHIFT = 0.05
-"""Standard errors; a smaller shift is told as such."""
+"""Standard errors; a smaller shift is printed as none."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -103,7 +103,7 @@ def learned_rows(diagnosis: Diagnosis) -> list[NumberRow]:
 def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
     """Every parameter of either model, before and after."""
     before = {one.name: one for one in diagnosis.nominal.parameters}
-    after = {one.name: one for one in _as_told(diagnosis)}
+    after = {one.name: one for one in _as_stated(diagnosis)}
     if diagnosis.is_complete:
         after = before
     meanings = {p.name: p.meaning for model in (diagnosis.nominal_model, diagnosis.model) for p in (MASS, *model.parameters)}
@@ -120,8 +120,8 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
     ]
 
 
-def _as_told(diagnosis: Diagnosis) -> tuple[Number, ...]:
-    """Parameters of the augmented model, those of asserted effects as readers are told them."""
+def _as_stated(diagnosis: Diagnosis) -> tuple[Number, ...]:
+    """Parameters of the augmented model, those of asserted effects in the form in which they are stated."""
     told = {
         f"{one.effect.name}.{as_estimated.name}": dataclasses.replace(as_told, name=f"{one.effect.name}.{as_told.name}")
         for one in diagnosis.effects
@@ -192,7 +192,7 @@ def warnings(diagnosis: Diagnosis) -> list[str]:
 
 
 def notices(diagnosis: Diagnosis) -> Iterator[str]:
-    """What was found odd when the records were read; what several records have in common is told once for all of them."""
+    """What was found odd when the records were read; what several records have in common is stated once for all of them."""
     files: dict[str, list[str]] = {}
     for record in diagnosis.experiment.records:
         for notice in record.notices:
@@ -217,7 +217,7 @@ def _candidate(one: Considered, asserted: bool) -> CandidateRow:
 
 
 def spoken_detail(detail: str) -> str:
-    """What tells a candidate from others of its kind, channels by their words."""
+    """What distinguishes a candidate from others of its kind, channels by their words."""
     for channel in CHANNELS:
         detail = detail.replace(channel, spoken(channel))
     return detail

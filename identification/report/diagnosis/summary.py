@@ -1,6 +1,5 @@
 """A diagnosis as tables for a terminal: the verdict, parameters before and after, and what else was considered."""
 
-from rich import box
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -17,6 +16,7 @@ from identification.report.diagnosis.rows import (
     warnings,
 )
 from identification.report.diagnosis.words import effect_words, headline, listed, plain_name, probability_text, where
+from identification.report.table import open_table
 from identification.wording.numbers import NONE, compact, with_unit
 from identification.wording.symbols import symbol_text
 
@@ -72,11 +72,11 @@ def _errors(diagnosis: Diagnosis) -> Text:
 
 def _parameters(diagnosis: Diagnosis) -> Table:
     if diagnosis.is_complete:
-        table = _table("parameter", "value", "unit", right=(1,))
+        table = open_table("parameter", "value", "unit", right=(1,))
         for row in change_rows(diagnosis):
             table.add_row(symbol_and_name(row.symbol, row.name), compact(row.before), row.unit)
         return table
-    table = _table("parameter", "before", "after", "unit", "shift", right=(1, 2, 4))
+    table = open_table("parameter", "before", "after", "unit", "shift", right=(1, 2, 4))
     for row in change_rows(diagnosis):
         table.add_row(symbol_and_name(row.symbol, row.name), compact(row.before), compact(row.after), row.unit, compact(row.shift))
     return table
@@ -88,17 +88,9 @@ def _considered(diagnosis: Diagnosis) -> list[RenderableType]:
         return []
     columns = {"expected": "gain", "chance": "chance", "gain": "drop", "BIC": "bic", "left out": "held_out"}
     columns = {heading: name for heading, name in columns.items() if any(getattr(row, name) != NONE for row in rows)}
-    table = _table("considered", "beside", *columns, right=(2, 3, 4, 5, 6))
+    table = open_table("considered", "beside", *columns, right=(2, 3, 4, 5, 6))
     for row in rows:
         name = plain_name(row.name) + (f", {row.detail}" if row.detail else "")
         table.add_row(name, row.beside, *(compact(getattr(row, c)) for c in columns.values()), style="bold" if row.asserted else "")
     left = len(strongest(diagnosis)) - len(rows)
     return [table, *([Text(f"  {left} more in the report")] if left else [])]
-
-
-def _table(*headings: str, right: tuple[int, ...]) -> Table:
-    """An open table, narrow enough for 80 columns; the columns `right` are set to the right."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for number, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if number in right else "left", overflow="fold")
-    return table

@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Considered, Diagnosis
+from identification.report.next_steps import RUN_MODEL
 from identification.wording.channel_labels import spoken
 from identification.wording.numbers import significant
 from vibrojax.effects import EFFECTS
@@ -14,7 +15,7 @@ _ALMOST = 0.999
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Axis:
-    """A coordinate as it is drawn and told: values in SI times `factor` are in `unit`."""
+    """A coordinate as it is drawn and named: values in SI times `factor` are in `unit`."""
 
     words: str
     symbol: str
@@ -92,6 +93,17 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == MISSING:
         return f"Missing: {listed([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
     return "Something is missing that no listed effect explains"
+
+
+def next_steps(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What an experimenter can do after a diagnosis, the most urgent first."""
+    steps = [] if diagnosis.is_finished else ["Allow more time with `--budget-minutes`: the search was not finished."]
+    if diagnosis.next_experiment:
+        steps.append(diagnosis.next_experiment)
+    if diagnosis.is_complete:
+        steps.append("`fit-parameters` with the same experiment gives the parameters with intervals and correlations.")
+    held = "the nominal model" if diagnosis.augmented is diagnosis.nominal else "the augmented model, nominal.json the nominal one"
+    return (*steps, RUN_MODEL.format(which=held))
 
 
 def where(effect: Asserted) -> str:

@@ -1,9 +1,9 @@
-"""What every figure of the report is: drawn without any window or global state, legible on paper, told in words as well.
+"""What every figure of the report is: drawn without any window or global state, legible on paper, described in words as well.
 
-Colours are those of `vibrojax.drawing`; measured and model also differ in width and lightness, so that a grey print keeps them apart.
+Colours are those of a `PageStyle`; measured and model also differ in width and lightness, so that a grey print keeps them apart.
 Long series are drawn as their envelope.
 
-To add a figure: write a file with a function that takes a `FitResult` and yields `Picture` objects, then list it in
+To add a figure: write a file with a function that takes a `FitResult` and a `PageStyle` and yields `Picture` objects, then list it in
 `identification/report/figures/__init__.py`.
 """
 
@@ -13,12 +13,19 @@ from collections.abc import Callable, Iterator
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from identification.result.result import FitResult
-from vibrojax.drawing import BLUE, COLOURS, GREY, ORANGE, PALE, WIDTH, new_figure
+from identification.report.figures.zoom import Panel
+from identification.report.page_style import SCREEN, PageStyle
+from identification.result.result import FitResult, RecordFit
+from vibrojax.drawing import PALE, WIDTH, new_figure
 
-MEASURED, MODEL, ACCENT = "#8a8a8a", ORANGE, BLUE
-DOTS, BAND, CONTACT = GREY, PALE, "#f3eee0"
-SERIES = COLOURS[:6]
+MEASURED, MODEL, ACCENT, SERIES = SCREEN.measured.colour, SCREEN.model.colour, SCREEN.accent.colour, SCREEN.series
+"""For figures elsewhere that are to look alike."""
+BAND, LINK = PALE, "#c8c8c8"
+"""Ground of two standard deviations, and lines from one mark to another."""
+MOST = 8
+"""Records with pictures of their own."""
+MANY = 400
+"""Marks of one kind from which on they are an image inside a vector figure."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -32,6 +39,7 @@ class Picture:
         caption: printed below it.
         alt: what it shows, for a reader who does not see it.
         figure: drawn.
+        panels: that can be zoomed in the page.
     """
 
     name: str
@@ -40,9 +48,17 @@ class Picture:
     caption: str
     alt: str
     figure: Figure
+    panels: tuple[Panel, ...] = ()
 
 
-Drawer = Callable[[FitResult], Iterator[Picture]]
+Drawer = Callable[[FitResult, PageStyle], Iterator[Picture]]
+
+
+def drawn_records(result: FitResult) -> Iterator[tuple[int, RecordFit]]:
+    """Number (from 1, in the order of the experiment) and record; beyond `MOST`, those with the largest misfit in any channel."""
+    numbered = list(enumerate(result.records, start=1))
+    worst = sorted(numbered, key=lambda item: -max(item[1].chi2_reduced.values(), default=0.0))[:MOST]
+    yield from sorted(worst, key=lambda item: item[0])
 
 
 def signal_rows(height_above: float, channels: int, columns: int = 1) -> tuple[Figure, list[list[tuple[Axes, Axes]]]]:

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from identification.report.figures.base import ACCENT, MODEL, Picture
+from identification.report.figures.base import Picture
+from identification.report.page_style import PageStyle
 from identification.result.record_view import impacts, strength
 from identification.result.result import FitResult, RecordFit
 from identification.wording.channel_labels import label
@@ -12,15 +13,15 @@ from vibrojax.drawing import few_ticks, new_figure
 _SHOWN = ("impact_force", "hammer_acceleration")
 
 
-def first_impact(result: FitResult) -> Iterator[Picture]:
+def first_impact(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture for the first drop test, or where there is none for the first record with contact."""
     touching = [record for record in result.records if impacts(record)]
     drops = [record for record in touching if record.kind == "drop-test"]
     for record in (drops or touching)[:1]:
-        yield _picture(result, record)
+        yield _picture(result, record, style)
 
 
-def _picture(result: FitResult, record: RecordFit) -> Picture:
+def _picture(result: FitResult, record: RecordFit, style: PageStyle) -> Picture:
     impact = impacts(record)[0]
     part = impact.around(len(record.time), before=0.6, after=0.8)
     since = 1e3 * (record.time[part] - record.time[impact.first])
@@ -29,11 +30,11 @@ def _picture(result: FitResult, record: RecordFit) -> Picture:
     for one, channel in zip(axes, _SHOWN, strict=True):
         look = label(channel, result.experiment)
         if channel in record.measured:
-            one.plot(since, look.factor * record.measured[channel][part], "o", color=ACCENT, markersize=3.5, label="measured")
+            one.plot(since, look.factor * record.measured[channel][part], "o", color=style.accent.colour, markersize=3.5, label="measured")
         one.plot(
             since,
             look.factor * record.predicted[channel][part],
-            color=MODEL,
+            color=style.model.colour,
             linewidth=1.3,
             label="model" if channel in record.measured else "model (not recorded)",
         )
@@ -47,7 +48,8 @@ def _picture(result: FitResult, record: RecordFit) -> Picture:
         name="first-impact",
         section="contact",
         record=record.file,
-        caption=f"First impact of {record.file}: force and acceleration against time, measured (blue dots) and model (orange).",
+        caption=f"First impact of {record.file}: force and acceleration against time, measured ({style.accent.word} dots) and model"
+        f" ({style.model.word}).",
         alt=f"Force and acceleration of the first impact of {record.file} against time; the model's force peaks at {peak} newtons.",
         figure=figure,
     )

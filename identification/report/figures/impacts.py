@@ -5,15 +5,15 @@ from collections.abc import Iterator
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from identification.report.figures.base import CONTACT, DOTS, MODEL, Picture, residual_panel, signal_rows
-from identification.report.figures.chosen import drawn_records
+from identification.report.figures.base import Picture, drawn_records, residual_panel, signal_rows
+from identification.report.page_style import PageStyle
 from identification.result.record_view import Impact, largest, notable, residual
 from identification.result.result import FitResult, RecordFit
 from identification.wording.channel_labels import label
 from vibrojax.drawing import few_ticks
 
 
-def impact_closeups(result: FitResult) -> Iterator[Picture]:
+def impact_closeups(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture a record with contact: the strongest and the worst-fitted impact side by side."""
     for number, record in drawn_records(result):
         chosen = notable(record)
@@ -30,7 +30,7 @@ def impact_closeups(result: FitResult) -> Iterator[Picture]:
             for _, lower in row[1:]:
                 lower.set_ylabel("")
             for (upper, lower), impact in zip(row, chosen, strict=True):
-                _channel(upper, lower, record, channel, impact, result)
+                _channel(upper, lower, record, channel, impact, result, style)
         for (upper, _), (_, lower), impact in zip(rows[0], rows[-1], chosen, strict=True):
             upper.set_title(f"impact at {record.time[impact.first]:.4g} s", pad=4)
             lower.set_xlabel("time since touch (ms)")
@@ -39,21 +39,21 @@ def impact_closeups(result: FitResult) -> Iterator[Picture]:
             name=f"record-{number:02d}-impacts",
             section="records",
             record=record.file,
-            caption=f"{record.file}: impacts close up, the strongest and the worst-fitted among them: measured (grey dots),"
-            " model (orange), contact shaded; residual in units of the noise σ below.",
+            caption=f"{record.file}: impacts close up, the strongest and the worst-fitted among them: measured"
+            f" ({style.dots.word} dots), model ({style.model.word}), contact shaded; residual in units of the noise σ below.",
             alt=f"Close-up of {len(chosen)} impacts of {record.file}, at {times}: measured and modelled channels with residuals.",
             figure=figure,
         )
 
 
-def _channel(upper: Axes, lower: Axes, record: RecordFit, channel: str, impact: Impact, result: FitResult) -> None:
+def _channel(upper: Axes, lower: Axes, record: RecordFit, channel: str, impact: Impact, result: FitResult, style: PageStyle) -> None:
     look, part = label(channel, result.experiment), impact.around(len(record.time))
     since = 1e3 * (record.time[part] - record.time[impact.first])
     last = 1e3 * (record.time[min(impact.end, len(record.time) - 1)] - record.time[impact.first])
     for axes in (upper, lower):
-        axes.axvspan(0.0, float(last), color=CONTACT, linewidth=0)
-    upper.plot(since, look.factor * record.measured[channel][part], ".", color=DOTS, markersize=3.5)
-    upper.plot(since, look.factor * record.predicted[channel][part], color=MODEL, linewidth=1.1)
+        axes.axvspan(0.0, float(last), color=style.contact, linewidth=0)
+    upper.plot(since, look.factor * record.measured[channel][part], ".", color=style.dots.colour, markersize=3.5)
+    upper.plot(since, look.factor * record.predicted[channel][part], color=style.model.colour, linewidth=1.1)
     lower.plot(since, residual(record, channel)[part], color="black", marker=".", markersize=2, linewidth=0.5)
     few_ticks(upper)
     lower.xaxis.set_major_locator(MaxNLocator(6))

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from identification.report.figures.base import SERIES, Picture
+from identification.report.figures.base import Picture
+from identification.report.page_style import DASHES, PageStyle
 from identification.result.record_view import impacts, measured_displacement, strength
 from identification.result.result import FitResult, RecordFit
 from vibrojax.drawing import few_ticks, new_figure
@@ -14,7 +15,7 @@ _COUNT = 4
 _MARKS = "os^D"
 
 
-def loops(result: FitResult) -> Iterator[Picture]:
+def loops(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture: a few impacts of all records, from the weakest to the strongest."""
     forces = {record.file: force for record in result.records if (force := _force(record, result)) is not None}
     found = [(record, impact) for record in result.records if record.file in forces for impact in impacts(record)]
@@ -25,14 +26,14 @@ def loops(result: FitResult) -> Iterator[Picture]:
     chosen = [found[i] for i in np.unique(np.linspace(0, len(found) - 1, _COUNT).round().astype(int))]
     figure = new_figure(3.7)
     axes = figure.subplots(gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.125, "top": 0.97})
-    for (record, impact), colour, mark in zip(chosen, SERIES, _MARKS, strict=False):
+    for (record, impact), colour, mark, dashes in zip(chosen, style.series, _MARKS, DASHES, strict=False):
         part = slice(max(impact.first - 1, 0), impact.end + 1)
         measured = measured_displacement(record)
         across = record.relative_displacement if measured is None else measured
         speed = abs(float(record.relative_velocity[impact.first]))
         axes.plot(1e6 * (across[part] - record.gap), forces[record.file][part], mark, color=colour, markersize=3.5, fillstyle="none")
         indentation, modelled = record.relative_displacement - record.gap, record.predicted["impact_force"]
-        axes.plot(1e6 * indentation[part], modelled[part], color=colour, label=f"{speed:.3g} m/s, {record.file}")
+        axes.plot(1e6 * indentation[part], modelled[part], color=colour, linestyle=dashes, label=f"{speed:.3g} m/s, {record.file}")
     axes.set_xlabel("indentation δ (µm)")
     axes.set_ylabel("impact force Fᵢ (N)")
     axes.legend(loc="upper left", title="touch at", title_fontsize=8, alignment="left")

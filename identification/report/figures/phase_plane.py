@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import savgol_filter
 
-from identification.report.figures.base import MEASURED, MODEL, Picture
-from identification.report.figures.chosen import drawn_records
+from identification.report.figures.base import MANY, Picture, drawn_records
+from identification.report.page_style import PageStyle
 from identification.result.record_view import impacts, measured_displacement
 from identification.result.result import FitResult, RecordFit
 from vibrojax.drawing import few_ticks, new_figure
@@ -17,7 +17,7 @@ _SMOOTHED = (5, 15)
 """Fewest and most samples of the sliding parabola that turns the measured displacement into a velocity: half a contact."""
 
 
-def phase_plane(result: FitResult) -> Iterator[Picture]:
+def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture, a panel a record."""
     records = [record for _, record in drawn_records(result)]
     columns = min(len(records), 2)
@@ -34,8 +34,9 @@ def phase_plane(result: FitResult) -> Iterator[Picture]:
         shown = slice(0, _POINTS)
         measured = _measured(record)
         if measured is not None:
-            axes.plot(1e3 * measured[0][shown], measured[1][shown], ".", color=MEASURED, markersize=1.5)
-        axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=MODEL, linewidth=0.7)
+            across, up = 1e3 * measured[0][shown], measured[1][shown]
+            axes.plot(across, up, ".", color=style.measured.colour, markersize=1.5, rasterized=len(up) > MANY)
+        axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=style.model.colour, linewidth=0.7)
         axes.axvline(1e3 * record.gap, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
         axes.set_title(f"{record.file} ({record.kind})", pad=4)
         few_ticks(axes, x=5, y=5)
@@ -49,8 +50,9 @@ def phase_plane(result: FitResult) -> Iterator[Picture]:
         name="phase-plane",
         section="contact",
         record=None,
-        caption="Phase plane of the hammer relative to the cart: measured displacement and its slope (grey dots), model (orange); the"
-        f" dashed line is the stop. At most the first {_POINTS} samples of each record.",
+        caption="Phase plane of the hammer relative to the cart: measured displacement and its slope ("
+        f"{style.measured.word} dots), model ({style.model.word}); the dashed line"
+        f" is the stop. At most the first {_POINTS} samples of each record.",
         alt="Velocity against displacement of the hammer relative to the cart, measured and model, one panel for each of "
         + ", ".join(record.file for record in records)
         + ".",

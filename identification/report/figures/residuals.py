@@ -7,7 +7,8 @@ from jaxtyping import Float
 from matplotlib.ticker import NullLocator
 from scipy.special import ndtr
 
-from identification.report.figures.base import SERIES, Picture
+from identification.report.figures.base import Picture
+from identification.report.page_style import DASHES, PageStyle
 from identification.result.record_view import residual
 from identification.result.result import FitResult
 from identification.wording.channel_labels import spoken
@@ -16,10 +17,9 @@ from vibrojax.drawing import few_ticks, new_figure
 _LAGS = 40
 _FURTHEST = 6.0
 """σ"""
-_DASHES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 2, 1, 2)), (0, (3, 1)), "-")
 
 
-def residuals(result: FitResult) -> Iterator[Picture]:
+def residuals(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture: share of residuals beyond so many standard deviations against the normal law, and autocorrelation."""
     by_channel: dict[str, list[np.ndarray]] = {}
     for record in result.records:
@@ -32,7 +32,7 @@ def residuals(result: FitResult) -> Iterator[Picture]:
     across = np.linspace(0.0, _FURTHEST, 121)
     left.plot(across, 2 * ndtr(-across), color="#c4c4c4", linewidth=5, label="noise alone")
     samples = 1
-    for (channel, series), colour, dashes in zip(by_channel.items(), SERIES * 2, _DASHES * 2, strict=False):
+    for (channel, series), colour, dashes in zip(by_channel.items(), style.series * 2, DASHES * 2, strict=False):
         pooled = np.sort(np.abs(np.concatenate(series)))
         pooled = pooled[np.isfinite(pooled)]
         samples = max(samples, len(pooled))

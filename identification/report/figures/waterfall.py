@@ -5,12 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from identification.report.figures.base import ACCENT, MEASURED, Picture
+from identification.report.figures.base import LINK, Picture
+from identification.report.page_style import PageStyle
 from identification.result.result import FitResult
 from vibrojax.drawing import new_figure
 
 
-def waterfall(result: FitResult) -> Iterator[Picture]:
+def waterfall(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture, from two starts on: chi-square before and after, best start first."""
     starts = [start for start in sorted(result.starts, key=lambda s: s.final_cost) if np.isfinite(start.final_cost)]
     if len(starts) < 2:
@@ -20,9 +21,9 @@ def waterfall(result: FitResult) -> Iterator[Picture]:
     order = np.arange(1, len(starts) + 1)
     before = np.array([2.0 * start.initial_cost for start in starts])
     after = np.array([2.0 * start.final_cost for start in starts])
-    axes.vlines(order, after, np.where(np.isfinite(before), before, after), color="#c8c8c8", linewidth=1.0)
-    axes.plot(order, before, "o", color=MEASURED, fillstyle="none", markersize=5, label="before")
-    axes.plot(order, after, "o-", color=ACCENT, markersize=5, linewidth=0.8, label="after")
+    axes.vlines(order, after, np.where(np.isfinite(before), before, after), color=LINK, linewidth=1.0)
+    axes.plot(order, before, "o", color=style.measured.colour, fillstyle="none", markersize=5, label="before")
+    axes.plot(order, after, "o-", color=style.accent.colour, markersize=5, linewidth=0.8, label="after")
     axes.set_yscale("log")
     axes.yaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("start, best first")

@@ -16,10 +16,11 @@ from identification.report.diagnosis.learned_term import learned_term
 from identification.report.diagnosis.model_force import model_force
 from identification.report.diagnosis.rows import change_rows, steadiness_rows
 from identification.report.diagnosis.write import draw
+from identification.report.page_style import PRINT
 from identification.wording.numbers import NONE
 from tests.identification.diagnosis.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result
-from tests.identification.report.page_reader import read
+from tests.identification.report.page_reader import is_grey, read, svgs, unpacked
 from vibrojax.effects import EFFECTS, GainError, MainsHum
 from vibrojax.effects.free_form import FreeForm
 
@@ -57,11 +58,36 @@ def test_the_page_stands_alone(pages, verdict):
     written = pages[verdict]
     page, text = read(written[0]), written[0].read_text(encoding="utf-8")
     assert sorted(written) == sorted(written[0].parent.iterdir())
-    assert len(page.addresses) == len(written) - 1
-    assert all(address.startswith("data:image/png;base64,") for address in page.addresses)
-    assert "<script" not in text
-    assert not re.search(r"https?://|@import|url\(", text)
+    assert len(page.alts) == len(svgs(written[0])) == (len(written) - 1) / 2
+    assert {path.suffix for path in written[1:]} == {".png", ".pdf"}
+    assert all(address.startswith(("data:image/png;base64,", "#")) for address in page.addresses)
+    assert len(set(page.ids)) == len(page.ids)
+    assert not re.search(r"https?://|@import|url\((?!#)", text)
     assert all(len(alt) > 30 for alt in page.alts)
+    assert re.findall(r"<h2>(.*?)</h2>", text) == ["Numbers", "Pictures", "What to do next", "Provenance"]
+
+
+@pytest.mark.parametrize("verdict", [MISSING, UNLISTED, ADEQUATE])
+def test_in_black_and_white_nothing_has_a_hue(made, verdict, tmp_path):
+    written = write_diagnosis_report(made[verdict], tmp_path, style=PRINT)
+    assert all(is_grey(svg) for svg in svgs(written[0]))
+    assert not re.search(r"\b(blue|orange)\b", read(written[0]).text)
+
+
+def test_a_stretch_can_be_widened_to_its_whole_record(pages, made):
+    """With both models, and the residuals of either."""
+    (zoom, samples), *_ = read(pages[MISSING][0]).zooms
+    record = made[MISSING].nominal.records[0]
+    assert [curve["name"] for panel in zoom["panels"] for curve in panel["curves"]] == [
+        "measured",
+        "nominal",
+        "augmented",
+        "before",
+        "after",
+    ]
+    assert {track["count"] for track in zoom["tracks"]} == {len(record.time)}
+    times = unpacked(zoom, samples)[zoom["panels"][0]["time"]]
+    assert times[0] <= zoom["window"][0] < zoom["window"][1] <= times[-1] + 1e-9
 
 
 def test_every_picture_is_drawn_and_legible(made):
@@ -104,7 +130,7 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
         "Parameters before and after",
         "−4.0 σ",
         "What else was considered",
-        "What would tell more",
+        "What to do next",
         "Provenance",
     )
     places = [text.find(piece) for piece in in_order]

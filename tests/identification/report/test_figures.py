@@ -10,6 +10,7 @@ from identification.report.figures.envelope import envelope
 from identification.report.figures.loops import loops
 from identification.report.figures.overlay import overlay
 from identification.report.figures.residuals import autocorrelation
+from identification.report.page_style import SCREEN
 from identification.report.write import draw
 from identification.result.record_view import impacts, measured_displacement, notable
 from tests.identification.made_result import made_result
@@ -77,7 +78,7 @@ def test_a_channel_without_a_usable_sample_is_drawn_empty(good):
 def test_of_many_records_the_worst_are_drawn(good):
     many = tuple(dataclasses.replace(good.records[1], file=f"cart{i}.csv", chi2_reduced={"impact_force": float(i)}) for i in range(12))
     with style():
-        overlays = [p.record for p in overlay(dataclasses.replace(good, records=many))]
+        overlays = [p.record for p in overlay(dataclasses.replace(good, records=many), SCREEN)]
     assert overlays == [f"cart{i}.csv" for i in range(4, 12)]
 
 
@@ -118,5 +119,5 @@ def test_a_channel_that_stands_still_has_no_autocorrelation_and_no_warning():
 
 def test_the_same_figure_gives_the_same_bytes(good):
     with style():
-        once, again = (png(next(loops(good)).figure) for _ in range(2))
+        once, again = (png(next(loops(good, SCREEN)).figure) for _ in range(2))
     assert once == again

@@ -8,9 +8,10 @@ from matplotlib.ticker import NullLocator
 
 from identification.diagnosis.calibration import ALPHA as FALSE_ALARM
 from identification.diagnosis.diagnosis import Considered, Diagnosis
-from identification.report.diagnosis.figures.base import AFTER, BEFORE, BEFORE_BAND, Picture
 from identification.report.diagnosis.rows import spoken_detail, strongest
 from identification.report.diagnosis.words import beside, chance_text, plain_name
+from identification.report.figures.base import LINK, Picture
+from identification.report.page_style import PageStyle
 from identification.wording.numbers import significant
 from vibrojax.drawing import new_figure
 
@@ -20,7 +21,7 @@ _LONGEST = 38
 _LIMIT = significant(FALSE_ALARM, 1).replace(" ", "\u00a0")
 
 
-def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
+def candidates(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture: the strongest candidates."""
     shown = strongest(diagnosis)[:_MOST]
     if not shown:
@@ -30,7 +31,7 @@ def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
     axes = figure.add_axes((0.4, 0.43 / height, 0.57, 1 - 0.65 / height))
     places = -np.arange(len(shown), dtype=float)
     adequate = diagnosis.is_complete
-    (_chances if adequate else _gains)(axes, places, shown)
+    (_chances if adequate else _gains)(axes, places, shown, style)
     axes.set_yticks(places, [_name(one, everywhere=adequate) for one in shown])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(places[-1] - 0.7, 0.7)
@@ -53,22 +54,22 @@ def candidates(diagnosis: Diagnosis) -> Iterator[Picture]:
     )
 
 
-def _gains(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> None:
+def _gains(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...], style: PageStyle) -> None:
     gains = np.maximum(np.nan_to_num([one.gain for one in shown]), 1.0)
     drops = np.maximum([np.nan if one.drop is None else one.drop for one in shown], 1.0)
     least = 0.5 * float(np.nanmin(np.concatenate([gains, drops])))
-    axes.barh(places, gains - least, left=least, height=0.62, color=BEFORE_BAND, label="expected")
-    axes.barh(places, drops - least, left=least, height=0.28, color=AFTER, label="found")
+    axes.barh(places, gains - least, left=least, height=0.62, color=style.nominal_band, label="expected")
+    axes.barh(places, drops - least, left=least, height=0.28, color=style.augmented.colour, label="found")
     axes.set_xscale("log")
     axes.set_xlim(least, 1.5 * float(np.nanmax(np.concatenate([gains, drops]))))
     axes.set_xlabel("gain of twice the log-likelihood")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=2, borderpad=0.1)
 
 
-def _chances(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> None:
+def _chances(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...], style: PageStyle) -> None:
     chances = np.maximum([one.chance for one in shown], 1e-12)
-    axes.hlines(places, chances, 1.0, color="#c8c8c8", linewidth=1.4)
-    axes.plot(chances, places, "o", color=BEFORE, markersize=5)
+    axes.hlines(places, chances, 1.0, color=LINK, linewidth=1.4)
+    axes.plot(chances, places, "o", color=style.nominal.colour, markersize=5)
     axes.axvline(FALSE_ALARM, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
     axes.set_xscale("log")
     axes.set_xlim(0.3 * min(float(chances.min()), FALSE_ALARM), 1.6)
@@ -76,7 +77,7 @@ def _chances(axes: Axes, places: np.ndarray, shown: tuple[Considered, ...]) -> N
 
 
 def _name(one: Considered, *, everywhere: bool) -> str:
-    """The effect, its channel or record and, where it tells anything, the model it was added to."""
+    """The effect, its channel or record and, where there are several, the model it was added to."""
     place = spoken_detail(one.detail).partition(",")[0]
     name = plain_name(one.name) + (f": {place}" if place and not any(mark in place for mark in "_=") else "")
     name += "" if everywhere or not one.beside else f" (beside {beside(one)})"

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.diagnosis.diagnosis import UNLISTED, Diagnosis
-from identification.report.diagnosis.figures.base import AFTER, Picture
 from identification.report.diagnosis.learned_term import learned_term
 from identification.report.diagnosis.words import axis
+from identification.report.figures.base import MANY, Picture
+from identification.report.page_style import PageStyle
 from identification.wording.channel_labels import label
 from vibrojax.drawing import few_ticks, new_figure
 
@@ -16,7 +17,7 @@ _SECOND = 0.05
 """Share of the term that a second coordinate must decide to be shown."""
 
 
-def learned(diagnosis: Diagnosis) -> Iterator[Picture]:
+def learned(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture, where the verdict is that nothing listed explains the records: the term against the two coordinates that decide most."""
     term = learned_term(diagnosis) if diagnosis.verdict == UNLISTED else None
     if term is None:
@@ -31,7 +32,8 @@ def learned(diagnosis: Diagnosis) -> Iterator[Picture]:
     some = slice(None, None, max(len(term.value) // _POINTS, 1))
     for axes, (name, si) in zip(panels, shown, strict=True):
         across = axis(name, si)
-        axes.plot(across.factor * term.coordinates[name, si][some], factor * term.value[some], ".", color=AFTER, markersize=1.8)
+        x, y = across.factor * term.coordinates[name, si][some], factor * term.value[some]
+        axes.plot(x, y, ".", color=style.augmented.colour, markersize=1.8, rasterized=len(y) > MANY)
         axes.axhline(0.0, color="black", linewidth=0.6)
         axes.set_xlabel(across.label)
         few_ticks(axes, x=6, y=6)

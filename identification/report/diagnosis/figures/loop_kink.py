@@ -5,15 +5,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.diagnosis.figures.base import AFTER, BEFORE, DASHED, Picture
 from identification.report.diagnosis.words import axis, listed
+from identification.report.figures.base import MANY, Picture
+from identification.report.page_style import DASHED, PageStyle
 from identification.wording.numbers import millimetres
 from vibrojax.drawing import GREY, few_ticks, new_figure
 
 _LIGHT = "#b0b0b0"
 
 
-def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
+def bend(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture: all samples in contact, those of the records that go deeper dark, with both laws along the deepest of each of these."""
     found = diagnosis.location.bend if diagnosis.location is not None else None
     if found is None:
@@ -24,13 +25,15 @@ def bend(diagnosis: Diagnosis) -> Iterator[Picture]:
     figure = new_figure(3.7)
     axes = figure.subplots(gridspec_kw={"left": 0.115, "right": 0.985, "bottom": 0.125, "top": 0.97})
     axes.axvline(look.factor * found.depth, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
-    axes.plot(across[~deeper], found.force[~deeper], ".", color=_LIGHT, markersize=3, label="the other records")
-    axes.plot(across[deeper], found.force[deeper], "o", color=GREY, markersize=3.5, fillstyle="none", label="records that go deeper")
+    many = len(across) > MANY
+    axes.plot(across[~deeper], found.force[~deeper], ".", color=_LIGHT, markersize=3, label="the other records", rasterized=many)
+    marks = {"color": GREY, "markersize": 3.5, "fillstyle": "none", "rasterized": many}
+    axes.plot(across[deeper], found.force[deeper], "o", label="records that go deeper", **marks)
     for index in np.unique(found.record[deeper]):
         deepest = np.argmax(np.where(found.record == index, found.indentation, -np.inf))
         one = found.contact == found.contact[deepest]
-        axes.plot(across[one], found.straight[one], color=BEFORE, linestyle=DASHED, label="law without a bend")
-        axes.plot(across[one], found.bent[one], color=AFTER, label="law with a bend")
+        axes.plot(across[one], found.straight[one], color=style.nominal.colour, linestyle=DASHED, label="law without a bend")
+        axes.plot(across[one], found.bent[one], color=style.augmented.colour, label="law with a bend")
     handles, names = axes.get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))
     axes.legend(once.values(), once.keys(), loc="upper left")

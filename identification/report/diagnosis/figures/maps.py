@@ -8,11 +8,12 @@ from matplotlib.colors import LogNorm
 from matplotlib.image import AxesImage
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.diagnosis.figures.base import Picture
+from identification.report.figures.base import Picture
+from identification.report.page_style import PageStyle
 from identification.report.rows import recorded
 from identification.result.result import RecordFit
 from identification.wording.numbers import significant
-from vibrojax.drawing import WIDTH, new_figure
+from vibrojax.drawing import GREY, WIDTH, new_figure
 
 _MOST = 6
 _COLUMNS = 3
@@ -26,7 +27,7 @@ _FEW_TICKS, _DECADES = (1, 2, 3, 5, 10), tuple(10**k for k in range(16))
 _LONG = 50.0
 
 
-def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
+def maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture, a panel a record."""
     shown = _shown(diagnosis)
     if not shown:
@@ -43,7 +44,7 @@ def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
         row, column = divmod(number, columns)
         x, y = left + column * (wide + gap_x), height - above - tall - row * (tall + gap_y)
         axes = figure.add_axes((x / width, y / height, wide / width, tall / height))
-        image = _panel(axes, diagnosis, record, values, top)
+        image = _panel(axes, diagnosis, record, values, top, style)
         if column == 0:
             axes.set_ylabel("time t (s)")
     bar_axes = figure.add_axes(((width - right + 0.12) / width, below / height, 0.11 / width, (height - below - above) / height))
@@ -58,7 +59,8 @@ def maps(diagnosis: Diagnosis) -> Iterator[Picture]:
         section="location",
         record=None,
         caption="Misfit of the nominal model by time in the record (upwards) and phase of the excitation (across): root mean square"
-        " residual over the noise; pale is noise alone, grey is no sample." + _remarks(diagnosis, len(shown)),
+        f" residual over the noise; pale is noise alone, {'grey' if style.hatch is None else 'hatched'} is no sample."
+        + _remarks(diagnosis, len(shown)),
         alt=f"Maps of the nominal model's misfit over time and excitation phase for {', '.join(record.file for record, _ in shown)};"
         f" the darkest cell, in {worst[0].file}, is {significant(float(np.nanmax(worst[1])) ** 0.5, 2)} times the noise.",
         figure=figure,
@@ -71,17 +73,18 @@ def _shown(diagnosis: Diagnosis) -> list[tuple[RecordFit, np.ndarray]]:
     if where is None:
         return []
     able = [r for r in diagnosis.nominal.records if r.file in where.maps and np.isfinite(where.maps[r.file]).any()]
-    telling = sorted(able, key=lambda r: -where.records.get(r.file, 0.0))[:_MOST]
-    return [(record, where.maps[record.file]) for record in able if record in telling]
+    largest = sorted(able, key=lambda r: -where.records.get(r.file, 0.0))[:_MOST]
+    return [(record, where.maps[record.file]) for record in able if record in largest]
 
 
-def _panel(axes: Axes, diagnosis: Diagnosis, record: RecordFit, values: np.ndarray, top: float) -> AxesImage:
+def _panel(axes: Axes, diagnosis: Diagnosis, record: RecordFit, values: np.ndarray, top: float, style: PageStyle) -> AxesImage:
     where, read = diagnosis.location, recorded(record, diagnosis.experiment)
     driven = read is None or read.excitation_frequency is not None
-    axes.set_facecolor(_NOTHING)
+    axes.set_facecolor(_NOTHING if style.hatch is None else "white")
+    axes.patch.set(hatch=style.hatch, edgecolor=GREY, linewidth=0.0)
     image = axes.imshow(
         np.sqrt(np.maximum(values, 1.0)),
-        cmap="Blues",
+        cmap=style.sequential,
         norm=LogNorm(1.0, top),
         origin="lower",
         aspect="auto",

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.diagnosis.figures.base import AFTER, BEFORE, Picture
+from identification.report.figures.base import LINK, Picture
+from identification.report.page_style import PageStyle
 from identification.wording.channel_labels import spoken
 from identification.wording.numbers import significant
 from vibrojax.drawing import new_figure
@@ -17,7 +18,7 @@ _NICE = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 _NICE_CLOSE = (0.5, 0.6, 0.8, 1, 1.2, 1.5, 2, 3, 4)
 
 
-def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
+def misfits(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture, a line a channel of a record; of many, those that are worst before."""
     shown = _worst(diagnosis)
     if not shown:
@@ -28,7 +29,7 @@ def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
         section="errors",
         record=None,
         caption="Root mean square residual over the noise, by record and channel"
-        + ("" if same else ": nominal model (blue rings), augmented model (orange)")
+        + ("" if same else f": nominal model ({style.nominal.word} rings), augmented model ({style.augmented.word} dots)")
         + ". The dashed line at 1 is the best there is.",
         alt="Misfit of every channel: "
         + "; ".join(
@@ -36,7 +37,7 @@ def misfits(diagnosis: Diagnosis) -> Iterator[Picture]:
             for file, channel, a, b in shown
         )
         + " times the noise.",
-        figure=_drawn(shown, same),
+        figure=_drawn(shown, same, style),
     )
 
 
@@ -53,7 +54,7 @@ def _worst(diagnosis: Diagnosis) -> list[tuple[str, str, float, float]]:
     return [row for row in rows if row in worst]
 
 
-def _drawn(shown: list[tuple[str, str, float, float]], same: bool) -> Figure:
+def _drawn(shown: list[tuple[str, str, float, float]], same: bool, style: PageStyle) -> Figure:
     """Dots on a line each; `same` where there is no augmented model."""
     height = 0.62 + 0.2 * len(shown)
     figure = new_figure(height)
@@ -62,10 +63,10 @@ def _drawn(shown: list[tuple[str, str, float, float]], same: bool) -> Figure:
     before, later = (np.array([row[k] for row in shown]) for k in (2, 3))
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
     if not same:
-        axes.hlines(places, later, before, color="#c8c8c8", linewidth=1.6)
-    axes.plot(before, places, "o", color=BEFORE, fillstyle="none", markersize=5, label="nominal")
+        axes.hlines(places, later, before, color=LINK, linewidth=1.6)
+    axes.plot(before, places, "o", color=style.nominal.colour, fillstyle="none", markersize=5, label="nominal")
     if not same:
-        axes.plot(later, places, "o", color=AFTER, markersize=4, label="augmented")
+        axes.plot(later, places, "o", color=style.augmented.colour, markersize=4, label="augmented")
     axes.set_xscale("log")
     everything = np.concatenate([before, later, [1.0]])
     axes.set_xlim(0.8 * np.nanmin(everything), 1.25 * max(float(np.nanmax(everything)), 1.6))

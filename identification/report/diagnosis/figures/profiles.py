@@ -6,9 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from identification.diagnosis.diagnosis import Diagnosis, Location, Profile
-from identification.report.diagnosis.figures.base import AFTER, BEFORE, BEFORE_BAND, HELD, Picture
 from identification.report.diagnosis.model_force import model_force
 from identification.report.diagnosis.words import axis, listed, quantity, quantity_unit
+from identification.report.figures.base import Picture
+from identification.report.page_style import PageStyle
 from vibrojax.drawing import few_ticks, new_figure
 
 _OTHERS = 6
@@ -19,7 +20,7 @@ _IN_PHASE: dict[str, dict[str, str]] = {
 }
 """By phase of the motion the coordinates, as `Force` has them, against which its mean in flight can be set beside the profile."""
 _LITTLE = 0.15
-"""Share of the misfit below which the mean tells little."""
+"""Share of the misfit below which the mean explains little."""
 _UNEVEN = " That is little: its size, more than its mean, follows this coordinate."
 
 _SOMETHING = 0.005
@@ -28,7 +29,7 @@ _FEWEST = 5
 """Samples in a bin for the model's force to be drawn there."""
 
 
-def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
+def best_profile(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture: what is missing against its best coordinate, with the force that the augmented model puts in its place."""
     where = diagnosis.location
     if where is None or not where.profiles:
@@ -41,11 +42,11 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
     factor = axis(best.coordinate, best.unit).factor
     if where.interval is not None and best.coordinate == where.coordinate:
         low, high = factor * np.clip(where.interval, best.center.min(), best.center.max())
-        axes.axvspan(low, high, color=HELD, linewidth=0, label="where most of it is")
-    _draw(axes, best, marks=True)
+        axes.axvspan(low, high, color=style.contact, linewidth=0, label="where most of it is")
+    _draw(axes, best, style, marks=True)
     model = _model_line(diagnosis, best)
     if model is not None:
-        axes.plot(factor * best.center, model, color=AFTER, linewidth=1.4, label="what the augmented model adds")
+        axes.plot(factor * best.center, model, color=style.augmented.colour, linewidth=1.4, label="what the augmented model adds")
     axes.set_ylabel(_label(best))
     few_ticks(axes, x=8, y=6)
     axes.margins(x=0.02)
@@ -62,7 +63,7 @@ def best_profile(diagnosis: Diagnosis) -> Iterator[Picture]:
     )
 
 
-def other_profiles(diagnosis: Diagnosis) -> Iterator[Picture]:
+def other_profiles(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture: the same against the other coordinates."""
     where = diagnosis.location
     others = [one for one in where.profiles[1:] if one.explained >= _SOMETHING][:_OTHERS] if where is not None else []
@@ -75,7 +76,7 @@ def other_profiles(diagnosis: Diagnosis) -> Iterator[Picture]:
     places = {"left": 0.115, "right": 0.985, "bottom": 0.45 / height, "top": 1 - 0.25 / height, "hspace": 0.62, "wspace": 0.27}
     grid = figure.subplots(rows, columns, squeeze=False, gridspec_kw=places)
     for panel, profile in zip(grid.ravel(), others, strict=False):
-        _draw(panel, profile, marks=False)
+        _draw(panel, profile, style, marks=False)
         panel.set_title(f"explains {_share(profile)}", loc="left", pad=3, fontsize=8)
         panel.set_ylabel("F (N)" if profile.quantity == "force" else "r (σ)")
         panel.margins(x=0.02)
@@ -93,13 +94,13 @@ def other_profiles(diagnosis: Diagnosis) -> Iterator[Picture]:
     )
 
 
-def _draw(axes: Axes, profile: Profile, *, marks: bool) -> None:
+def _draw(axes: Axes, profile: Profile, style: PageStyle, *, marks: bool) -> None:
     look = axis(profile.coordinate, profile.unit)
     x = look.factor * profile.center
     axes.axhline(0.0, color="black", linewidth=0.6)
-    axes.fill_between(x, profile.mean - 2 * profile.stderr, profile.mean + 2 * profile.stderr, color=BEFORE_BAND, linewidth=0)
-    style = {"marker": "o", "markersize": 3.0} if marks else {}
-    axes.plot(x, profile.mean, color=BEFORE, linewidth=1.0, label="missing from the nominal model", **style)
+    axes.fill_between(x, profile.mean - 2 * profile.stderr, profile.mean + 2 * profile.stderr, color=style.nominal_band, linewidth=0)
+    mark = {"marker": "o", "markersize": 3.0} if marks else {}
+    axes.plot(x, profile.mean, color=style.nominal.colour, linewidth=1.0, label="missing from the nominal model", **mark)
     axes.set_xlabel(look.label)
 
 
@@ -123,7 +124,7 @@ def _model_line(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
 
 
 def _nothing(where: Location) -> str:
-    """The coordinates that tell nothing."""
+    """The coordinates that explain nothing."""
     names = [one.coordinate for one in where.profiles[1:] if not one.explained >= _SOMETHING]
     return f" Nothing of it follows {listed(names)} alone." if names else ""
 

@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.diagnosis.figures.base import AFTER, BEFORE, Picture
-from identification.report.figures.restitution import FEWEST, restitution_picture
+from identification.report.figures.base import Picture
+from identification.report.figures.restitution import FEWEST, Shown, restitution_picture
+from identification.report.page_style import PageStyle
 from identification.result.rebounds import rebounds
 
 
-def restitution(diagnosis: Diagnosis) -> Iterator[Picture]:
+def restitution(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture where something is missing and enough contacts have flight on either side.
 
     What is measured is by the better model, or by the nominal one where few flights beside that one are without a jump.
@@ -19,7 +20,7 @@ def restitution(diagnosis: Diagnosis) -> Iterator[Picture]:
     before, after = (rebounds(side.records, side.model) for side in (nominal, augmented))
     if len(before) < FEWEST:
         return
-    models, in_words, measured = [(before, BEFORE, "nominal model")], "blue: the nominal model", before
+    models, measured = [Shown(contacts=before, name="nominal model", ink=style.nominal)], before
     if augmented is not nominal and len(after) >= FEWEST:
-        models, in_words, measured = [*models, (after, AFTER, "augmented model")], f"{in_words}, orange: the augmented one", after
-    yield restitution_picture(measured, models, in_words, section="location")
+        models, measured = [*models, Shown(contacts=after, name="augmented model", ink=style.augmented, mark="s")], after
+    yield restitution_picture(measured, models, style, section="location")

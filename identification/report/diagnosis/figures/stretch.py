@@ -1,4 +1,4 @@
-"""Which part of a record tells most: the stretch and the channel in which the augmented model gains most on the nominal one."""
+"""Which part of a record shows most: the stretch and the channel in which the augmented model gains most on the nominal one."""
 
 import dataclasses
 
