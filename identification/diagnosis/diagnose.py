@@ -18,9 +18,10 @@ from identification.diagnosis.locate.locate import locate
 from identification.diagnosis.locate.loop_kink import bend
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.locate.restitution import lost_in_contacts
+from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search import BUDGET, FAILED, MOST, Search, search, share_added
+from identification.diagnosis.search import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
 from identification.estimation.nominal import nominal_fit
@@ -95,7 +96,7 @@ def _cause(found: Search, term: Learned | None) -> _Cause:
     Without listed effects, the verdict depends on whether the random force is significant.
     """
     nominal, model = found.first.fitted, found.fitted
-    if term is not None and share_added(nominal.chi2_reduced, model.chi2_reduced, term.fitted.chi2_reduced) > RELEVANT:
+    if term is not None and share_added(nominal, model, term.fitted) > RELEVANT:
         return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
     if model.names:
         return _Cause(verdict=MISSING, fitted=model)

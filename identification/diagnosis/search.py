@@ -12,6 +12,7 @@ from identification.diagnosis.calibration import ALPHA, MOST_EFFECTS, RELEVANT, 
 from identification.diagnosis.free_form.free_form import Learned, learn, strongest_line
 from identification.diagnosis.from_loops import from_loops
 from identification.diagnosis.refit import extended, lengthened, without
+from identification.diagnosis.relevance import left, share_added
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored, score_all, trials
 from identification.estimation.nominal import is_near
@@ -129,7 +130,7 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
         if again is not model and not _has_evidence(rivals[0], again, scored):
             model = again
             continue
-        if not rivals or not _has_evidence(rivals[0], model, scored) or _adds(rivals[0].fitted, model, start) < RELEVANT:
+        if not rivals or not _has_evidence(rivals[0], model, scored) or share_added(start, model, rivals[0].fitted) < RELEVANT:
             return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
         progress(f"fitting {rivals[0].fitted.title} to the end")
         best = _to_the_end(rivals[0].fitted)
@@ -174,7 +175,7 @@ def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
             continue
         gain, numbers = 2.0 * (model.log_likelihood - less.log_likelihood), max(model.unknowns - less.unknowns, 1)
         needed = chance(gain, numbers, 1) < ALPHA and model.criterion < less.criterion
-        if not needed or _adds(model, less, nominal) < RELEVANT:
+        if not needed or share_added(nominal, less, model) < RELEVANT:
             model = less
     return model
 
@@ -184,21 +185,6 @@ def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
     numbers = max(best.fitted.unknowns - beside.unknowns, 1)
     by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
     return by_chance < ALPHA and best.fitted.criterion < beside.criterion
-
-
-def _adds(found: Fitted, model: Fitted, nominal: Fitted) -> float:
-    """Share of the misfit that only the model with the further effect explains."""
-    return share_added(nominal.chi2_reduced, model.chi2_reduced, found.chi2_reduced)
-
-
-def share_added(nominal: float, model: float, more: float) -> float:
-    """Share of the misfit explained by `more` that `model` does not explain; from the reduced chi-squares of nested models.
-
-    Example:
-        >>> share_added(11.0, 2.0, 1.0)
-        0.1
-    """
-    return (model - more) / (nominal - more) if nominal > more else 1.0
 
 
 def _kept(scored: Scored, rivals: list[Rival]) -> Step:
@@ -232,7 +218,7 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
 
     None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit.
     """
-    if line is not None and _left(line.fitted, scored.fitted) < _LITTLE:
+    if line is not None and left(line.fitted, scored.fitted) < _LITTLE:
         return []
     queue = _queue(scored)
     rivals: list[Rival] = []
@@ -295,12 +281,7 @@ def _rival(candidate: Candidate, found: Fitted, beside: Fitted) -> Rival:
 
 def _explains(rival: Rival, beside: Fitted) -> bool:
     """Whether an alternative has obtained its expected gain and explains nearly all of the misfit."""
-    return rival.gain >= rival.candidate.gain > 0 and _left(rival.fitted, beside) < _LITTLE
-
-
-def _left(found: Fitted, beside: Fitted) -> float:
-    """Residual share of the misfit."""
-    return (found.chi2_reduced - 1.0) / max(beside.chi2_reduced - 1.0, 1e-300)
+    return rival.gain >= rival.candidate.gain > 0 and left(rival.fitted, beside) < _LITTLE
 
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:

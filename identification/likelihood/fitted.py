@@ -130,6 +130,10 @@ class Fitted:
     @property
     def chi2_reduced(self) -> float:
         """Reduced chi-square without random force, with the window states at their optimum; 1 where the residual is noise."""
+        return self.weighted_chi2(np.ones(len(self.prepared.record)))
+
+    def weighted_chi2(self, weight: Float[np.ndarray, " windows"]) -> float:
+        """The same with a weight of each window."""
         inner, layout = self.point.inner.fit, self.prepared.layout
         own = slice(1 + layout.size - layout.states, None)
         finite = self.point.at.finite
@@ -138,8 +142,9 @@ class Fitted:
         inverse = np.linalg.pinv(blocks / (size[:, :, None] * size[:, None, :]), hermitian=True, rcond=1e-10)
         scaled = right / size
         taken = np.einsum("ls,lst,lt->l", scaled, inverse, scaled)
-        degrees = self.samples - self.unknowns - layout.states * int(finite.sum())
-        return float((inner[finite, 0, 0] - taken).sum() / max(degrees, 1))
+        weight = weight[finite]
+        degrees = weight @ (self.point.inner.samples[finite] - layout.states) - self.unknowns
+        return float(weight @ (inner[finite, 0, 0] - taken) / max(degrees, 1.0))
 
     @property
     def continued(self) -> Prepared:

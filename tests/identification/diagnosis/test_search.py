@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis import search as module
 from identification.diagnosis.score.scored import Scored
-from identification.diagnosis.search import BUDGET, COMPLETE, FAILED, MOST, Rival, search, share_added
+from identification.diagnosis.search import BUDGET, COMPLETE, FAILED, MOST, Rival, search
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation
 from identification.likelihood.variances import Variances
@@ -50,12 +50,6 @@ def test_a_line_of_a_frequency_of_its_own_is_learned_before_a_mode_is_fitted(mot
     assert found.learned.effect.f1_hz == pytest.approx(11.3, abs=0.01)
     assert (found.ended, found.steps, found.fitted.names) == (COMPLETE, (), ())
     assert not any("second_mode" in line for line in said)
-
-
-@pytest.mark.parametrize(("model", "more", "share"), [(11.0, 1.0, 1.0), (2.0, 1.0, 0.1), (1.001, 1.0, 1e-4), (2.0, 12.0, 1.0)])
-def test_share_of_the_misfit_that_more_than_a_model_explains(model, more, share):
-    """The nominal model leaves 11."""
-    assert share_added(11.0, model, more) == pytest.approx(share, rel=1e-6)
 
 
 def test_a_further_effect_that_matters_little_is_not_added(rubbing, monkeypatch):

@@ -1,0 +1,50 @@
+"""Practical relevance: the share of the misfit that a further effect or term explains."""
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.likelihood.fitted import Fitted
+
+
+def share_added(nominal: Fitted, model: Fitted, more: Fitted) -> float:
+    """Share of the nominal misfit that `more` explains and `model` does not, in reduced chi-square without random force.
+
+    Windows count as in the fit of `more`: those that it gives little weight, since nothing explains them, hide no effect in the others.
+    """
+    return share(*(misfit(one, more) for one in (nominal, model, more)))
+
+
+def share(nominal: float, model: float, more: float) -> float:
+    """The same from the three reduced chi-squares.
+
+    Example:
+        >>> share(11.0, 2.0, 1.0)
+        0.1
+    """
+    return (model - more) / (nominal - more) if nominal > more else 1.0
+
+
+def left(found: Fitted, beside: Fitted) -> float:
+    """Residual share of the misfit of a model that remains with a further effect."""
+    return (misfit(found, found) - 1.0) / max(misfit(beside, found) - 1.0, 1e-300)
+
+
+def misfit(of: Fitted, like: Fitted) -> float:
+    """Reduced chi-square of a fit, with the windows weighted as in another fit of the same records, which may have other windows."""
+    return of.weighted_chi2(weights(of, like))
+
+
+def weights(of: Fitted, like: Fitted) -> Float[np.ndarray, " windows"]:
+    """Weight of each window in another fit of the same records: the mean over its samples, at most 1."""
+    known = [np.full(len(record.time), np.nan) for record in of.prepared.experiment.records]
+    for record, place, weight in zip(like.prepared.record, _places(like), like.variances.weight, strict=True):
+        known[record][place] = min(weight, 1.0)
+    found = [known[record][place] for record, place in zip(of.prepared.record, _places(of), strict=True)]
+    return np.array([1.0 if np.isnan(each).all() else float(np.nanmean(each)) for each in found])
+
+
+def _places(fitted: Fitted) -> list[slice]:
+    """Samples of every window in its record."""
+    groups = fitted.prepared.groups
+    ends = ((first, first + length) for group in groups for first, length in zip(group.first, group.lengths, strict=True))
+    return [slice(int(first), int(end)) for first, end in ends]
