@@ -5,7 +5,7 @@ The same object simulates the effect, stands as a candidate in a diagnosis, and 
 To add one: write a file with a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and
 `own_states`, its `probe` (how it is searched for: `vibrojax.effects.probe`), and implements `scaled` and those of the hooks `force`,
 `stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `rates` and `read` through which it acts (by
-default each does nothing), then list it in `vibrojax/effects/__init__.py`.
+default each does nothing), then import it in `vibrojax/effects/__init__.py`.
 """
 
 import abc
