@@ -216,7 +216,7 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         shows="No force up to one depth in the stop, and a steep push away from it beyond.",
     ),
 }
-"""One for each listed effect."""
+"""By the name of a listed effect."""
 
 
 def effect_of(name: str) -> AbstractEffect:

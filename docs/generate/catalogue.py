@@ -14,20 +14,18 @@ def catalogue() -> str:
 
 
 def _section(name: str, effect: type[AbstractEffect]) -> str:
-    mark = FINGERPRINTS[name]
+    shows, picture = _picture(name)
     about = _about(effect)
     rows = "\n".join(_row(p) for p in effect.parameters)
     return f"""## `{name}`
 
-{effect.summary[0].upper()}{effect.summary[1:]}. {mark.shows}
+{effect.summary[0].upper()}{effect.summary[1:]}.{shows}
 
 ```text
 {effect.equation}
 ```
 
-![{mark.over} over {mark.along}](images/effects/{name}.png){{ .fingerprint loading=lazy }}
-
-| parameter | symbol | unit | what it is |
+{picture}| parameter | symbol | unit | what it is |
 |---|---|---|---|
 {rows}
 
@@ -35,6 +33,14 @@ def _section(name: str, effect: type[AbstractEffect]) -> str:
 
 *Source:* {_source(effect)} Code: `{effect.__module__}`.
 """
+
+
+def _picture(name: str) -> tuple[str, str]:
+    """The sentence on an effect's picture, and the picture; both empty for an effect without one."""
+    if name not in FINGERPRINTS:
+        return "", ""
+    mark = FINGERPRINTS[name]
+    return f" {mark.shows}", f"![{mark.over} over {mark.along}](images/effects/{name}.png){{ .fingerprint loading=lazy }}\n\n"
 
 
 def _row(p: Parameter) -> str:

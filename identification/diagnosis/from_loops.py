@@ -21,7 +21,7 @@ def from_loops(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     that the score test is not sensitive to it; the loops need no nominal motion.
     """
     seen = SeenLoops(scored)
-    candidates = {one.name: one for one in scored.found if one.members[0].in_loops}
+    candidates = {one.name: one for one in scored.found if one.members[0].probe.kink}
     shown = ((one, seen.shown(one.members[0])) for one in candidates.values())
     return [_begun(scored, one, loops.bent, seen) for one, loops in shown if loops is not None]
 

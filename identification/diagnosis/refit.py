@@ -140,10 +140,8 @@ def strengthened(candidate: Candidate, *, records: int) -> tuple[AbstractEffect,
         values = [sum(f * float(getattr(m, p.field)) for f, m in zip(factors, candidate.members, strict=True)) for p in own]
         blank = dataclasses.replace(candidate.members[0], **{p.field: 0.0 for p in own})
         return blank, np.stack([np.broadcast_to(v, records) / p.scale for v, p in zip(values, own, strict=True)], axis=1)
-    effect, *others = [m.scaled(float(factor)) for m, factor in zip(candidate.members, candidate.factors, strict=True)]
-    for other in others:
-        effect = effect.merged(other)
-    return effect, np.zeros((records, 0))
+    scaled = [m.scaled(float(factor)) for m, factor in zip(candidate.members, candidate.factors, strict=True)]
+    return scaled[0].probe.joined(scaled), np.zeros((records, 0))
 
 
 def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:

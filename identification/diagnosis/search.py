@@ -13,6 +13,7 @@ from identification.diagnosis.free_form.free_form import Learned, learn, stronge
 from identification.diagnosis.from_loops import from_loops
 from identification.diagnosis.refit import extended, lengthened, without
 from identification.diagnosis.relevance import left, share_added
+from identification.diagnosis.score.lags import is_recorded
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored, score_all, trials
 from identification.estimation.nominal import is_near
@@ -237,7 +238,7 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
 def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best: float) -> bool:
     """Whether a candidate's expected gain is far below the best expected and obtained ones; never where the score test does not apply."""
     effect = candidate.members[0]
-    if not rivals or effect.is_stop or effect.in_loops or effect.shown_by(scored.known):
+    if not rivals or effect.probe.is_stop or effect.probe.kink or is_recorded(effect, scored.scales):
         return False
     gained = min(best, max(0.0, *(rival.gain for rival in rivals)))
     done = any(_explains(rival, scored.fitted) for rival in rivals)
@@ -296,25 +297,25 @@ def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     weight = scored.fitted.variances.weight
     resist = float(np.mean(weight < 0.2 * np.median(weight))) >= _BAD
     listed = {one.name for one in short}
-    stops = [one for one in scored.found if one.members[0].is_stop and one.name not in listed][:_STOPS] if resist else []
-    shown = [one for one in scored.found if one.members[0].shown_by(scored.known) and one.name not in listed]
+    stops = [one for one in scored.found if one.members[0].probe.is_stop and one.name not in listed][:_STOPS] if resist else []
+    shown = [one for one in scored.found if is_recorded(one.members[0], scored.scales) and one.name not in listed]
     begun = [(one, _extended(one, scored)) for one in [*short, *stops, *shown]]
     return [*begun, *(from_loops(scored) if resist or stops else [])]
 
 
 def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
-    """The candidate, and further probes of its effect as alternative starts, up to the effect's `tries`."""
+    """The candidate, and further candidates of its effect as alternative starts, as many as its probe has `starts`."""
     others = [one for one in scored.found if one.name == candidate.name and 0.0 < one.gain < candidate.gain]
-    return [candidate, *others[: candidate.members[0].tries - 1]]
+    return [candidate, *others[: candidate.members[0].probe.starts - 1]]
 
 
 def _extended(candidate: Candidate, scored: Scored) -> Prepared:
     """Windows with the candidate at the strength of the score test.
 
-    A stop, and an effect shown by the records, starts as proposed: along a motion without it the score gives no strength.
+    A stop, and a delay that the records show, starts as proposed: along a motion without it the score gives no strength.
     """
     effect = candidate.members[0]
-    if not (effect.is_stop or effect.shown_by(scored.known)):
+    if not (effect.probe.is_stop or is_recorded(effect, scored.scales)):
         return extended(scored.fitted, candidate, scored.courses)
     as_proposed = dataclasses.replace(candidate, factors=np.ones(len(candidate.members)))
     return extended(scored.fitted, as_proposed, scored.courses, is_small=False)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.effects.rig import A0, OMEGA, PHASE, SINE, Reference, assert_same, simulate
-from vibrojax.effects import BaseHarmonics, FrequencyDrift, GainError
+from tests.effects.scales import SCALES
+from vibrojax.effects import BaseHarmonics, FrequencyDrift
 from vibrojax.excitation import CubicSignal, SampledMotion
 
 LINES = (0.05, -0.02, 0.01, 0.03)
@@ -47,6 +48,6 @@ def test_a_measured_cart_stays_as_it_is():
 
 
 def test_members_of_its_candidate_add_up():
-    np.testing.assert_allclose(jax.tree.leaves(EFFECT.merged(EFFECT.scaled(2.0))), 3.0 * np.array(LINES), rtol=1e-15)
-    with pytest.raises(TypeError, match="gain_error cannot be added to base_harmonics"):
-        EFFECT.merged(GainError(1.0))
+    (members,) = BaseHarmonics.probe.candidates(SCALES)
+    scaled = [one.scaled(100.0 * line) for one, line in zip(members, LINES, strict=True)]
+    np.testing.assert_allclose(jax.tree.leaves(BaseHarmonics.probe.joined(scaled)), LINES, rtol=1e-12)

@@ -4,8 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tests.effects.facts import FACTS
 from tests.effects.rig import GAP, K_I, LAW, N_I, Reference, assert_same, simulate, system
+from tests.effects.scales import SCALES
 from vibrojax.contact import HuntCrossley, NoContact
 from vibrojax.effects import DeepStop
 from vibrojax.excitation import Unforced, at_rest
@@ -61,12 +61,12 @@ def test_what_carries_the_stop_feels_both():
     np.testing.assert_allclose(push, K_I * (2 * DEPTH) ** N_I + behind(GAP + 2 * DEPTH, 0.0), rtol=1e-12)
 
 
-def test_probes_lie_within_the_indentation_and_push_as_much_as_the_nominal_stop():
-    found = [candidate[0] for candidate in DEEP.probes(FACTS)]
+def test_candidates_lie_within_the_indentation_and_push_as_much_as_the_nominal_stop():
+    found = [candidate[0] for candidate in DeepStop.probe.candidates(SCALES)]
     assert len({one.depth for one in found}) == len(found) > 1
     for one in found:
-        assert 0.0 < one.depth < FACTS.deepest
-        assert one.stiffness * (FACTS.deepest - one.depth) ** 1.5 == pytest.approx(FACTS.force)
-    assert DEEP.probes(dataclasses.replace(FACTS, deepest=0.0)) == ()
-    assert DEEP.probes(dataclasses.replace(FACTS, law=NoContact())) == ()
-    assert not DEEP.is_stop
+        assert 0.0 < one.depth < SCALES.deepest
+        assert one.stiffness * (SCALES.deepest - one.depth) ** 1.5 == pytest.approx(SCALES.force)
+    assert DeepStop.probe.candidates(dataclasses.replace(SCALES, deepest=0.0)) == ()
+    assert DeepStop.probe.candidates(dataclasses.replace(SCALES, law=NoContact())) == ()
+    assert not DeepStop.probe.is_stop

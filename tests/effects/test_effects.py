@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from tests.effects import rig
-from tests.effects.facts import FACTS, NOTHING
+from tests.effects.scales import NOTHING, SCALES
 from vibrojax.channels import CHANNELS, channels
 from vibrojax.contact import Newton, NoContact
 from vibrojax.effects import EFFECTS, CoulombFriction, MissingStop
+from vibrojax.effects.free_form import FreeForm
 from vibrojax.integrate import Landing
 
-LISTED = """
+CONTRACT = """
     coulomb_friction quadratic_drag cubic_stiffness constant_force hysteresis stop_compliance contact_adhesion back_stop base_harmonics
     cart_recoil frequency_drift gap_drift gap_step second_mode force_lag force_clipping mains_hum missing_stop gain_error time_offset
-    force_saturation deep_stop asymmetric_damping
 """.split()
 TS = jnp.arange(0.0, 0.2, 1e-3)
 each_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
@@ -31,12 +31,8 @@ def law(effect):
     return NoContact() if effect is MissingStop else rig.LAW
 
 
-def usual(effect, **places):
-    return effect(**{p.field: p.start for p in effect.parameters}, **places)
-
-
 def candidates(effect):
-    return usual(effect).probes(dataclasses.replace(FACTS, law=law(effect)))
+    return effect.probe.candidates(dataclasses.replace(SCALES, law=law(effect)))
 
 
 def readings(effects, law, flight_step=5e-4):
@@ -51,7 +47,8 @@ def nominal(law, flight_step):
 
 
 def test_all_of_the_contract_are_listed_in_its_order_and_then_others():
-    assert list(EFFECTS) == LISTED
+    assert list(EFFECTS)[: len(CONTRACT)] == CONTRACT
+    assert FreeForm.name not in EFFECTS
 
 
 @each_effect
@@ -67,7 +64,15 @@ def test_says_what_it_is(effect):
         assert not p.logarithmic or p.lower > 0
     assert len({state.name for state in effect.own_states}) == len(effect.own_states)
     assert all(state.unit and state.scale >= 0 for state in effect.own_states)
-    assert usual(effect).place in {"", *(p.name for p in effect.parameters)}
+
+
+@each_effect
+def test_says_how_it_is_searched_for(effect):
+    probe = effect.probe
+    assert probe.searched >= 1 and probe.starts >= 1
+    assert {*probe.parts, probe.kink, probe.delay} - {""} <= {p.name for p in effect.parameters if p.name == p.field}
+    assert len(probe.parts) != 1
+    assert not probe.delay or all(member.channel for candidate in candidates(effect) for member in candidate)
 
 
 @each_effect
@@ -79,27 +84,26 @@ def test_candidates_are_its_own_kind_and_finite(effect):
             assert type(member) is effect
             assert all(isinstance(getattr(member, p.field), float) and np.isfinite(getattr(member, p.field)) for p in effect.parameters)
             assert all(p.lower <= getattr(member, p.field) <= p.upper for p in effect.parameters)
-            assert member.record is None or member.record in FACTS.gaps
-            assert member.channel is None or member.channel in FACTS.channels
+            assert member.record is None or member.record in SCALES.gaps
+            assert member.channel is None or member.channel in SCALES.channels
 
 
 @each_effect
-@pytest.mark.parametrize("facts", [NOTHING, dataclasses.replace(NOTHING, law=NoContact()), dataclasses.replace(FACTS, law=Newton(0.7))])
-def test_records_that_show_nothing_ask_for_nothing_impossible(effect, facts):
-    for candidate in usual(effect).probes(facts):
+@pytest.mark.parametrize("scales", [NOTHING, dataclasses.replace(NOTHING, law=NoContact()), dataclasses.replace(SCALES, law=Newton(0.7))])
+def test_records_that_show_nothing_ask_for_nothing_impossible(effect, scales):
+    for candidate in effect.probe.candidates(scales):
         leaves = [getattr(member, p.field) for member in candidate for p in effect.parameters]
         assert np.isfinite(leaves).all()
 
 
 @each_effect
-def test_members_add_up_or_there_is_one(effect):
-    first, *others = candidates(effect)[0]
-    if others:
-        total = functools.reduce(lambda a, b: a.merged(b), others, first)
-        assert all(getattr(total, p.field) != 0 for p in effect.parameters)
-    else:
-        with pytest.raises(TypeError, match=f"{effect.name} has one strength"):
-            first.merged(first)
+def test_members_of_a_candidate_add_up(effect):
+    probe, scales = effect.probe, dataclasses.replace(SCALES, law=law(effect))
+    for whole, members in zip(probe.effects(scales), probe.candidates(scales), strict=True):
+        assert len(members) == max(len(probe.parts), 1)
+        assert probe.joined(members) == whole
+        for part, member in zip(probe.parts, members, strict=False):
+            assert [field for field in probe.parts if getattr(member, field) != 0] == [part]
 
 
 @each_effect
@@ -155,9 +159,9 @@ def test_every_effect_is_handed_its_own_states():
 
 def test_forces_in_flight_have_a_size_with_or_without_a_spring():
     """k A of an oscillator; and m v^2 / A of a hammer that nothing pulls back, from which friction and drag take their probes."""
-    omega = 2.0 * math.pi * FACTS.f_n
-    oscillating = dataclasses.replace(FACTS, speed=omega * FACTS.amplitude)
-    assert oscillating.flight_force == pytest.approx(FACTS.mass * omega**2 * FACTS.amplitude)
-    free = dataclasses.replace(FACTS, f_n=0.0, omega_exc=0.0, drives=())
-    ((friction,),) = usual(CoulombFriction).probes(free)
+    omega = 2.0 * math.pi * SCALES.f_n
+    oscillating = dataclasses.replace(SCALES, speed=omega * SCALES.amplitude)
+    assert oscillating.flight_force == pytest.approx(SCALES.mass * omega**2 * SCALES.amplitude)
+    free = dataclasses.replace(SCALES, f_n=0.0, omega_exc=0.0, drives=())
+    ((friction,),) = CoulombFriction.probe.candidates(free)
     assert friction.friction_force == pytest.approx(0.01 * free.mass * free.speed**2 / free.amplitude)

@@ -3,7 +3,8 @@ import dataclasses
 import numpy as np
 from scipy.signal import lfilter
 
-from tests.effects.facts import FACTS
+from identification.diagnosis.score.lags import is_recorded
+from tests.effects.scales import SCALES
 from tests.effects.sensor import shown, unheard
 from vibrojax.effects import ForceLag
 
@@ -32,6 +33,6 @@ def test_a_lag_of_zero_is_the_ideal_channel():
 
 
 def test_begins_where_the_records_show_a_delay_but_never_comes_early():
-    late, early = (dataclasses.replace(FACTS, lags={"impact_force": delay}) for delay in (1.7e-3, -1.7e-3))
-    assert [one.lag for (one,) in ForceLag(0.0).probes(late) if one.shown_by(late)] == [1.7e-3]
-    assert not any(one.shown_by(early) or one.lag < 0 for (one,) in ForceLag(0.0).probes(early))
+    late, early = (dataclasses.replace(SCALES, lags={"impact_force": delay}) for delay in (1.7e-3, -1.7e-3))
+    assert [one.lag for (one,) in ForceLag.probe.candidates(late) if is_recorded(one, late)] == [1.7e-3]
+    assert not any(is_recorded(one, early) or one.lag < 0 for (one,) in ForceLag.probe.candidates(early))

@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.effects.facts import FACTS
 from tests.effects.rig import Reference, assert_same, simulate
+from tests.effects.scales import SCALES
 from vibrojax.effects import ForceSaturation
 
 
@@ -20,7 +20,7 @@ def test_within_a_threshold_out_of_reach_it_is_a_linear_spring():
 
 
 def test_thresholds_lie_within_the_motion():
-    found = [candidate[0] for candidate in ForceSaturation(0.1, 1e-3).probes(FACTS)]
-    assert all(0.0 < one.threshold < FACTS.amplitude for one in found)
+    found = [candidate[0] for candidate in ForceSaturation.probe.candidates(SCALES)]
+    assert all(0.0 < one.threshold < SCALES.amplitude for one in found)
     assert len({one.threshold for one in found}) == len(found)
-    assert ForceSaturation(0.1, 1e-3).probes(dataclasses.replace(FACTS, amplitude=0.0)) == ()
+    assert ForceSaturation.probe.candidates(dataclasses.replace(SCALES, amplitude=0.0)) == ()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.effects import rig
-from tests.effects.facts import FACTS
+from tests.effects.scales import SCALES
 from tests.effects.sensor import shown
 from vibrojax.effects import EFFECTS, Motion
 from vibrojax.effects.free_form import FreeForm, factors
@@ -26,7 +26,7 @@ def model(*effects):
 
 
 def test_is_no_listed_effect():
-    assert FreeForm.name not in EFFECTS and FORCE.probes(FACTS) == ()
+    assert FreeForm.name not in EFFECTS and FORCE.probe.candidates(SCALES) == ()
 
 
 def test_force_on_the_hammer():

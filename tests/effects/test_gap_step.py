@@ -3,10 +3,9 @@ import dataclasses
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
-from tests.effects.facts import FACTS
 from tests.effects.rig import GAP, LAW, SUSPENSION, M, Reference, assert_same, simulate
+from tests.effects.scales import SCALES
 from vibrojax.effects import GapStep
 from vibrojax.model import Model
 
@@ -34,13 +33,6 @@ def test_acts_in_its_record_only():
     assert dataclasses.replace(EFFECT, in_file="").record is None
 
 
-def test_a_jump_in_flight_may_have_been_one_in_the_contacts_on_either_side_of_it():
+def test_a_candidate_jumps_in_every_flight_between_contacts():
     # Contacts of 0.02 to 0.03 s, 0.07 to 0.08 s and 0.12 to 0.13 s.
-    (first,), (second,) = EFFECT.probes(FACTS)
-    assert (first.in_file, first.instant, second.instant) == ("cart1.csv", 0.05, 0.1)
-    assert [one.instant for one in second.other_places(FACTS)] == pytest.approx([0.0725, 0.0775, 0.1225, 0.1275])
-    assert all(one.gap_jump == second.gap_jump for one in second.other_places(FACTS))
-    late = dataclasses.replace(second, instant=0.2)
-    assert [one.instant for one in late.other_places(FACTS)] == pytest.approx([0.1225, 0.1275])
-    short = dataclasses.replace(FACTS, contacts={"cart1.csv": ((0.02, 0.02), (0.12, 0.12))})  # of one sample each
-    assert [one.instant for one in second.other_places(short)] == pytest.approx([0.02, 0.12])
+    assert [(one.in_file, one.instant) for (one,) in GapStep.probe.candidates(SCALES)] == [("cart1.csv", 0.05), ("cart1.csv", 0.1)]

@@ -5,8 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tests.effects.facts import FACTS
+from identification.diagnosis.score.lags import is_recorded
 from tests.effects.rig import sine, system
+from tests.effects.scales import SCALES
 from tests.effects.sensor import record, shown, unheard
 from vibrojax.effects import TimeOffset
 
@@ -48,10 +49,10 @@ def test_needs_no_even_sampling():
 
 
 def test_begins_where_the_records_show_a_delay():
-    facts = dataclasses.replace(FACTS, lags={"impact_force": -3e-3, "hammer_acceleration": 3e-3})  # the latter is not fitted
-    probes = [one for (one,) in TimeOffset(0.0).probes(facts)]
-    assert [(one.of_channel, one.delay) for one in probes if one.shown_by(facts)] == [("impact_force", -3e-3)]
-    assert [one.of_channel for one in probes if not one.shown_by(facts)] == list(FACTS.channels)
+    scales = dataclasses.replace(SCALES, lags={"impact_force": -3e-3, "hammer_acceleration": 3e-3})  # the latter is not fitted
+    found = [one for (one,) in TimeOffset.probe.candidates(scales)]
+    assert [(one.of_channel, one.delay) for one in found if is_recorded(one, scales)] == [("impact_force", -3e-3)]
+    assert [one.of_channel for one in found if not is_recorded(one, scales)] == list(SCALES.channels)
 
 
 def _motion(trajectory):

@@ -4,7 +4,7 @@ Signs, once for the whole program: the indentation delta = u - gap grows into th
 magnitude of the push that the stop gives back to the hammer (positive in compression).
 
 To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `title` and `parameters` and
-implements `force` and `contact_time`, then list it in `vibrojax/contact/__init__.py`.
+implements `force` and `contact_time`, then import it in `vibrojax/contact/__init__.py`.
 """
 
 import abc

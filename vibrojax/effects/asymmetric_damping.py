@@ -6,7 +6,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -40,23 +41,16 @@ class AsymmetricDamping(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [AsymmetricDamping(0.02 * scales.flight_force / scales.speed)] if scales.speed else [], either_sign=True
+    )
+    """At the highest speed, a hundredth of the forces in flight."""
 
     damping_difference: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["AsymmetricDamping", ...], ...]:
-        """One strength: at the highest speed, a hundredth of the forces in flight."""
-        if facts.speed == 0:
-            return ()
-        return ((dataclasses.replace(self, damping_difference=0.02 * facts.flight_force / facts.speed),),)
 
     def scaled(self, factor: Value) -> "AsymmetricDamping":
         """Difference in proportion."""
         return dataclasses.replace(self, damping_difference=factor * self.damping_difference)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Away from the stop where motion towards it is damped more, N."""

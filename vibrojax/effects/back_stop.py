@@ -5,12 +5,15 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, OwnState
+from vibrojax.effects.base import AbstractEffect, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
 _OUT_OF_REACH = 1e3
 """m"""
+_REACHED = 0.98
+"""Of the largest deflection to the back, where a candidate stands."""
 
 
 class BackStop(AbstractEffect):
@@ -42,19 +45,10 @@ class BackStop(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(lambda scales: [BackStop(-_REACHED * scales.lowest)] if scales.lowest < 0 else [], is_stop=True)
+    """A stop that the hammer just reaches."""
 
     distance: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["BackStop", ...], ...]:
-        """A stop that the hammer just reaches."""
-        if facts.lowest >= 0:
-            return ()
-        return ((dataclasses.replace(self, distance=-0.98 * facts.lowest),),)
-
-    @property
-    def is_stop(self) -> bool:
-        """Yes."""
-        return True
 
     def scaled(self, factor: Value) -> "BackStop":
         """There, or out of reach for a factor of zero: a stop has no strength."""

@@ -1,24 +1,22 @@
-"""What an effect is: one piece of physics, geometry or measurement that the nominal model leaves out.
+"""The physics of an effect: one piece of mechanics, geometry or measurement that the nominal model leaves out.
 
-The same object simulates the effect, stands as a candidate when the program looks for what is missing, and prints itself.
+The same object simulates the effect, stands as a candidate in a diagnosis, and prints itself.
 
-To add one: write a file with a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source` and `parameters`
-and implements `probes`, `scaled` and those of the hooks `force`, `stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`,
-`base_acceleration`, `rates` and `read` through which it acts (the others say that it does not), then list it in
-`vibrojax/effects/__init__.py`.
+To add one: write a file with a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and
+`own_states`, its `probe` (how it is searched for: `vibrojax.effects.probe`), and implements `scaled` and those of the hooks `force`,
+`stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `rates` and `read` through which it acts (by
+default each does nothing), then import it in `vibrojax/effects/__init__.py`.
 """
 
 import abc
 import dataclasses
-import math
-from collections.abc import Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from vibrojax.contact import AbstractContactLaw
+from vibrojax.effects.probe import Probe
 from vibrojax.excitation import AbstractBaseMotion
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
@@ -28,8 +26,6 @@ Own = Float[Array, "... own"]
 Readings = dict[str, Float[Array, " time"]]
 UNIT_OF_CHANNEL = "unit of the channel"
 """Unit of a parameter that is added to a reading."""
-_SOFTEST = 0.7
-"""Lowest frequency of probes over f_n."""
 
 
 class Motion(eqx.Module):
@@ -61,77 +57,6 @@ class OwnState:
     """Whether it ends a stretch of record as it begins the next one."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Facts:
-    """What the records show before any candidate is tried: sizes from which candidates take their strengths and grids, SI.
-
-    Attributes:
-        mass: of the hammer, kg.
-        f_n: natural frequency, Hz; 0 without a spring.
-        omega_exc: highest excitation frequency, rad/s; 0 where the cart is at rest.
-        drives: all excitation frequencies, rad/s.
-        gaps: as set, by record file, m.
-        clock: first and last time stamp by record file, s.
-        contacts: first and last time stamp of each contact with the stop, s, by record file.
-        channels: recorded and fitted ones.
-        noise: standard deviation by channel.
-        amplitude: largest |u|, m.
-        lowest: least u, m.
-        speed: largest |u'|, m/s.
-        force: largest impact force, N; 0 without impacts.
-        deepest: largest indentation, m; 0 without impacts.
-        contact_time: of an impact at that speed, s; NaN without impacts, and where the contact law gives them no duration.
-        ceilings: by channel, the value at which its peaks are cut off; absent where they are not.
-        lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
-        lags: by channel, delay against every other as the records show it without a model, s, above zero where it comes late; absent where
-            it agrees with one of them.
-        sampling: shortest interval, s.
-        law: the contact law as fitted.
-    """
-
-    mass: float
-    f_n: float
-    omega_exc: float
-    drives: tuple[float, ...]
-    gaps: Mapping[str, float]
-    clock: Mapping[str, tuple[float, float]]
-    contacts: Mapping[str, tuple[tuple[float, float], ...]]
-    channels: tuple[str, ...]
-    noise: Mapping[str, float]
-    amplitude: float
-    lowest: float
-    speed: float
-    force: float
-    deepest: float
-    contact_time: float
-    ceilings: Mapping[str, float]
-    lines: Mapping[str, tuple[float, ...]]
-    lags: Mapping[str, float]
-    sampling: float
-    law: AbstractContactLaw
-
-    @property
-    def band(self) -> tuple[float, float]:
-        """From the frequency of which the longest record holds three periods to somewhat below Nyquist's, Hz."""
-        return 3.0 / max(last - first for first, last in self.clock.values()), 0.4 / self.sampling
-
-    def frequencies(self, apart: float, highest: float = math.inf) -> tuple[float, ...]:
-        """Grid of frequencies that the records can show, from somewhat below f_n to a highest one, each `apart` times the one before, Hz.
-
-        What hangs much softer than the hammer does next to nothing.
-        """
-        low, high = max(self.band[0], _SOFTEST * self.f_n), min(self.band[1], highest)
-        if low > high:
-            return ()
-        count = 1 + math.ceil(math.log(high / low) / math.log(apart))
-        return tuple(np.geomspace(low, high, count).tolist())
-
-    @property
-    def flight_force(self) -> float:
-        """Size of the forces in flight, m v^2 / A of the largest speed and amplitude, N: k A of an oscillator, and none without motion."""
-        return self.mass * self.speed**2 / self.amplitude if self.amplitude > 0 else 0.0
-
-
 class AbstractEffect(eqx.Module):
     """One thing that the nominal model leaves out."""
 
@@ -144,40 +69,12 @@ class AbstractEffect(eqx.Module):
     source: eqx.AbstractClassVar[str]
     parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
     own_states: eqx.AbstractClassVar[tuple[OwnState, ...]]
-
-    @abc.abstractmethod
-    def probes(self, facts: Facts) -> tuple[tuple["AbstractEffect", ...], ...]:
-        """Candidates: each a tuple of effects whose strengths are estimated together (sine and cosine of a line, say).
-
-        Strengths are finite and plausible; what does not enter linearly runs over a grid. Called on any instance.
-        """
+    probe: eqx.AbstractClassVar[Probe]
+    """How a diagnosis searches for it."""
 
     @abc.abstractmethod
     def scaled(self, factor: Value) -> "AbstractEffect":
-        """The effect at `factor` times its strength; 0 switches it off. Two effects of one candidate are summed by `merged`."""
-
-    def merged(self, other: "AbstractEffect") -> "AbstractEffect":
-        """Sum of two effects of one candidate."""
-        raise TypeError(f"{self.name} has one strength")
-
-    @property
-    def one_signed(self) -> bool:
-        """Whether a negative strength is impossible."""
-        return True
-
-    @property
-    def looked_at(self) -> int:
-        """How many possibilities `probes` had looked at for each candidate that it proposes."""
-        return 1
-
-    @property
-    def tries(self) -> int:
-        """How many of its probes, the most promising first, are refitted: more than one where a promise says little of where to begin."""
-        return 1
-
-    def other_places(self, facts: Facts) -> tuple["AbstractEffect", ...]:
-        """Where what is searched for may be instead, near its place, and a fit can move it from there; by default none."""
-        return ()
+        """The effect at `factor` times its strength; 0 switches it off."""
 
     @property
     def fastest_hz(self) -> Value:
@@ -219,33 +116,6 @@ class AbstractEffect(eqx.Module):
     def is_fault(self) -> bool:
         """Whether it is a fault of the recorder, which the rig knows nothing of."""
         return False
-
-    @property
-    def is_delay(self) -> bool:
-        """Whether it makes its channel late or early, so that a delay that the records show is its own."""
-        return False
-
-    @property
-    def is_stop(self) -> bool:
-        """Whether it is a stop through which the nominal motion passes, so that no derivative tells what it would do."""
-        return False
-
-    def shown_by(self, facts: Facts) -> bool:
-        """Whether the records show just this without a model, so that it is tried whatever it promises beside one that may have bent."""
-        return False
-
-    @property
-    def in_loops(self) -> bool:
-        """Whether the loops of force against indentation show it so well that a fit should also begin from what they tell."""
-        return False
-
-    @property
-    def place(self) -> str:
-        """Name of the parameter that says where it begins, if to know that is to know the effect, however strong it is; else empty.
-
-        Effects with `is_stop` are known without.
-        """
-        return ""
 
     @property
     def back_gap(self) -> Value | None:

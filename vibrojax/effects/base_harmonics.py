@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from vibrojax import smooth
-from vibrojax.effects.base import AbstractEffect, Facts, OwnState
+from vibrojax.effects.base import AbstractEffect, OwnState
 from vibrojax.effects.frequency_drift import DriftingMotion
+from vibrojax.effects.probe import Probe
 from vibrojax.excitation import AbstractBaseMotion, Harmonic
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
@@ -90,32 +91,21 @@ class BaseHarmonics(AbstractEffect):
         _coefficient("third_cosine", "c_3", "third harmonic, cosine"),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [BaseHarmonics(_PROBE, _PROBE, _PROBE, _PROBE)] if scales.omega_exc else [],
+        parts=("second_sine", "second_cosine", "third_sine", "third_cosine"),
+        either_sign=True,
+    )
+    """A hundredth in each of the four lines, estimated together."""
 
     second_sine: Value
     second_cosine: Value
     third_sine: Value
     third_cosine: Value
 
-    def probes(self, facts: Facts) -> tuple[tuple["BaseHarmonics", ...], ...]:
-        """A hundredth in each of the four lines, estimated together."""
-        if facts.omega_exc == 0:
-            return ()
-        return (tuple(dataclasses.replace(self.scaled(0.0), **{p.field: _PROBE}) for p in self.parameters),)
-
     def scaled(self, factor: Value) -> "BaseHarmonics":
         """All lines in proportion."""
         return BaseHarmonics(*(factor * part for part in self._coefficients()))
-
-    def merged(self, other: AbstractEffect) -> "BaseHarmonics":
-        """Sum of the lines."""
-        if not isinstance(other, BaseHarmonics):
-            raise TypeError(f"{other.name} cannot be added to {self.name}")
-        return BaseHarmonics(*(mine + its for mine, its in zip(self._coefficients(), other._coefficients(), strict=True)))
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     def base(self, base: AbstractBaseMotion) -> AbstractBaseMotion:
         """The sine with its harmonics."""

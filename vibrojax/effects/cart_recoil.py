@@ -6,19 +6,28 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 _MOST_CYCLES = 2.0
-"""Of a probe's cart in the course of a contact: a faster one gives way like a spring."""
-_APART = 1.22
-"""From one probe's frequency to the next."""
+"""Of a candidate's cart in the course of a contact: a faster one gives way like a spring."""
+_RATIO = 1.22
+"""From one candidate's frequency to the next."""
 _PROBE_DAMPING = 0.1
 _PROBE_MASS = 10.0
-"""Of a probe's cart, relative to the hammer's."""
+"""Of a candidate's cart, relative to the hammer's."""
 _IMMOVABLE = 1e15
 """kg"""
+
+
+def _candidates(scales: ProbeScales) -> list["CartRecoil"]:
+    """A cart of ten times the hammer's mass, at several frequencies."""
+    if math.isnan(scales.contact_time):
+        return []
+    frequencies = scales.frequencies(_RATIO, _MOST_CYCLES / scales.contact_time)
+    return [CartRecoil(_PROBE_MASS * scales.mass, f, _PROBE_DAMPING) for f in frequencies]
 
 
 class CartRecoil(AbstractEffect):
@@ -69,20 +78,11 @@ class CartRecoil(AbstractEffect):
         OwnState(name="recoil", unit="m", scale=1e-3),
         OwnState(name="recoil_velocity", unit="m/s", scale=0.05),
     )
+    probe: ClassVar[Probe] = Probe(_candidates)
 
     cart_mass: Value
     cart_frequency_hz: Value
     cart_damping_ratio: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["CartRecoil", ...], ...]:
-        """A cart of ten times the hammer's mass, at several frequencies."""
-        if math.isnan(facts.contact_time):
-            return ()
-        mass = _PROBE_MASS * facts.mass
-        return tuple(
-            (dataclasses.replace(self, cart_mass=mass, cart_frequency_hz=f, cart_damping_ratio=_PROBE_DAMPING),)
-            for f in facts.frequencies(_APART, _MOST_CYCLES / facts.contact_time)
-        )
 
     def scaled(self, factor: Value) -> "CartRecoil":
         """A cart that much lighter, at the same frequency and damping ratio; as good as immovable for a factor of zero."""

@@ -6,20 +6,15 @@ from vibrojax.effects.base import AbstractEffect
 
 
 class AbstractChannelFault(AbstractEffect):
-    """A fault of the recorder in one channel, of either sign; it implements `probes`, `scaled` and `read`."""
+    """A fault of the recorder in one channel; it implements `scaled` and `read`."""
 
     of_channel: eqx.AbstractVar[str]
-    """Name of the channel; empty before `probes` has chosen one."""
+    """Name of the channel; empty for none."""
 
     @property
     def is_fault(self) -> bool:
         """Yes."""
         return True
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     @property
     def channel(self) -> str | None:

@@ -6,7 +6,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -40,21 +41,14 @@ class ConstantForce(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(lambda scales: [ConstantForce(0.01 * scales.flight_force)], either_sign=True)
+    """A hundredth of the forces in flight."""
 
     constant_force: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["ConstantForce", ...], ...]:
-        """One strength: a hundredth of the forces in flight."""
-        return ((dataclasses.replace(self, constant_force=0.01 * facts.flight_force),),)
 
     def scaled(self, factor: Value) -> "ConstantForce":
         """Force in proportion."""
         return dataclasses.replace(self, constant_force=factor * self.constant_force)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """The same always, N."""

@@ -6,7 +6,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 
 from vibrojax import smooth
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -54,16 +55,13 @@ class ContactAdhesion(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [ContactAdhesion(0.05 * scales.flight_force, part * scales.amplitude) for part in _REACH_GRID if scales.force]
+    )
+    """A twentieth of the forces in flight, over several reaches."""
 
     adhesion_force: Value
     adhesion_reach: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["ContactAdhesion", ...], ...]:
-        """A twentieth of the forces in flight, over several reaches."""
-        if facts.force == 0:
-            return ()
-        force = 0.05 * facts.flight_force
-        return tuple((dataclasses.replace(self, adhesion_force=force, adhesion_reach=part * facts.amplitude),) for part in _REACH_GRID)
 
     def scaled(self, factor: Value) -> "ContactAdhesion":
         """Pull in proportion, over the same reach."""

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -42,12 +43,10 @@ class CoulombFriction(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(lambda scales: [CoulombFriction(0.01 * scales.flight_force)])
+    """A hundredth of the forces in flight."""
 
     friction_force: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["CoulombFriction", ...], ...]:
-        """One strength: a hundredth of the forces in flight."""
-        return ((dataclasses.replace(self, friction_force=0.01 * facts.flight_force),),)
 
     def scaled(self, factor: Value) -> "CoulombFriction":
         """Friction in proportion."""

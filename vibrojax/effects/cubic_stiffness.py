@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -39,23 +40,16 @@ class CubicStiffness(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [CubicStiffness(0.01 * scales.flight_force / scales.amplitude**3)] if scales.amplitude else [], either_sign=True
+    )
+    """At the largest deflection, a hundredth of the forces in flight."""
 
     cubic_stiffness: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["CubicStiffness", ...], ...]:
-        """One strength: at the largest deflection, a hundredth of the forces in flight."""
-        if facts.amplitude == 0:
-            return ()
-        return ((dataclasses.replace(self, cubic_stiffness=0.01 * facts.flight_force / facts.amplitude**3),),)
 
     def scaled(self, factor: Value) -> "CubicStiffness":
         """Stiffness in proportion."""
         return dataclasses.replace(self, cubic_stiffness=factor * self.cubic_stiffness)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Against the displacement where it hardens, N."""

@@ -9,7 +9,8 @@ from jax import lax
 from vibrojax import smooth
 from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, NoContact
 from vibrojax.contact.base import power_law_contact_time
-from vibrojax.effects.base import AbstractEffect, Facts, OwnState
+from vibrojax.effects.base import AbstractEffect, OwnState
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -49,6 +50,15 @@ class Backed(AbstractCompliantLaw):
         deep = power_law_contact_time(stiffness, _EXPONENT, mass, approach_speed)
         reached = approach_speed * first / 3.0 > _REACHED * self.depth
         return jnp.where(reached, jnp.clip(deep, _SHORTEST * first, first), first)
+
+
+def _candidates(scales: ProbeScales) -> list["DeepStop"]:
+    """At several depths that the motion passes, as strong at the deepest as the known stop."""
+    if not _gives_way(scales.law) or scales.deepest <= 0 or scales.force == 0 or scales.speed == 0:
+        return []
+    damping = _PROBE_DAMPING / scales.speed
+    depths = [part * scales.deepest for part in _DEPTH_GRID]
+    return [DeepStop(scales.force / (scales.deepest - depth) ** _EXPONENT, depth, damping) for depth in depths]
 
 
 class DeepStop(AbstractEffect):
@@ -95,33 +105,12 @@ class DeepStop(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates, starts=2, kink="depth")
+    """Two starts: a fit does not move a depth beyond all impacts, and the expected gains are those of a motion that goes too deep."""
 
     stiffness: Value
     depth: Value
     damping: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["DeepStop", ...], ...]:
-        """At several depths that the motion passes, as strong at the deepest as the stop that is known."""
-        if not _gives_way(facts.law) or facts.deepest <= 0 or facts.force == 0 or facts.speed == 0:
-            return ()
-        depths = [part * facts.deepest for part in _DEPTH_GRID]
-        damping = _PROBE_DAMPING / facts.speed
-        return tuple((DeepStop(facts.force / (facts.deepest - depth) ** _EXPONENT, depth, damping),) for depth in depths)
-
-    @property
-    def tries(self) -> int:
-        """Two: a fit does not move a depth that it starts beyond all impacts, and a promise is from a motion that goes too deep."""
-        return 2
-
-    @property
-    def in_loops(self) -> bool:
-        """They bend where it begins; a nominal law that has bent with them is far from the one in front."""
-        return True
-
-    @property
-    def place(self) -> str:
-        """Its depth."""
-        return "depth"
 
     def scaled(self, factor: Value) -> "DeepStop":
         """Stiffness in proportion, at the same depth."""

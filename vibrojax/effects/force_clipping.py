@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
@@ -13,6 +14,15 @@ _CEILING_GRID = (0.9, 0.8, 0.65, 0.5)
 """Of the largest force."""
 _OUT_OF_REACH = 1e12
 """N"""
+
+
+def _candidates(scales: ProbeScales) -> list["ForceClipping"]:
+    """The ceiling that the record shows, or several below the largest force."""
+    if "impact_force" not in scales.channels or scales.force == 0:
+        return []
+    recorded = scales.ceilings.get("impact_force")
+    ceilings = [part * scales.force for part in _CEILING_GRID] if recorded is None else [recorded]
+    return [ForceClipping(ceiling) for ceiling in ceilings]
 
 
 class ForceClipping(AbstractEffect):
@@ -36,16 +46,9 @@ class ForceClipping(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates)
 
     ceiling: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["ForceClipping", ...], ...]:
-        """The ceiling that the record shows, or several below the largest force."""
-        if "impact_force" not in facts.channels or facts.force == 0:
-            return ()
-        seen = facts.ceilings.get("impact_force")
-        ceilings = tuple(part * facts.force for part in _CEILING_GRID) if seen is None else (seen,)
-        return tuple((dataclasses.replace(self, ceiling=ceiling),) for ceiling in ceilings)
 
     @property
     def is_fault(self) -> bool:

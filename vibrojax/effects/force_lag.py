@@ -7,12 +7,22 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import lax
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 _LAG_GRID = (1 / 32, 1 / 16, 1 / 8, 1 / 4)
-"""Of probes, over the duration of a contact."""
+"""Of candidates, over the duration of a contact."""
+
+
+def _candidates(scales: ProbeScales) -> list["ForceLag"]:
+    """Several time constants, and the delay that the records show."""
+    if "impact_force" not in scales.channels or math.isnan(scales.contact_time):
+        return []
+    recorded = scales.lags.get("impact_force", 0.0)
+    lags = [part * scales.contact_time for part in _LAG_GRID] + ([recorded] if recorded > 0 else [])
+    return [ForceLag(lag) for lag in lags]
 
 
 class ForceLag(AbstractEffect):
@@ -40,28 +50,12 @@ class ForceLag(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0, carried=False),)
+    probe: ClassVar[Probe] = Probe(_candidates, delay="lag")
 
     lag: Value
 
-    def probes(self, facts: Facts) -> tuple[tuple["ForceLag", ...], ...]:
-        """Several time constants, and the delay that the records show."""
-        if "impact_force" not in facts.channels or math.isnan(facts.contact_time):
-            return ()
-        shown = facts.lags.get("impact_force", 0.0)
-        lags = [part * facts.contact_time for part in _LAG_GRID] + ([shown] if shown > 0 else [])
-        return tuple((dataclasses.replace(self, lag=lag),) for lag in lags)
-
-    def shown_by(self, facts: Facts) -> bool:
-        """As late as the load cell is against every other channel."""
-        return bool(self.lag == facts.lags.get("impact_force"))
-
     @property
     def is_fault(self) -> bool:
-        """Yes."""
-        return True
-
-    @property
-    def is_delay(self) -> bool:
         """Yes."""
         return True
 

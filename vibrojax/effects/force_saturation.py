@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -56,16 +57,15 @@ class ForceSaturation(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [
+            ForceSaturation(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude
+        ]
+    )
+    """A fiftieth of the forces in flight, reached at several parts of the largest deflection."""
 
     saturation_force: Value
     threshold: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["ForceSaturation", ...], ...]:
-        """A fiftieth of the forces in flight, reached at several parts of the largest deflection."""
-        if facts.amplitude == 0:
-            return ()
-        force = 0.02 * facts.flight_force
-        return tuple((dataclasses.replace(self, saturation_force=force, threshold=part * facts.amplitude),) for part in _THRESHOLD_GRID)
 
     def scaled(self, factor: Value) -> "ForceSaturation":
         """Force in proportion, at the same threshold."""

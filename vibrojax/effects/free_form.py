@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from vibrojax.channels import UNITS
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -103,6 +104,8 @@ class FreeForm(AbstractEffect):
     source: ClassVar[str] = "learned from the records"
     parameters: ClassVar[tuple[Parameter, ...]] = property(_parameters)  # type: ignore[assignment]
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(lambda scales: [], either_sign=True)
+    """It is learned, not searched for among the listed effects."""
 
     terms: tuple[str, ...] = eqx.field(static=True)
     of_channel: str = eqx.field(static=True, default="")
@@ -128,10 +131,6 @@ class FreeForm(AbstractEffect):
         for term in self.terms:
             factors(term)
 
-    def probes(self, facts: Facts) -> tuple[tuple["FreeForm", ...], ...]:
-        """None: it is learned, not proposed."""
-        return ()
-
     def scaled(self, factor: Value) -> "FreeForm":
         """All coefficients in proportion."""
         names = [f"c{k}" for k in range(1, MOST_TERMS + 1)]
@@ -141,11 +140,6 @@ class FreeForm(AbstractEffect):
     def unit(self) -> str:
         """Of the sum."""
         return UNITS[self.of_channel] if self.of_channel else "N"
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     @property
     def channel(self) -> str | None:

@@ -5,13 +5,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from vibrojax.effects.base import AbstractEffect, Facts, OwnState
+from vibrojax.effects.base import AbstractEffect, OwnState
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.excitation import AbstractBaseMotion, SampledMotion
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 _PROBE_PHASE = 0.05
-"""rad; what a probe's drive gains by the end of the longest record."""
+"""rad; advance of a candidate's drive at the end of the longest record."""
 
 
 class DriftingMotion(AbstractBaseMotion):
@@ -40,6 +41,13 @@ class DriftingMotion(AbstractBaseMotion):
 
     def _reached(self, t: Scalars) -> Scalars:
         return t * (1.0 + 0.5 * self.rate * t)
+
+
+def _candidates(scales: ProbeScales) -> list["FrequencyDrift"]:
+    """A twentieth of a radian by the end of the longest record."""
+    if scales.omega_exc == 0 or scales.latest == 0:
+        return []
+    return [FrequencyDrift(2.0 * _PROBE_PHASE / (scales.omega_exc * scales.latest**2))]
 
 
 class FrequencyDrift(AbstractEffect):
@@ -71,24 +79,13 @@ class FrequencyDrift(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates, either_sign=True)
 
     drift_rate: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["FrequencyDrift", ...], ...]:
-        """One strength: a twentieth of a radian by the end of the longest record."""
-        latest = max((abs(stamp) for clock in facts.clock.values() for stamp in clock), default=0.0)
-        if facts.omega_exc == 0 or latest == 0:
-            return ()
-        return ((dataclasses.replace(self, drift_rate=2.0 * _PROBE_PHASE / (facts.omega_exc * latest**2)),),)
 
     def scaled(self, factor: Value) -> "FrequencyDrift":
         """Rate in proportion."""
         return dataclasses.replace(self, drift_rate=factor * self.drift_rate)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     def base(self, base: AbstractBaseMotion) -> AbstractBaseMotion:
         """The cart with the drifting drive."""

@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import equinox as eqx
 
-from vibrojax.effects.base import Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import Motion, Own, OwnState, Readings
 from vibrojax.effects.channel_fault import AbstractChannelFault
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
@@ -40,13 +41,13 @@ class GainError(AbstractChannelFault):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [GainError(factor=1.01, of_channel=channel) for channel in scales.channels], either_sign=True
+    )
+    """One hundredth too much, in every channel."""
 
     factor: Value
     of_channel: str = eqx.field(static=True, default="")
-
-    def probes(self, facts: Facts) -> tuple[tuple["GainError", ...], ...]:
-        """One hundredth too much, in every channel."""
-        return tuple((dataclasses.replace(self, factor=1.01, of_channel=channel),) for channel in facts.channels)
 
     def scaled(self, factor: Value) -> "GainError":
         """Distance from one in proportion."""

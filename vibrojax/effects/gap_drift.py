@@ -6,7 +6,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.effects.base import AbstractEffect, Facts, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -43,24 +44,17 @@ class GapDrift(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [GapDrift(_PROBE_WAY * scales.amplitude / scales.latest)] if scales.force and scales.latest else [],
+        either_sign=True,
+    )
+    """By the end of the longest record, a five-hundredth of the largest deflection."""
 
     gap_rate: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["GapDrift", ...], ...]:
-        """One strength: by the end of the longest record, a five-hundredth of the largest deflection."""
-        latest = max((abs(stamp) for clock in facts.clock.values() for stamp in clock), default=0.0)
-        if facts.force == 0 or latest == 0:
-            return ()
-        return ((dataclasses.replace(self, gap_rate=_PROBE_WAY * facts.amplitude / latest),),)
 
     def scaled(self, factor: Value) -> "GapDrift":
         """Rate in proportion."""
         return dataclasses.replace(self, gap_rate=factor * self.gap_rate)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     def stop_position(self, t: Scalars, own: Own) -> Scalars:
         """g t, m."""

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from vibrojax import smooth
-from vibrojax.effects.base import AbstractEffect, Facts, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Own, OwnState
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -17,8 +18,16 @@ _PROBE_JUMP = 2e-3
 """Of the largest deflection."""
 _WIDTH = 1e-3
 """s; the jump is spread over it."""
-_PARTS = (0.25, 0.75)
-"""Of a contact: where a jump in it may be looked for."""
+
+
+def _candidates(scales: ProbeScales) -> list["GapStep"]:
+    """One for every flight between two impacts of every record."""
+    jump = _PROBE_JUMP * scales.amplitude
+    return [
+        GapStep(jump, 0.5 * (left + touched), in_file=file)
+        for file, contacts in scales.contacts.items()
+        for (_, left), (touched, _) in itertools.pairwise(contacts)
+    ]
 
 
 class GapStep(AbstractEffect):
@@ -65,40 +74,15 @@ class GapStep(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates, either_sign=True)
 
     gap_jump: Value
     instant: Value
     in_file: str = eqx.field(static=True, default="")
 
-    def probes(self, facts: Facts) -> tuple[tuple["GapStep", ...], ...]:
-        """One for every flight between two impacts of every record."""
-        jump = _PROBE_JUMP * facts.amplitude
-        flights = [
-            (file, 0.5 * (left + touched))
-            for file, contacts in facts.contacts.items()
-            for (_, left), (touched, _) in itertools.pairwise(contacts)
-        ]
-        return tuple((dataclasses.replace(self, gap_jump=jump, instant=instant, in_file=file),) for file, instant in flights)
-
-    def other_places(self, facts: Facts) -> tuple["GapStep", ...]:
-        """Early and late in the contacts on either side of the flight: a jump in one of them is first taken for one in that flight.
-
-        Where it falls tells at once, but a fit that begins early in a contact may end at its beginning.
-        """
-        contacts = facts.contacts.get(self.in_file, ())
-        before = [contact for contact in contacts if contact[1] < self.instant][-1:]
-        after = [contact for contact in contacts if contact[0] > self.instant][:1]
-        instants = [(1.0 - part) * touched + part * left for touched, left in [*before, *after] for part in _PARTS]
-        return tuple(dataclasses.replace(self, instant=instant) for instant in dict.fromkeys(instants))
-
     def scaled(self, factor: Value) -> "GapStep":
         """Jump in proportion, at the same instant."""
         return dataclasses.replace(self, gap_jump=factor * self.gap_jump)
-
-    @property
-    def one_signed(self) -> bool:
-        """Either sign."""
-        return False
 
     @property
     def record(self) -> str | None:

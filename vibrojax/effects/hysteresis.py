@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -55,18 +56,13 @@ class Hysteresis(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="1", scale=0.5),)
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [Hysteresis(0.02 * scales.flight_force, part * scales.amplitude) for part in _YIELD_GRID if scales.amplitude]
+    )
+    """A fiftieth of the forces in flight, yielding at several parts of the largest deflection."""
 
     hysteresis_force: Value
     yield_displacement: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["Hysteresis", ...], ...]:
-        """A fiftieth of the forces in flight, yielding after several parts of the largest deflection."""
-        if facts.amplitude == 0:
-            return ()
-        force = 0.02 * facts.flight_force
-        return tuple(
-            (dataclasses.replace(self, hysteresis_force=force, yield_displacement=part * facts.amplitude),) for part in _YIELD_GRID
-        )
 
     def scaled(self, factor: Value) -> "Hysteresis":
         """Force in proportion, at the same yield displacement."""

@@ -7,8 +7,9 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import UNIT_OF_CHANNEL, Motion, Own, OwnState, Readings
 from vibrojax.effects.channel_fault import AbstractChannelFault
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
@@ -21,6 +22,27 @@ _NEAR = 0.02
 """Distance of a line from a multiple of the excitation, relative to the excitation, within which it is taken for that."""
 _ON_MAINS = 0.01
 """Relative distance from a frequency of the mains within which a line is theirs, excitation or not."""
+
+
+def _candidates(scales: ProbeScales) -> list["MainsHum"]:
+    """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
+    lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in scales.clock.values()]))
+    lines = [(channel, line) for channel in scales.channels for line in scales.lines.get(channel, ())]
+    return [
+        MainsHum(frequency_hz=line, sine=scales.noise[channel], cosine=scales.noise[channel], of_channel=channel)
+        for channel, line in lines
+        if line >= lowest and _is_foreign(line, scales.drives)
+    ]
+
+
+def _is_foreign(line: float, drives: tuple[float, ...]) -> bool:
+    """Whether a line is no multiple of any record's excitation, or else the mains' own."""
+    if not _LOWEST_HZ <= line <= _HIGHEST_HZ:
+        return False
+    if any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ):
+        return True
+    orders = [line * 2.0 * np.pi / omega for omega in drives]
+    return all(order < 0.5 or abs(order - round(order)) > _NEAR for order in orders)
 
 
 class MainsHum(AbstractChannelFault):
@@ -69,38 +91,16 @@ class MainsHum(AbstractChannelFault):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=_LINES_IN_A_SPECTRUM)
 
     frequency_hz: Value
     sine: Value
     cosine: Value
     of_channel: str = eqx.field(static=True, default="")
 
-    def probes(self, facts: Facts) -> tuple[tuple["MainsHum", ...], ...]:
-        """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
-        lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in facts.clock.values()]))
-        strong = [(channel, line) for channel in facts.channels for line in facts.lines.get(channel, ()) if line >= lowest]
-        lines = [(channel, line) for channel, line in strong if _foreign(line, facts.drives)]
-        found = []
-        for channel, line in lines:
-            size = facts.noise[channel]
-            sine = dataclasses.replace(self, frequency_hz=line, sine=size, cosine=0.0, of_channel=channel)
-            found.append((sine, dataclasses.replace(sine, sine=0.0, cosine=size)))
-        return tuple(found)
-
     def scaled(self, factor: Value) -> "MainsHum":
         """Line in proportion, at the same frequency."""
         return dataclasses.replace(self, sine=factor * self.sine, cosine=factor * self.cosine)
-
-    def merged(self, other: AbstractEffect) -> "MainsHum":
-        """Sum of sine and cosine of one line."""
-        if not isinstance(other, MainsHum) or other.of_channel != self.of_channel:
-            raise TypeError(f"{other.name} cannot be added to {self.name} in {self.of_channel}")
-        return dataclasses.replace(self, sine=self.sine + other.sine, cosine=self.cosine + other.cosine)
-
-    @property
-    def looked_at(self) -> int:
-        """Lines of a spectrum from which the strongest was taken."""
-        return _LINES_IN_A_SPECTRUM
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The channel with the line on it."""
@@ -108,13 +108,3 @@ class MainsHum(AbstractChannelFault):
             return readings
         angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
         return readings | {self.of_channel: readings[self.of_channel] + self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle)}
-
-
-def _foreign(line: float, drives: tuple[float, ...]) -> bool:
-    """Whether a line is no multiple of any record's excitation, or else the mains' own."""
-    if not _LOWEST_HZ <= line <= _HIGHEST_HZ:
-        return False
-    if any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ):
-        return True
-    orders = [line * 2.0 * np.pi / omega for omega in drives]
-    return all(order < 0.5 or abs(order - round(order)) > _NEAR for order in orders)

@@ -8,18 +8,32 @@ import numpy as np
 
 from vibrojax.contact import AbstractContactLaw, HuntCrossley, NoContact
 from vibrojax.contact.base import IMPACT_DAMPING, IMPACT_EXPONENT, IMPACT_STIFFNESS
-from vibrojax.effects.base import AbstractEffect, Facts, OwnState
+from vibrojax.effects.base import AbstractEffect, OwnState
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
 _OUT_OF_REACH = 1e3
 """m"""
 _DEPTHS = (0.04, 0.1, 0.25)
-"""Deepest indentation of probes, of the largest deflection."""
+"""Deepest indentation of candidates, of the largest deflection."""
 _PROBE_EXPONENT = 1.5
 _PROBE_DAMPING = 0.3
 _JUST_REACHED = 0.98
-"""Of the largest deflection, where a probe stands if no gap was stated that the hammer gets to."""
+"""Of the largest deflection, where a candidate stands if no gap was stated that the hammer reaches."""
+
+
+def _candidates(scales: ProbeScales) -> list["MissingStop"]:
+    """Stops of several stiffnesses, for a nominal model without contact only.
+
+    Where every gap is out of reach, which is how a file says that there is no stop, they stand where the hammer just gets to.
+    """
+    if not isinstance(scales.law, NoContact) or scales.speed == 0 or scales.amplitude == 0:
+        return []
+    gaps, order = set(scales.gaps.values()), _PROBE_EXPONENT + 1.0
+    offset = _JUST_REACHED * scales.amplitude - min(gaps) if len(gaps) == 1 and min(gaps) > scales.amplitude else 0.0
+    stiffnesses = (0.5 * order * scales.mass * scales.speed**2 / (part * scales.amplitude) ** order for part in _DEPTHS)
+    return [MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, offset) for stiffness in stiffnesses]
 
 
 class MissingStop(AbstractEffect):
@@ -59,32 +73,12 @@ class MissingStop(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates, is_stop=True)
 
     impact_stiffness: Value
     impact_exponent: Value
     impact_damping: Value
     gap_offset: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["MissingStop", ...], ...]:
-        """Stops of several stiffnesses, for a nominal model without contact only.
-
-        Where every gap is out of reach, which is how a file says that there is no stop, they stand where the hammer just gets to.
-        """
-        if not isinstance(facts.law, NoContact) or facts.speed == 0 or facts.amplitude == 0:
-            return ()
-        found, order = [], _PROBE_EXPONENT + 1.0
-        gaps = set(facts.gaps.values())
-        offset = _JUST_REACHED * facts.amplitude - min(gaps) if len(gaps) == 1 and min(gaps) > facts.amplitude else 0.0
-        for part in _DEPTHS:
-            deepest = part * facts.amplitude
-            stiffness = 0.5 * order * facts.mass * facts.speed**2 / deepest**order
-            found.append((MissingStop(stiffness, _PROBE_EXPONENT, _PROBE_DAMPING, offset),))
-        return tuple(found)
-
-    @property
-    def is_stop(self) -> bool:
-        """Yes."""
-        return True
 
     def scaled(self, factor: Value) -> "MissingStop":
         """Stiffness in proportion; out of reach for a factor of zero."""

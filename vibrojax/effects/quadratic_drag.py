@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -37,14 +38,10 @@ class QuadraticDrag(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(lambda scales: [QuadraticDrag(0.01 * scales.flight_force / scales.speed**2)] if scales.speed else [])
+    """At the highest speed, a hundredth of the forces in flight."""
 
     drag_coefficient: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["QuadraticDrag", ...], ...]:
-        """One strength: at the highest speed, a hundredth of the forces in flight."""
-        if facts.speed == 0:
-            return ()
-        return ((dataclasses.replace(self, drag_coefficient=0.01 * facts.flight_force / facts.speed**2),),)
 
     def scaled(self, factor: Value) -> "QuadraticDrag":
         """Drag in proportion."""

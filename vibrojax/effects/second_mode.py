@@ -6,17 +6,24 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 _HIGHEST = 100.0
-"""Frequency of probes over f_n."""
-_APART = 1.1
-"""From one probe's frequency to the next."""
+"""Highest frequency of candidates over f_n."""
+_RATIO = 1.1
+"""From one candidate's frequency to the next."""
 _PROBE_DAMPING = 0.03
 _PROBE_MASS = 0.05
-"""Of a probe, relative to the hammer's."""
+"""Of a candidate, relative to the hammer's."""
+
+
+def _candidates(scales: ProbeScales) -> list["SecondMode"]:
+    """A twentieth of the hammer's mass, at several frequencies that the records can show."""
+    highest = _HIGHEST * scales.f_n if scales.f_n > 0 else math.inf
+    return [SecondMode(_PROBE_MASS * scales.mass, f, _PROBE_DAMPING) for f in scales.frequencies(_RATIO, highest)]
 
 
 class SecondMode(AbstractEffect):
@@ -67,18 +74,11 @@ class SecondMode(AbstractEffect):
         OwnState(name="mode_displacement", unit="m", scale=1e-3),
         OwnState(name="mode_velocity", unit="m/s", scale=0.05),
     )
+    probe: ClassVar[Probe] = Probe(_candidates)
 
     mode_mass: Value
     mode_frequency_hz: Value
     mode_damping_ratio: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["SecondMode", ...], ...]:
-        """A twentieth of the hammer's mass, at several frequencies that the records can show."""
-        mass, highest = _PROBE_MASS * facts.mass, _HIGHEST * facts.f_n if facts.f_n > 0 else math.inf
-        return tuple(
-            (dataclasses.replace(self, mode_mass=mass, mode_frequency_hz=f, mode_damping_ratio=_PROBE_DAMPING),)
-            for f in facts.frequencies(_APART, highest)
-        )
 
     def scaled(self, factor: Value) -> "SecondMode":
         """Mass in proportion, at the same frequency and damping ratio."""

@@ -7,17 +7,27 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.effects.base import AbstractEffect, Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 _CYCLES_GRID = tuple(float(cycles) for cycles in np.geomspace(0.4, 8.0, 13))
-"""Of probes' stops in the course of a contact."""
+"""Of candidates' stops in the course of a contact."""
 _STIFFER = 10.0
-"""Stiffness of a probe under the stop, relative to that of the contact at its deepest."""
+"""Stiffness of a candidate under the stop, relative to that of the contact at its deepest."""
 _PROBE_DAMPING = 0.05
 _RIGID = 1e15
 """N/m; as if the stop stood fast, and its load cell read the force of the contact."""
+
+
+def _candidates(scales: ProbeScales) -> list["StopCompliance"]:
+    """A stop ten times as stiff as the contact at its deepest, at several frequencies."""
+    if math.isnan(scales.contact_time):
+        return []
+    stiffness = _STIFFER * scales.force / (scales.speed * scales.contact_time / 3.0)
+    frequencies = (cycles / scales.contact_time for cycles in _CYCLES_GRID)
+    return [StopCompliance(stiffness, f, _PROBE_DAMPING) for f in frequencies if f * scales.sampling < 1.0]
 
 
 class StopCompliance(AbstractEffect):
@@ -70,22 +80,11 @@ class StopCompliance(AbstractEffect):
         OwnState(name="stop_displacement", unit="m", scale=1e-4),
         OwnState(name="stop_velocity", unit="m/s", scale=0.3),
     )
+    probe: ClassVar[Probe] = Probe(_candidates)
 
     stop_stiffness: Value
     stop_frequency_hz: Value
     stop_damping_ratio: Value
-
-    def probes(self, facts: Facts) -> tuple[tuple["StopCompliance", ...], ...]:
-        """A stop ten times as stiff as the contact at its deepest, at several frequencies."""
-        if math.isnan(facts.contact_time):
-            return ()
-        stiffness = _STIFFER * facts.force / (facts.speed * facts.contact_time / 3.0)
-        frequencies = tuple(cycles / facts.contact_time for cycles in _CYCLES_GRID)
-        return tuple(
-            (dataclasses.replace(self, stop_stiffness=stiffness, stop_frequency_hz=f, stop_damping_ratio=_PROBE_DAMPING),)
-            for f in frequencies
-            if f * facts.sampling < 1.0
-        )
 
     def scaled(self, factor: Value) -> "StopCompliance":
         """Compliance in proportion, at the same frequency and damping ratio: the stop's mass falls with the factor's inverse."""

@@ -9,8 +9,9 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from vibrojax.effects.base import Facts, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import Motion, Own, OwnState, Readings
 from vibrojax.effects.channel_fault import AbstractChannelFault
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
@@ -18,6 +19,13 @@ _PROBE_DELAY = 0.5
 """Of the shortest sampling interval."""
 _POINTS = 4
 """Of the interpolation."""
+
+
+def _candidates(scales: ProbeScales) -> list["TimeOffset"]:
+    """Half a sample late, in every channel; and as late as the records show it."""
+    late = [TimeOffset(delay=_PROBE_DELAY * scales.sampling, of_channel=channel) for channel in scales.channels]
+    recorded = [TimeOffset(delay=scales.lags[channel], of_channel=channel) for channel in scales.channels if channel in scales.lags]
+    return [*late, *recorded]
 
 
 class TimeOffset(AbstractChannelFault):
@@ -53,28 +61,14 @@ class TimeOffset(AbstractChannelFault):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
+    probe: ClassVar[Probe] = Probe(_candidates, either_sign=True, delay="delay")
 
     delay: Value
     of_channel: str = eqx.field(static=True, default="")
 
-    def probes(self, facts: Facts) -> tuple[tuple["TimeOffset", ...], ...]:
-        """Half a sample late, in every channel; and as late as the records show it."""
-        late = [(channel, _PROBE_DELAY * facts.sampling) for channel in facts.channels]
-        shown = [(channel, facts.lags[channel]) for channel in facts.channels if channel in facts.lags]
-        return tuple((dataclasses.replace(self, delay=delay, of_channel=channel),) for channel, delay in [*late, *shown])
-
-    def shown_by(self, facts: Facts) -> bool:
-        """As late as the channel is against every other."""
-        return bool(self.delay == facts.lags.get(self.of_channel))
-
     def scaled(self, factor: Value) -> "TimeOffset":
         """Delay in proportion."""
         return dataclasses.replace(self, delay=factor * self.delay)
-
-    @property
-    def is_delay(self) -> bool:
-        """Yes."""
-        return True
 
     @property
     def looks_ahead(self) -> Value:

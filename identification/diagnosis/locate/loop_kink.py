@@ -17,14 +17,14 @@ def bend(scored: Scored) -> Bend | None:
 
     A `deep_stop` would begin there. The kink must be deep, and some records must stay short of it, which identify the law in front.
     """
-    probe = next((one.members[0] for one in scored.found if one.members[0].in_loops), None)
-    shown = None if probe is None else SeenLoops(scored).shown(probe)
-    if probe is None or shown is None:
+    effect = next((one.members[0] for one in scored.found if one.members[0].probe.kink), None)
+    shown = None if effect is None else SeenLoops(scored).shown(effect)
+    if effect is None or shown is None:
         return None
     loops, files = shown.bent, [record.file for record in scored.fitted.prepared.experiment.records]
     touched, record = np.unique(loops.record, return_inverse=True)
     found = Bend(
-        depth=loops.values[f"{probe.name}.{probe.place}"],
+        depth=loops.values[f"{effect.name}.{effect.probe.kink}"],
         files=tuple(files[index] for index in touched),
         record=record,
         contact=loops.contact,

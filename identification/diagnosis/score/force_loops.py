@@ -8,7 +8,7 @@ from identification.diagnosis.score.scored import Scored
 from identification.experiment import Record
 from identification.windows.kinematics import Kinematics
 from identification.windows.start.contact import Loops, contact_start
-from vibrojax.effects import AbstractEffect, Facts
+from vibrojax.effects import AbstractEffect, ProbeScales
 
 _BEND = 0.8
 """Cost ratio of the loop regressions with and without an effect, up to which the loops show the effect."""
@@ -37,11 +37,11 @@ class SeenLoops:
         """(records,) recorded position of the stop less the gap as set, m."""
         self.touched = np.array([motion is not None and bool(motion.touching.any()) for motion in prepared.motions])
         """(records,) whether the record shows a contact."""
-        self._known = self._as_recorded(scored.known)
+        self._scales = self._as_recorded(scored.scales)
 
     def shown(self, effect: AbstractEffect) -> Shown | None:
         """Regressions with and without the effect, if the loops show it; from the load cell, or from inertia where that gives no loops."""
-        probes = tuple(members[0] for members in effect.probes(self._known))
+        probes = tuple(members[0] for members in effect.probe.candidates(self._scales))
         for load_cell in (True, False) if probes else ():
             straight = self._read(load_cell)
             if straight is not None:
@@ -52,12 +52,12 @@ class SeenLoops:
     def _read(self, load_cell: bool, probes: tuple[AbstractEffect, ...] = ()) -> Loops | None:
         return contact_start(self._model, self._records, self._motions, self._free, load_cell=load_cell, probes=probes)
 
-    def _as_recorded(self, known: Facts) -> Facts:
+    def _as_recorded(self, scales: ProbeScales) -> ProbeScales:
         """Probe scales with indentation, speed and force as recorded."""
         met = [(r, m) for r, m in zip(self._records, self._motions, strict=True) if m is not None and m.touching.any()]
         forces = [motion.inertia if motion.force is None else motion.force for _, motion in met]
         return dataclasses.replace(
-            known,
+            scales,
             deepest=max((float(motion.u.max()) - record.gap for record, motion in met), default=0.0),
             speed=max((float(np.abs(motion.v[motion.touching]).max()) for _, motion in met), default=0.0),
             force=max((float(np.nanmax(force)) for force in forces), default=0.0),

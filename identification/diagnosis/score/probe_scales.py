@@ -7,7 +7,7 @@ from identification.diagnosis.score.time_scales import contact_time
 from identification.likelihood.linearised import Linearised
 from identification.windows.layout import GAP_ERROR, Estimate
 from identification.windows.prepare import Prepared
-from vibrojax.effects import Facts
+from vibrojax.effects import ProbeScales
 
 _LINES = 2
 """Spectral lines taken from each channel's residual."""
@@ -15,7 +15,7 @@ _ON_THE_CEILING = 5
 """Fewest samples within the converter's step of the maximum that form a plateau."""
 
 
-def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
+def probe_scales(prepared: Prepared, at: Linearised, estimate: Estimate) -> ProbeScales:
     """Scales of motion, force, time and frequency from which candidates derive their strengths and grids."""
     experiment = prepared.experiment
     used = np.asarray(at.weight.any(axis=(0, 1)))
@@ -24,7 +24,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
     noise = {name: min(r.noise[name] for r in experiment.records if name in r.noise) for name in channels}
     values = prepared.layout.physical(estimate.shared)
     mass, law = float(values.get("m", experiment.mass)), prepared.model.replace(values).law
-    return Facts(
+    return ProbeScales(
         mass=mass,
         f_n=float(values.get("f_n", 0.0)),
         omega_exc=2 * np.pi * max((r.excitation_frequency or 0.0) for r in experiment.records),
@@ -50,7 +50,7 @@ def facts(prepared: Prepared, at: Linearised, estimate: Estimate) -> Facts:
 
 def _unmended(found: dict[str, float], prepared: Prepared) -> dict[str, float]:
     """Delays found in the records; none if the model already delays one of these channels."""
-    delayed = {effect.channel for effect in prepared.model.effects if effect.is_delay}
+    delayed = {effect.channel for effect in prepared.model.effects if effect.probe.delay}
     return {} if delayed & found.keys() else found
 
 

@@ -170,7 +170,7 @@ def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list
     inverse = block_arrow.covariance(matrix)
     factors = -inverse @ total
     gain = float(total @ inverse @ total)
-    if len(total) == 1 and members[0].one_signed and factors[0] < 0:
+    if len(total) == 1 and factors[0] < 0 and not members[0].probe.either_sign:
         gain, factors = 0.0, np.zeros(1)
     return Candidate(members=members, factors=factors, gain=gain, degrees=int(fine.sum()))
 

@@ -2,16 +2,15 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any
 
 from identification.diagnosis.calibration import ALPHA
-from identification.diagnosis.score.probe_scales import facts
+from identification.diagnosis.score.probe_scales import probe_scales
 from identification.diagnosis.score.score import Candidate, Projector, projector, score
 from identification.diagnosis.score.signature import Course, courses
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.linearised import Linearised
-from vibrojax.effects import EFFECTS, AbstractEffect, Facts
+from vibrojax.effects import EFFECTS, ProbeScales
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -20,7 +19,7 @@ class Scored:
 
     Attributes:
         fitted: the model.
-        known: probe scales from the records and the model.
+        scales: probe scales from the records and the model.
         by: projection orthogonal to the fitted unknowns.
         courses: fitted motion along every record.
         found: candidates by decreasing expected gain.
@@ -28,7 +27,7 @@ class Scored:
     """
 
     fitted: Fitted
-    known: Facts
+    scales: ProbeScales
     by: Projector
     courses: tuple[Course, ...]
     found: list[Candidate]
@@ -43,17 +42,11 @@ class Scored:
 def score_all(fitted: Fitted) -> Scored:
     """Score every listed effect that the model does not contain."""
     prepared, estimate, at = fitted.prepared, fitted.estimate, fitted.point.at
-    along, known, by = courses(prepared, at, estimate), facts(prepared, at, estimate), projector(fitted)
-    kinds = [kind for name, kind in EFFECTS.items() if name not in fitted.names]
-    candidates = [one for kind in kinds for one in blank(kind).probes(known)]
-    found = score(prepared, by, along, candidates, known.mass)
-    return Scored(fitted=fitted, known=known, by=by, courses=along, found=found, significant=significant(found))
-
-
-def blank(kind: type[AbstractEffect]) -> AbstractEffect:
-    """An effect with every parameter at its start value."""
-    usual: dict[str, Any] = {p.field: p.start for p in kind.parameters}
-    return kind(**usual)
+    along, scales, by = courses(prepared, at, estimate), probe_scales(prepared, at, estimate), projector(fitted)
+    probes = [kind.probe for name, kind in EFFECTS.items() if name not in fitted.names]
+    candidates = [one for probe in probes for one in probe.candidates(scales)]
+    found = score(prepared, by, along, candidates, scales.mass)
+    return Scored(fitted=fitted, scales=scales, by=by, courses=along, found=found, significant=significant(found))
 
 
 def best_of_each(found: Sequence[Candidate]) -> dict[str, Candidate]:
@@ -65,8 +58,8 @@ def best_of_each(found: Sequence[Candidate]) -> dict[str, Candidate]:
 
 
 def trials(found: Sequence[Candidate], name: str) -> int:
-    """Number of tests for one kind of effect: its candidates, each counted with the search that proposed it."""
-    return sum(max(1, one.members[0].looked_at) for one in found if one.name == name)
+    """Number of tests for one kind of effect: the possibilities searched for its candidates."""
+    return sum(one.members[0].probe.searched for one in found if one.name == name)
 
 
 def significant(found: Sequence[Candidate]) -> dict[str, Candidate]:

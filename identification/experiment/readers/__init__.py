@@ -1,21 +1,26 @@
-"""Readers of record files, chosen by suffix."""
+"""Readers of record files, chosen by suffix. A format is known to the program by the import of its reader here."""
 
 from collections.abc import Set as AbstractSet
 from pathlib import Path, PurePath
 
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.readers.base import AbstractReader, Columns
-from identification.experiment.readers.delimited import DelimitedReader
-from identification.experiment.readers.hdf5 import Hdf5Reader
-from identification.experiment.readers.mat import MatReader
-from identification.experiment.readers.mdf4 import Mdf4Reader
-from identification.experiment.readers.npz import NpzReader
-from identification.experiment.readers.tdms import TdmsReader
-from identification.experiment.readers.uff import UffReader
+from identification.experiment.readers.base import AbstractReader as AbstractReader
+from identification.experiment.readers.base import Columns as Columns
+from vibrojax.listing import final_classes
 
-READERS: tuple[AbstractReader, ...] = (DelimitedReader(), Hdf5Reader(), MatReader(), NpzReader(), TdmsReader(), UffReader(), Mdf4Reader())
+# isort: off
+# In the order of messages.
+from identification.experiment.readers.delimited import DelimitedReader as DelimitedReader
+from identification.experiment.readers.hdf5 import Hdf5Reader as Hdf5Reader
+from identification.experiment.readers.mat import MatReader as MatReader
+from identification.experiment.readers.npz import NpzReader as NpzReader
+from identification.experiment.readers.tdms import TdmsReader as TdmsReader
+from identification.experiment.readers.uff import UffReader as UffReader
+from identification.experiment.readers.mdf4 import Mdf4Reader as Mdf4Reader
+# isort: on
 
-__all__ = ["READERS", "AbstractReader", "Columns", "check_suffix", "read_columns", "stem_of"]
+_FINAL: tuple[type[AbstractReader], ...] = final_classes(vars(), AbstractReader)
+READERS = tuple(reader() for reader in _FINAL)
 
 
 def check_suffix(file: str) -> tuple[AbstractReader, str]:

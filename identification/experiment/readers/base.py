@@ -4,7 +4,7 @@ A reader turns a file into named columns of float64 numbers. It converts no unit
 A format that keeps the time beside its channels, not among them, offers it as a column "time".
 It refuses, before it allocates, a file that claims more than `limits` allows.
 
-To add one: implement this one method, `read`, and name its `suffixes` and `format`, then list it in `readers/__init__.py`.
+To add one: implement this one method, `read`, and name its `suffixes` and `format`, then import it in `readers/__init__.py`.
 """
 
 from abc import ABC, abstractmethod

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from identification.diagnosis.score.probe_scales import facts
+from identification.diagnosis.score.probe_scales import probe_scales
 from identification.diagnosis.score.score import Candidate, projector
-from identification.diagnosis.score.scored import Scored, blank, significant
+from identification.diagnosis.score.scored import Scored, significant
 from identification.diagnosis.score.signature import Course
 from identification.diagnosis.search import Rival
 from identification.likelihood import joint
@@ -18,6 +18,7 @@ from identification.likelihood.noise import Autoregression, white
 from identification.likelihood.random_force import RandomForce, force_response
 from identification.likelihood.variances import posterior
 from identification.windows.prepare import Prepared
+from tests.effects.start import at_start
 from vibrojax.effects import EFFECTS, AbstractEffect
 
 NO_FORCE = 1e-9
@@ -59,14 +60,14 @@ def with_prepared(fit: Fitted, prepared: Prepared) -> Fitted:
 
 def candidate(effect: AbstractEffect | str, gain: float = 100.0) -> Candidate:
     """An effect as it is, or one of that name, that promises so much."""
-    member = blank(EFFECTS[effect]) if isinstance(effect, str) else effect
+    member = at_start(EFFECTS[effect]) if isinstance(effect, str) else effect
     return Candidate(members=(member,), factors=np.ones(1), gain=gain, degrees=1)
 
 
 def scored(fit: Fitted, along: tuple[Course, ...], *found: Candidate) -> Scored:
     """These candidates beside a model."""
-    known = facts(fit.prepared, fit.point.at, fit.estimate)
-    return Scored(fitted=fit, known=known, by=projector(fit), courses=along, found=list(found), significant=significant(found))
+    scales = probe_scales(fit.prepared, fit.point.at, fit.estimate)
+    return Scored(fitted=fit, scales=scales, by=projector(fit), courses=along, found=list(found), significant=significant(found))
 
 
 def rival(fit: Fitted, one: Candidate, gain: float) -> Rival:

@@ -12,7 +12,7 @@ from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation
 from identification.likelihood.variances import Variances
 from identification.windows.prepare import Prepared
-from tests.effects.facts import FACTS
+from tests.effects.scales import SCALES
 from tests.identification.diagnosis import made_fit
 from vibrojax.effects.free_form import FreeForm
 
@@ -106,7 +106,7 @@ def rival(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
 )
 def test_what_is_worth_a_fit(rivals, name, expected, hopeless):
     """By what was gained, no matter what had been expected of it; what no derivative shows always is."""
-    scored = made(Scored, known=FACTS, fitted=made(Fitted, chi2_reduced=10.0))
+    scored = made(Scored, scales=SCALES, fitted=made(Fitted, chi2_reduced=10.0))
     assert module._is_hopeless(made_fit.candidate(name, expected), scored, rivals, 900.0) is hopeless
 
 

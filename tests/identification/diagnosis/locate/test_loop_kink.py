@@ -70,7 +70,7 @@ def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, monkeypatch
         deepest = np.argmax(loops.indentation)
         kept = (loops.record == loops.record[deepest]) | (not all_pass)
         samples = {name: getattr(loops, name)[kept] for name in ("record", "contact", "indentation", "force", "modelled")}
-        at = {f"{effect.name}.{effect.place}": depth * float(loops.indentation[deepest])}
+        at = {f"{effect.name}.{effect.probe.kink}": depth * float(loops.indentation[deepest])}
         straight = dataclasses.replace(loops, **samples)
         return Shown(straight=straight, bent=dataclasses.replace(straight, values=loops.values | at))
 

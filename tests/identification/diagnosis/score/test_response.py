@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.refit import with_model
-from identification.diagnosis.score.scored import blank
 from identification.diagnosis.score.signature import signatures
 from identification.least_squares.fit import as_arrays, integrator_for, on_device
 from identification.least_squares.residual import residuals
@@ -15,6 +14,7 @@ from identification.likelihood.linearised import linearised
 from identification.likelihood.random_force import force_response
 from identification.likelihood.response import response
 from identification.windows.layout import Estimate, layout_of
+from tests.effects.start import at_start
 from tests.identification.conftest import TRUTH
 from vibrojax.effects import EFFECTS, StopCompliance
 
@@ -34,7 +34,7 @@ def test_the_first_order_answer_is_that_of_the_integrated_motion(motion, name):
     fields = {p.name: p.field for p in EFFECTS[name].parameters}
     wanted = {fields.get(key, key): value for key, value in SMALL[name].items()}
     none = {p.field: 0.0 for p in EFFECTS[name].parameters} | ({"factor": 1.0} if name == "gain_error" else {})
-    effect = dataclasses.replace(blank(EFFECTS[name]), **(none | wanted))
+    effect = dataclasses.replace(at_start(EFFECTS[name]), **(none | wanted))
     prepared = motion.prepared
     (perturbation,) = signatures(motion.at, motion.courses, prepared.layout.files, [effect])
     predicted = response(motion.at, motion.mass, perturbation)
@@ -71,7 +71,7 @@ def test_the_answer_to_a_force_is_that_of_the_integrated_motion(motion, name):
         prepared = motion.prepared
     else:
         model = motion.prepared.model.replace(TRUTH)
-        effect = dataclasses.replace(blank(EFFECTS[name]), **STATEFUL[name])
+        effect = dataclasses.replace(at_start(EFFECTS[name]), **STATEFUL[name])
         states = np.concatenate([motion.estimate.states, np.zeros((len(motion.estimate.states), len(effect.own_states)))], axis=1)
         model = dataclasses.replace(model, effects=(effect,))
         prepared = with_model(motion.prepared, model, motion.estimate.nuisances, states)

@@ -3,16 +3,15 @@
 import numpy as np
 
 from identification.diagnosis.calibration import ALPHA
-from identification.diagnosis.score.probe_scales import facts
+from identification.diagnosis.score.probe_scales import probe_scales
 from identification.diagnosis.score.score import projector, score
-from identification.diagnosis.score.scored import blank
 from identification.likelihood.evidence import chance
 from vibrojax.effects import ForceSaturation
 
 
 def promised(motion, at):
     """The best candidate, and how likely noise alone promises as much."""
-    candidates = list(blank(ForceSaturation).probes(facts(motion.prepared, at, motion.estimate)))
+    candidates = list(ForceSaturation.probe.candidates(probe_scales(motion.prepared, at, motion.estimate)))
     best = score(motion.prepared, projector(motion.fitted(at)), motion.courses, candidates, motion.mass)[0]
     return best, chance(best.gain, best.degrees, len(candidates))
 

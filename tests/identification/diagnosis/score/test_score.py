@@ -7,17 +7,17 @@ import pytest
 from scipy.stats import kstest
 
 from identification.diagnosis.score.score import information, projector, reduced, score
-from identification.diagnosis.score.scored import blank
 from identification.diagnosis.score.signature import signatures
 from identification.least_squares.fit import integrator_for
 from identification.likelihood.linearised import linearised
 from identification.likelihood.noise import autoregression, white
 from identification.likelihood.random_force import RandomForce, force_response
 from identification.likelihood.response import response
+from tests.effects.start import at_start
 from vibrojax.effects import EFFECTS
 
 DRAWS = 60
-PUSH = dataclasses.replace(blank(EFFECTS["constant_force"]), constant_force=1e-3)
+PUSH = dataclasses.replace(at_start(EFFECTS["constant_force"]), constant_force=1e-3)
 RANDOM = RandomForce(std=0.05, memory=0.02)
 COLOURED = autoregression(0.8 ** np.arange(2.0))
 

@@ -1,11 +1,11 @@
-"""What a program may know of plausible records, and of records that show nothing."""
+"""Scales of plausible records, and of records that show nothing."""
 
 import dataclasses
 
 from tests.effects.rig import LAW
-from vibrojax.effects import Facts
+from vibrojax.effects import ProbeScales
 
-FACTS = Facts(
+SCALES = ProbeScales(
     mass=0.5,
     f_n=5.0,
     omega_exc=50.0,
@@ -28,7 +28,7 @@ FACTS = Facts(
     law=LAW,
 )
 NOTHING = dataclasses.replace(
-    FACTS,
+    SCALES,
     f_n=0.0,
     omega_exc=0.0,
     drives=(),

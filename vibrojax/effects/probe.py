@@ -1,0 +1,136 @@
+"""How a diagnosis searches for an effect: its candidates, and what shows it beside the score test.
+
+The physics of an effect (`vibrojax.effects.base`) depends on nothing here but its `probe`.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Generic, TypeVar
+
+import equinox as eqx
+import numpy as np
+
+from vibrojax.contact import AbstractContactLaw
+
+Kind = TypeVar("Kind", bound=eqx.Module)
+"""Class of the effect."""
+_SOFTEST = 0.7
+"""Lowest frequency of candidates over f_n."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ProbeScales:
+    """Scales of the records and of the nominal fit, from which candidates take their strengths and grids; SI.
+
+    Attributes:
+        mass: of the hammer, kg.
+        f_n: natural frequency, Hz; 0 without a spring.
+        omega_exc: highest excitation frequency, rad/s; 0 where the cart is at rest.
+        drives: all excitation frequencies, rad/s.
+        gaps: as set, by record file, m.
+        clock: first and last time stamp by record file, s.
+        contacts: first and last time stamp of each contact with the stop, s, by record file.
+        channels: recorded and fitted ones.
+        noise: standard deviation by channel.
+        amplitude: largest |u|, m.
+        lowest: least u, m.
+        speed: largest |u'|, m/s.
+        force: largest impact force, N; 0 without impacts.
+        deepest: largest indentation, m; 0 without impacts.
+        contact_time: of an impact at that speed, s; NaN without impacts, and where the contact law gives them no duration.
+        ceilings: saturation level by channel; absent for channels that do not saturate.
+        lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
+        lags: by channel, delay against all other channels, found without a model, s, positive where the channel is late; absent where
+            it agrees with one of them.
+        sampling: shortest interval, s.
+        law: the contact law as fitted.
+    """
+
+    mass: float
+    f_n: float
+    omega_exc: float
+    drives: tuple[float, ...]
+    gaps: Mapping[str, float]
+    clock: Mapping[str, tuple[float, float]]
+    contacts: Mapping[str, tuple[tuple[float, float], ...]]
+    channels: tuple[str, ...]
+    noise: Mapping[str, float]
+    amplitude: float
+    lowest: float
+    speed: float
+    force: float
+    deepest: float
+    contact_time: float
+    ceilings: Mapping[str, float]
+    lines: Mapping[str, tuple[float, ...]]
+    lags: Mapping[str, float]
+    sampling: float
+    law: AbstractContactLaw
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """From the frequency of which the longest record holds three periods to somewhat below Nyquist's, Hz."""
+        return 3.0 / max(last - first for first, last in self.clock.values()), 0.4 / self.sampling
+
+    def frequencies(self, ratio: float, highest: float = math.inf) -> tuple[float, ...]:
+        """Geometric grid of frequencies, Hz: at most `ratio` apart, inside `band`, from somewhat below f_n to `highest`.
+
+        A mode much softer than the suspension has next to no effect on the hammer.
+        """
+        low, high = max(self.band[0], _SOFTEST * self.f_n), min(self.band[1], highest)
+        if low > high:
+            return ()
+        count = 1 + math.ceil(math.log(high / low) / math.log(ratio))
+        return tuple(np.geomspace(low, high, count).tolist())
+
+    @property
+    def latest(self) -> float:
+        """Largest |t| on the clock of any record, s."""
+        return max((abs(stamp) for clock in self.clock.values() for stamp in clock), default=0.0)
+
+    @property
+    def flight_force(self) -> float:
+        """Size of the forces in flight, m v^2 / A of the largest speed and amplitude, N: k A of an oscillator; 0 without motion."""
+        return self.mass * self.speed**2 / self.amplitude if self.amplitude > 0 else 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Probe(Generic[Kind]):
+    """How an effect is searched for.
+
+    The score test estimates a candidate's strength from the derivative along the motion without the effect; what does not enter linearly
+    needs a grid of candidates. `is_stop`, `kink` and `delay` mark effects that the records show otherwise, where that test is not enough.
+
+    Attributes:
+        effects: effects at a finite, plausible strength, each a candidate, from the scales of the records; none where it cannot act.
+        parts: fields of the strengths that are estimated together (sine and cosine of a line); empty for one strength.
+        either_sign: whether a negative strength is possible.
+        searched: number of possibilities searched for each candidate, which the significance counts.
+        starts: number of candidates, those of largest expected gain first, from which a refit starts.
+        is_stop: whether it is a stop that the motion without it passes through: there the derivative gives no strength.
+        kink: name and field of the parameter at which the force-indentation loops have a kink; empty where they do not show the effect.
+        delay: name and field of the parameter by which its channel is late, as `ProbeScales.lags` may show; empty where it delays none.
+    """
+
+    effects: Callable[[ProbeScales], Iterable[Kind]]
+    _: dataclasses.KW_ONLY
+    parts: tuple[str, ...] = ()
+    either_sign: bool = False
+    searched: int = 1
+    starts: int = 1
+    is_stop: bool = False
+    kink: str = ""
+    delay: str = ""
+
+    def candidates(self, scales: ProbeScales) -> tuple[tuple[Kind, ...], ...]:
+        """Candidates, each a tuple of members whose strengths are estimated together: one for each of `parts`, else the effect itself."""
+        return tuple(self._members(effect) for effect in self.effects(scales))
+
+    def _members(self, effect: Kind) -> tuple[Kind, ...]:
+        others = [{field: 0.0 for field in self.parts if field != part} for part in self.parts]
+        return tuple(dataclasses.replace(effect, **zero) for zero in others or [{}])
+
+    def joined(self, members: Sequence[Kind]) -> Kind:
+        """One effect with the strengths of all members of a candidate."""
+        return dataclasses.replace(members[0], **{field: sum(getattr(one, field) for one in members) for field in self.parts})
