@@ -10,7 +10,7 @@ from identification.wording.numbers import millimetres, rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
-_OF_CONTACTS = {"bend": "Force against indentation", "restitution": "Restitution against approach speed"}
+_OF_CONTACTS = {"kink": "Force against indentation", "restitution": "Restitution against approach speed"}
 """Pictures of a diagnosis, by file, and what they show."""
 _HEAD = """| recording | held-back error, nominal → augmented | the diagnosis | what is known | agrees |
 |---|---|---|---|---|"""
@@ -40,8 +40,8 @@ def said(run: Run) -> str:
     """Verdict and what is named, with numbers, or where the contact law bends and the term that was learned."""
     document = run.document or {}
     if not document["effects"]:
-        bend, learned = (document.get("location") or {}).get("bend"), document.get("free_form")
-        harder = f"; harder beyond {millimetres(bend['depth'])} in {', '.join(bend['records'])}" if bend else ""
+        kink, learned = (document.get("location") or {}).get("kink"), document.get("free_form")
+        harder = f"; harder beyond {millimetres(kink['depth'])} in {', '.join(kink['records'])}" if kink else ""
         return document["verdict"] + harder + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
     return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one, _gaps(document))})" for one in document["effects"])
 

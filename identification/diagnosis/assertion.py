@@ -9,7 +9,7 @@ from identification.diagnosis.calibration import WITHIN_CHANCE
 from identification.diagnosis.diagnosis import Asserted, Considered, Number
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored, best_of_each, trials
-from identification.diagnosis.search import Rival, Search, Step
+from identification.diagnosis.search import Alternative, Search, Step
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
 from vibrojax.channels import UNITS
@@ -41,10 +41,12 @@ def probability(steps: tuple[Step, ...], name: str) -> float:
     p is the probability that noise alone gives the gain of the best alternative (`chance`).
     """
     for one in steps:
-        if one.rivals[0].name == name:
-            best = one.rivals[0]
-            weights = [float(np.exp(-0.5 * min(rival.fitted.criterion - best.fitted.criterion, 1400.0))) for rival in one.rivals]
-            mine = sum(weight for weight, rival in zip(weights, one.rivals, strict=True) if rival.name == name)
+        if one.alternatives[0].name == name:
+            best = one.alternatives[0]
+            weights = [
+                float(np.exp(-0.5 * min(alternative.fitted.criterion - best.fitted.criterion, 1400.0))) for alternative in one.alternatives
+            ]
+            mine = sum(weight for weight, alternative in zip(weights, one.alternatives, strict=True) if alternative.name == name)
             numbers = max(best.fitted.unknowns - one.scored.fitted.unknowns, 1)
             return (1.0 - chance(best.gain, numbers, trials(one.scored.found, name))) * mine / sum(weights)
     raise KeyError(name)
@@ -54,10 +56,10 @@ def twins(steps: tuple[Step, ...], names: tuple[str, ...]) -> tuple[str, ...]:
     """Effects that the records cannot separate from an asserted one: their BIC in its place is higher by less than `WITHIN_CHANCE`."""
     found: list[str] = []
     for one in steps:
-        if one.rivals[0].name not in names:
+        if one.alternatives[0].name not in names:
             continue
-        lowest = one.rivals[0].fitted.criterion
-        near = [rival.name for rival in one.rivals[1:] if rival.fitted.criterion - lowest < WITHIN_CHANCE]
+        lowest = one.alternatives[0].fitted.criterion
+        near = [alternative.name for alternative in one.alternatives[1:] if alternative.fitted.criterion - lowest < WITHIN_CHANCE]
         found += [name for name in near if name not in names]
     return tuple(dict.fromkeys(found))
 
@@ -66,16 +68,16 @@ def considered(search: Search, predicted: Callable[[Fitted], float]) -> tuple[Co
     """Table of all scored candidates, by search step and decreasing expected gain, with refit results for those that were fitted."""
     rows: list[Considered] = []
     for one in search.steps:
-        rows += _rows(one.scored, one.rivals, predicted)
+        rows += _rows(one.scored, one.alternatives, predicted)
     return (*rows, *_rows(search.last, search.refused, predicted))
 
 
-def _rows(scored: Scored, rivals: tuple[Rival, ...], predicted: Callable[[Fitted], float]) -> list[Considered]:
-    by_name = {_key(rival.candidate): rival for rival in reversed(rivals)}
+def _rows(scored: Scored, alternatives: tuple[Alternative, ...], predicted: Callable[[Fitted], float]) -> list[Considered]:
+    by_name = {_key(alternative.candidate): alternative for alternative in reversed(alternatives)}
     rows = []
     for candidate in best_of_each(scored.found).values():
-        rival = by_name.get(_key(candidate))
-        fitted = {} if rival is None else _in_full(rival, rivals[0], scored, predicted)
+        alternative = by_name.get(_key(candidate))
+        fitted = {} if alternative is None else _in_full(alternative, alternatives[0], scored, predicted)
         rows.append(
             Considered(
                 name=candidate.name,
@@ -95,12 +97,12 @@ def _key(candidate: Candidate) -> tuple[str, str | None]:
     return candidate.name, candidate.members[0].channel
 
 
-def _in_full(rival: Rival, best: Rival, scored: Scored, predicted: Callable[[Fitted], float]) -> dict[str, float]:
+def _in_full(alternative: Alternative, best: Alternative, scored: Scored, predicted: Callable[[Fitted], float]) -> dict[str, float]:
     """Refit results of one candidate: log-likelihood gain, BIC less that of the best, fall of the held-out error."""
     return {
-        "drop": rival.gain,
-        "bic": rival.fitted.criterion - best.fitted.criterion,
-        "held_out": predicted(scored.fitted) - predicted(rival.fitted),
+        "drop": alternative.gain,
+        "bic": alternative.fitted.criterion - best.fitted.criterion,
+        "held_out": predicted(scored.fitted) - predicted(alternative.fitted),
     }
 
 

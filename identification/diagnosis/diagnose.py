@@ -15,7 +15,7 @@ from identification.diagnosis.errors import numbers
 from identification.diagnosis.free_form.free_form import Learned, learn
 from identification.diagnosis.held_out import SIGNAL, held_out
 from identification.diagnosis.locate.locate import locate
-from identification.diagnosis.locate.loop_kink import bend
+from identification.diagnosis.locate.loop_kink import loop_kink
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.relevance import share_added
@@ -201,7 +201,7 @@ def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Locat
     acting = None if effect is None else signatures(first.at, first.courses, first.fitted.prepared.layout.files, [effect])[0].force
     found = locate(first.fitted.prepared, first.fitted.estimate, first.at, named=effect, acting=acting)
     if verdict == UNLISTED:
-        return dataclasses.replace(found, bend=bend(first))
+        return dataclasses.replace(found, loop_kink=loop_kink(first))
     if effect is not None and effect.record is not None:
         return dataclasses.replace(found, record=effect.record)
     return found

@@ -44,7 +44,7 @@ class Asserted:
     gap: float | None = None
 
     @property
-    def told(self) -> tuple[Number, ...]:
+    def reported(self) -> tuple[Number, ...]:
         """The parameters as reported: a position relative to the gap as set is given on the axis of u, if all records have the same gap."""
         symbols = {p.name: p.from_gap for p in self.effect.parameters if p.from_gap} if self.gap is not None else {}
         return tuple(self._place(one, symbols[one.name]) if one.name in symbols else one for one in self.parameters)
@@ -75,7 +75,7 @@ class Profile:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Bend:
+class LoopKink:
     """A kink of the contact law: force against indentation as recorded, and two regressions, without and with the kink.
 
     Attributes:
@@ -85,7 +85,7 @@ class Bend:
         contact: (samples,) number of its contact, unique over all records.
         indentation: (samples,) from the position of the stop in the smoothed records, m.
         force: (samples,) of the load cell, or inertia of the hammer where the load cell shows no loops, N.
-        straight, bent: (samples,) force of the best contact law without and with a kink, N.
+        without_kink, with_kink: (samples,) force of the best contact law without and with a kink, N.
     """
 
     depth: float
@@ -94,8 +94,8 @@ class Bend:
     contact: np.ndarray
     indentation: np.ndarray
     force: np.ndarray
-    straight: np.ndarray
-    bent: np.ndarray
+    without_kink: np.ndarray
+    with_kink: np.ndarray
 
     @property
     def deeper(self) -> tuple[str, ...]:
@@ -118,7 +118,7 @@ class Location:
         record: file, of an effect that acts in one record only; else None.
         sentence: the location in words for a test engineer.
         profiles: by coordinate, the best first.
-        bend: kink of the contact law, if the records show one and no listed effect explains the misfit.
+        kink: kink of the contact law, if the records show one and no listed effect explains the misfit.
         maps: by record file, mean squared residual over the noise variance in equal parts of the record (rows) and of the excitation
             period (columns); (24, 24); NaN where there is none.
     """
@@ -134,7 +134,7 @@ class Location:
     sentence: str
     profiles: tuple[Profile, ...]
     maps: dict[str, np.ndarray]
-    bend: Bend | None = None
+    kink: LoopKink | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -323,5 +323,5 @@ def _location(location: Location | None) -> dict[str, Any] | None:
     if location is None:
         return None
     plain = ("channel", "records", "channels", "phase", "coordinate", "interval", "time", "record", "sentence")
-    bend = None if location.bend is None else {"depth": location.bend.depth, "records": list(location.bend.deeper)}
-    return {name: getattr(location, name) for name in plain} | {"bend": bend}
+    kink = None if location.kink is None else {"depth": location.kink.depth, "records": list(location.kink.deeper)}
+    return {name: getattr(location, name) for name in plain} | {"kink": kink}

@@ -23,7 +23,7 @@ def from_loops(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     seen = SeenLoops(scored)
     candidates = {one.name: one for one in scored.found if one.members[0].probe.kink}
     shown = ((one, seen.shown(one.members[0])) for one in candidates.values())
-    return [_begun(scored, one, loops.bent, seen) for one, loops in shown if loops is not None]
+    return [_begun(scored, one, loops.with_kink, seen) for one, loops in shown if loops is not None]
 
 
 def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: SeenLoops) -> tuple[Candidate, Prepared]:
@@ -34,6 +34,6 @@ def _begun(scored: Scored, probe: Candidate, loops: Loops, seen: SeenLoops) -> t
     prepared = extended(scored.fitted, candidate, scored.courses, is_small=False)
     shared = prepared.layout.internal(prepared.layout.physical(prepared.start.shared) | loops.values)
     nuisances, column = prepared.start.nuisances.copy(), GAP_ERROR
-    told = seen.touched & free_unknowns(prepared).nuisances[:, column]
-    nuisances[told, column] = (seen.shifts + loops.errors)[told]
+    seen_gap = seen.touched & free_unknowns(prepared).nuisances[:, column]
+    nuisances[seen_gap, column] = (seen.shifts + loops.errors)[seen_gap]
     return candidate, dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=shared, nuisances=nuisances))

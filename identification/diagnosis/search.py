@@ -42,7 +42,7 @@ _BAD = 0.02
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Rival:
+class Alternative:
     """An alternative: one candidate refitted with all other parameters, to convergence, or for one round if it cannot become the best."""
 
     candidate: Candidate
@@ -61,7 +61,7 @@ class Step:
     """One search step: scored candidates and refitted alternatives."""
 
     scored: Scored
-    rivals: tuple[Rival, ...]
+    alternatives: tuple[Alternative, ...]
     """By decreasing evidence."""
 
 
@@ -79,7 +79,7 @@ class Search:
 
     steps: tuple[Step, ...]
     last: Scored
-    refused: tuple[Rival, ...]
+    refused: tuple[Alternative, ...]
     ended: str
     learned: Learned | None = None
 
@@ -118,26 +118,32 @@ def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage:
                 model = varied
                 continue
         line = _line(scored, deadline, progress)
-        rivals = _fitted_in_full(scored, line, progress)
-        if line is not None and not (rivals and rivals[0].fitted.criterion < line.fitted.criterion):
-            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE, learned=line)
-        if varying is not None and varying.chi2 >= (rivals[0].gain if rivals else 0.0):
+        alternatives = _fitted_in_full(scored, line, progress)
+        if line is not None and not (alternatives and alternatives[0].fitted.criterion < line.fitted.criterion):
+            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=COMPLETE, learned=line)
+        if varying is not None and varying.chi2 >= (alternatives[0].gain if alternatives else 0.0):
             varied = _with_variation(model, varying, progress)
-            if varied is not None and not (rivals and rivals[0].fitted.criterion < varied.criterion):
+            if varied is not None and not (alternatives and alternatives[0].fitted.criterion < varied.criterion):
                 model = varied
                 continue
-        again = _led_by(model, rivals, progress)
-        rivals = [dataclasses.replace(one, gain=one.gain - 2.0 * (again.log_likelihood - model.log_likelihood)) for one in rivals]
-        if again is not model and not _has_evidence(rivals[0], again, scored):
+        again = _led_by(model, alternatives, progress)
+        alternatives = [
+            dataclasses.replace(one, gain=one.gain - 2.0 * (again.log_likelihood - model.log_likelihood)) for one in alternatives
+        ]
+        if again is not model and not _has_evidence(alternatives[0], again, scored):
             model = again
             continue
-        if not rivals or not _has_evidence(rivals[0], model, scored) or share_added(start, model, rivals[0].fitted) < RELEVANT:
-            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=COMPLETE)
-        progress(f"fitting {rivals[0].fitted.title} to the end")
-        best = _to_the_end(rivals[0].fitted)
+        if (
+            not alternatives
+            or not _has_evidence(alternatives[0], model, scored)
+            or share_added(start, model, alternatives[0].fitted) < RELEVANT
+        ):
+            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=COMPLETE)
+        progress(f"fitting {alternatives[0].fitted.title} to the end")
+        best = _to_the_end(alternatives[0].fitted)
         if best is None:
-            return Search(steps=tuple(steps), last=scored, refused=tuple(rivals), ended=FAILED)
-        steps.append(_kept(scored, rivals))
+            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=FAILED)
+        steps.append(_kept(scored, alternatives))
         model = _lessened(best, start, progress)
 
 
@@ -181,29 +187,31 @@ def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
     return model
 
 
-def _has_evidence(best: Rival, beside: Fitted, scored: Scored) -> bool:
+def _has_evidence(best: Alternative, beside: Fitted, scored: Scored) -> bool:
     """Whether the gain of an alternative is significant and lowers the BIC."""
     numbers = max(best.fitted.unknowns - beside.unknowns, 1)
     by_chance = chance(best.gain, numbers, trials(scored.found, best.name))
     return by_chance < ALPHA and best.fitted.criterion < beside.criterion
 
 
-def _kept(scored: Scored, rivals: list[Rival]) -> Step:
+def _kept(scored: Scored, alternatives: list[Alternative]) -> Step:
     """A search step without its large arrays."""
-    return Step(scored=dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened()), rivals=tuple(rivals))
+    return Step(
+        scored=dataclasses.replace(scored, fitted=scored.fitted.lightened(), by=scored.by.lightened()), alternatives=tuple(alternatives)
+    )
 
 
-def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
+def _led_by(model: Fitted, alternatives: list[Alternative], progress: Progress) -> Fitted:
     """The model, or a better fit of it that starts from the parameters of the best alternative.
 
     A fit that has diverged to a wrong motion may recover with any effect; that recovery is no evidence for the effect. A converged fit near
     the recorded motion stays as it is.
     """
-    if not rivals or (model.converged and is_near(model)):
+    if not alternatives or (model.converged and is_near(model)):
         return model
     progress(f"fitting {model.title} again")
-    there, prepared = rivals[0].fitted.estimate, model.prepared
-    values = rivals[0].fitted.prepared.layout.physical(there.shared)
+    there, prepared = alternatives[0].fitted.estimate, model.prepared
+    values = alternatives[0].fitted.prepared.layout.physical(there.shared)
     start = dataclasses.replace(
         model.estimate,
         shared=prepared.layout.internal({p.name: values[p.name] for p in prepared.layout.parameters}),
@@ -214,7 +222,7 @@ def _led_by(model: Fitted, rivals: list[Rival], progress: Progress) -> Fitted:
     return model if again is None or again.log_likelihood < model.log_likelihood - 0.5 * np.log(ALPHA) else again
 
 
-def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Rival]:
+def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Alternative]:
     """Alternatives: the candidates with the largest expected gain, each refitted with all other parameters, by decreasing evidence.
 
     None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit.
@@ -222,41 +230,41 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
     if line is not None and left(line.fitted, scored.fitted) < _LITTLE:
         return []
     queue = _queue(scored)
-    rivals: list[Rival] = []
+    alternatives: list[Alternative] = []
     best = _expected(scored)
     with ThreadPoolExecutor(1) as ahead:
         for index, (candidate, prepared) in enumerate(queue):
-            if _is_hopeless(candidate, scored, rivals, best):
+            if _is_hopeless(candidate, scored, alternatives, best):
                 continue
             for _, following in queue[index + 1 : index + 2]:
                 ahead.submit(_compiled, following, scored.fitted)
             progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
-            rivals += _tried(candidate, prepared, scored.fitted)
-    return _finished(sorted(rivals, key=lambda rival: rival.fitted.criterion), scored.fitted, progress)
+            alternatives += _tried(candidate, prepared, scored.fitted)
+    return _finished(sorted(alternatives, key=lambda alternative: alternative.fitted.criterion), scored.fitted, progress)
 
 
-def _is_hopeless(candidate: Candidate, scored: Scored, rivals: list[Rival], best: float) -> bool:
+def _is_hopeless(candidate: Candidate, scored: Scored, alternatives: list[Alternative], best: float) -> bool:
     """Whether a candidate's expected gain is far below the best expected and obtained ones; never where the score test does not apply."""
     effect = candidate.members[0]
-    if not rivals or effect.probe.is_stop or effect.probe.kink or is_recorded(effect, scored.scales):
+    if not alternatives or effect.probe.is_stop or effect.probe.kink or is_recorded(effect, scored.scales):
         return False
-    gained = min(best, max(0.0, *(rival.gain for rival in rivals)))
-    done = any(_explains(rival, scored.fitted) for rival in rivals)
+    gained = min(best, max(0.0, *(alternative.gain for alternative in alternatives)))
+    done = any(_explains(alternative, scored.fitted) for alternative in alternatives)
     return candidate.gain < (_CLOSE if done else _WORTH_A_FIT) * gained
 
 
-def _finished(rivals: list[Rival], beside: Fitted, progress: Progress) -> list[Rival]:
+def _finished(alternatives: list[Alternative], beside: Fitted, progress: Progress) -> list[Alternative]:
     """Alternatives refitted to convergence where their BIC may come within `WITHIN_CHANCE` of the best, by decreasing evidence."""
     found, best = [], beside.criterion
-    for rival in rivals:
-        if rival.fitted.criterion - 2.0 * rival.fitted.to_go < best + WITHIN_CHANCE:
-            progress(f"fitting {rival.fitted.title} to the end")
-            finished = _attempt(rival.fitted.continued, rival.fitted.variances, rounds=2)
+    for alternative in alternatives:
+        if alternative.fitted.criterion - 2.0 * alternative.fitted.to_go < best + WITHIN_CHANCE:
+            progress(f"fitting {alternative.fitted.title} to the end")
+            finished = _attempt(alternative.fitted.continued, alternative.fitted.variances, rounds=2)
             if finished is not None:
-                rival = _rival(rival.candidate, finished, beside)
+                alternative = _alternative(alternative.candidate, finished, beside)
                 best = min(best, finished.criterion)
-        found.append(rival)
-    return sorted(found, key=lambda rival: rival.fitted.criterion)
+        found.append(alternative)
+    return sorted(found, key=lambda alternative: alternative.fitted.criterion)
 
 
 def _attempt(prepared: Prepared, variances: Variances, *, rounds: int, **options: Any) -> Fitted | None:
@@ -276,19 +284,19 @@ def _to_the_end(found: Fitted) -> Fitted | None:
         return None
 
 
-def _rival(candidate: Candidate, found: Fitted, beside: Fitted) -> Rival:
-    return Rival(candidate=candidate, fitted=found.lightened(), gain=2.0 * (found.log_likelihood - beside.log_likelihood))
+def _alternative(candidate: Candidate, found: Fitted, beside: Fitted) -> Alternative:
+    return Alternative(candidate=candidate, fitted=found.lightened(), gain=2.0 * (found.log_likelihood - beside.log_likelihood))
 
 
-def _explains(rival: Rival, beside: Fitted) -> bool:
+def _explains(alternative: Alternative, beside: Fitted) -> bool:
     """Whether an alternative has obtained its expected gain and explains nearly all of the misfit."""
-    return rival.gain >= rival.candidate.gain > 0 and left(rival.fitted, beside) < _LITTLE
+    return alternative.gain >= alternative.candidate.gain > 0 and left(alternative.fitted, beside) < _LITTLE
 
 
-def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Rival]:
+def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Alternative]:
     """The candidate after one round of its refit; empty where the refit fails."""
     found = _attempt(prepared, beside.variances, rounds=1)
-    return [] if found is None else [_rival(candidate, found, beside)]
+    return [] if found is None else [_alternative(candidate, found, beside)]
 
 
 def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from identification.diagnosis.calibration import ALPHA
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Bend, Location, Number, Side
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Location, LoopKink, Number, Side
 from identification.diagnosis.locate.restitution import Restitution
 from identification.result.unrest import Unrest
 from identification.wording.channel_labels import spoken
@@ -66,12 +66,12 @@ def sentences(
     first = "Something real is missing, and no listed effect explains it."
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
-    bends = (_bending(location.bend),) if location is not None and location.bend is not None else ()
-    losses = (_losing(restitution),) if restitution is not None else ()
-    return (first, *where, *bends, *losses, *learned, *restless, *_varying(after))
+    kinks = (_kink_sentence(location.kink),) if location is not None and location.kink is not None else ()
+    losses = (_restitution_sentence(restitution),) if restitution is not None else ()
+    return (first, *where, *kinks, *losses, *learned, *restless, *_varying(after))
 
 
-def _bending(one: Bend) -> str:
+def _kink_sentence(one: LoopKink) -> str:
     """Sentence on the kink of the contact law, without a cause."""
     deeper = f"only {joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
     return (
@@ -80,7 +80,7 @@ def _bending(one: Bend) -> str:
     )
 
 
-def _losing(one: Restitution) -> str:
+def _restitution_sentence(one: Restitution) -> str:
     """Sentence on restitution against approach speed, without a cause."""
     before, after = (f"{end.measured:.2f} at {end.approach_speed:.2g} m/s" for end in (one.slow, one.fast))
     power = "" if one.exponent is None else f" (1 − e with the speed to the power {rounded(*one.exponent).text})"
@@ -104,7 +104,7 @@ def _varying(side: Side) -> tuple[str, ...]:
 
 def _main(one: Asserted) -> str:
     """Place where the effect acts, and its parameters."""
-    return ", ".join([*_places(one), *(_number(p) for p in one.told)])
+    return ", ".join([*_places(one), *(_number(p) for p in one.reported)])
 
 
 def _places(one: Asserted) -> list[str]:

@@ -73,16 +73,16 @@ class Point:
         gram = (1.0 - held) * self.marginal.gram + held * self.inner.fit
         gram[:, 1:, 0] += held * (self.inner.cross[..., 1:].transpose(0, 2, 1) @ self.estimate.force[..., None])[..., 0]
         by = dataclasses.replace(self.marginal, gram=gram)
-        return equations(self.linear, by, self.weight, self._bend(gram) if newton else None)
+        return equations(self.linear, by, self.weight, self._curvature(gram) if newton else None)
 
-    def _bend(self, gram: Float[np.ndarray, "windows vector vector"]) -> Float[np.ndarray, " windows"]:
+    def _curvature(self, gram: Float[np.ndarray, "windows vector vector"]) -> Float[np.ndarray, " windows"]:
         """Curvature of the windows' robust loss along the estimated unknowns."""
         weight, active = self.weight, self.linear.active
         own, states = active.nuisances[self.at.record], np.ones(self.estimate.states.shape, bool)
         free = np.concatenate([np.broadcast_to(active.shared, (len(weight), len(active.shared))), own, states], axis=1)
         gradient = gram[:, 1:, 0] * weight[:, None] * free
         hessian = gram[:, 1:, 1:] * weight[:, None, None] * (free[:, :, None] & free[:, None, :])
-        return robust.bend(gradient, hessian, self.inner.samples, self.variances.degrees)
+        return robust.curvature(gradient, hessian, self.inner.samples, self.variances.degrees)
 
     @property
     def from_force(self) -> float:

@@ -27,7 +27,7 @@ def loss(deviation: Windows, samples: Real[np.ndarray, " windows"], degrees: flo
     return 0.5 * (degrees + samples) * np.log1p(deviation / degrees)
 
 
-def bend(
+def curvature(
     gradient: Float[np.ndarray, "windows size"],
     hessian: Float[np.ndarray, "windows size size"],
     samples: Real[np.ndarray, " windows"],

@@ -98,13 +98,13 @@ class Posterior:
 
 
 def equations(
-    of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"], bend: Float[np.ndarray, " windows"] | None = None
+    of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"], curvature: Float[np.ndarray, " windows"] | None = None
 ) -> Equations:
-    """Normal equations of the windows under the full likelihood; with `bend` from `robust.bend`, of a Newton step."""
+    """Normal equations of the windows under the full likelihood; with `curvature` from `robust.curvature`, of a Newton step."""
     gradient = by.gram[:, 1:, 0] * weight[:, None]
     hessian = by.gram[:, 1:, 1:] * weight[:, None, None]
-    if bend is not None:
-        hessian -= bend[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+    if curvature is not None:
+        hessian -= curvature[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
     plain = Equations(hessian=hessian, gradient=gradient, cost=0.5 * by.gram[:, 0, 0] * weight, record=of.at.record)
     return with_prior(plain, of.layout, of.estimate)
 

@@ -69,7 +69,7 @@ def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_p
 
 def test_a_bend_stands_before_the_learned_term_and_brings_its_picture(tmp_path):
     bend = {"depth": 0.0277, "records": ["a.npz", "b.npz"]}
-    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"bend": bend}}
+    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"kink": bend}}
     assert "| unlisted; harder beyond 28 mm in a.npz, b.npz; learned: force = 1 N |" in row(FRICTION, made(tmp_path, document))
     (tmp_path / "bend.png").write_bytes(b"loops")
     (tmp_path / "restitution.png").write_bytes(b"speeds")

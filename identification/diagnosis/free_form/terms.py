@@ -66,13 +66,13 @@ class Group:
     Attributes:
         members: the effect at strength 1; sine and cosine of a line.
         columns: derivative of the residual; for a line, one per member and record.
-        looked_at: number of alternatives from which it was selected.
+        searched: number of alternatives from which it was selected.
         shape: "near", "settled" or "sine" if the term has a shape parameter to estimate, else empty.
     """
 
     members: tuple[FreeForm, ...]
     columns: tuple[Reduced, ...]
-    looked_at: int = 1
+    searched: int = 1
     shape: str = ""
 
     @property
@@ -122,8 +122,8 @@ def _settling(by: Projector, courses: tuple[Course, ...], mass: float, channel: 
     return [_group(by, courses, mass, one, count * len(settled), "settled") for one in settled]
 
 
-def _group(by: Projector, courses: tuple[Course, ...], mass: float, member: FreeForm, looked_at: int, shape: str = "") -> Group:
-    return Group(members=(member,), columns=(column(by, courses, mass, member),), looked_at=looked_at, shape=shape)
+def _group(by: Projector, courses: tuple[Course, ...], mass: float, member: FreeForm, searched: int, shape: str = "") -> Group:
+    return Group(members=(member,), columns=(column(by, courses, mass, member),), searched=searched, shape=shape)
 
 
 def _powered(base: str, power: int) -> str:
@@ -178,12 +178,12 @@ def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: 
         frequencies, power = periodogram(prepared, by.at, weight * force * shape, weight * shape**2, lowest=_LOWEST, apart=_APART)
         if not frequencies.size:
             continue
-        looked_at = int(frequencies[-1] * longest)
+        searched = int(frequencies[-1] * longest)
         for _ in range(_PEAKS):
             peak = float(frequencies[np.argmax(power)])
             power = np.where(np.abs(frequencies - peak) < 2.0 / longest, 0.0, power)
             near = [peak + step / longest for step in (-0.6, -0.3, 0.0, 0.3, 0.6) if peak + step / longest > 0]
-            tried = [_line(by, courses, mass, term, one, looked_at) for one in near]
+            tried = [_line(by, courses, mass, term, one, searched) for one in near]
             best = max(tried, key=lambda group: _gains(by, group)[0])
             whole, alike = _gains(by, best)
             if alike > _ALIKE * whole:
@@ -191,7 +191,7 @@ def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: 
     return found
 
 
-def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, frequency: float, looked_at: int) -> Group:
+def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, frequency: float, searched: int) -> Group:
     """Sine and cosine of one frequency as columns, one per record."""
     members = tuple(FreeForm(terms=(term,), c1=1.0, f1_hz=frequency, p1=phase) for phase in (0.0, 0.5 * np.pi))
     columns = []
@@ -207,7 +207,7 @@ def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, fr
                     on_states=whole.on_states * chosen[:, None],
                 )
             )
-    return Group(members=members, columns=tuple(columns), looked_at=looked_at, shape="sine")
+    return Group(members=members, columns=tuple(columns), searched=searched, shape="sine")
 
 
 def _gains(by: Projector, line: Group) -> tuple[float, float]:
@@ -237,7 +237,7 @@ def change_by(choice: Choice, at: Linearised, courses: tuple[Course, ...], mass:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class _Promise:
+class _ExpectedGains:
     """Expected improvement (score test) of any subset of the groups, given by index, and the price of its parameters."""
 
     scores: np.ndarray
@@ -266,16 +266,16 @@ class _Promise:
         return tuple(np.split(factors, np.cumsum([len(self.index[k]) for k in chosen])[:-1]))
 
 
-def _promise(by: Projector, groups: Sequence[Group], samples: int) -> _Promise:
+def _expected_gains(by: Projector, groups: Sequence[Group], samples: int) -> _ExpectedGains:
     columns = [column for group in groups for column in group.columns]
     total, matrix = information(by, columns)
     begin = np.cumsum([0, *(len(group.columns) for group in groups)])
     index = [np.arange(a, b) for a, b in itertools.pairwise(begin)]
     raw = np.array([np.sum(column.column**2) for column in columns])
     prices = np.array(
-        [len(i) * np.log(samples) + 2.0 * np.log(g.looked_at) + bool(g.shape) * np.log(samples) for g, i in zip(groups, index, strict=True)]
+        [len(i) * np.log(samples) + 2.0 * np.log(g.searched) + bool(g.shape) * np.log(samples) for g, i in zip(groups, index, strict=True)]
     )
-    return _Promise(scores=total, information=matrix, index=index, fine=np.diag(matrix) > _DETERMINED * raw, prices=prices)
+    return _ExpectedGains(scores=total, information=matrix, index=index, fine=np.diag(matrix) > _DETERMINED * raw, prices=prices)
 
 
 def select(
@@ -286,11 +286,11 @@ def select(
     Forward selection; after each addition, every selected term is replaced or dropped if that raises the worth. `lines` is the number of
     sines still available, `taken` the shapes no longer available.
     """
-    promise = _promise(by, groups, samples)
-    least = np.array([chdtri(g.degrees, min(ALPHA / g.looked_at, 1.0)) for g in groups])
+    expected = _expected_gains(by, groups, samples)
+    least = np.array([chdtri(g.degrees, min(ALPHA / g.searched, 1.0)) for g in groups])
 
     def determined(k: int) -> bool:
-        fine = promise.fine[promise.index[k]]
+        fine = expected.fine[expected.index[k]]
         return bool(fine.all()) if groups[k].shape != "sine" else bool(fine.any())
 
     def allowed(chosen: Sequence[int]) -> bool:
@@ -304,14 +304,14 @@ def select(
         tries = [[*chosen, k] for k in usable if k not in chosen and allowed([*chosen, k])]
         if not tries:
             break
-        best, before = max(tries, key=promise.worth), promise.gain(chosen)
-        if promise.gain(best) - before < max(promise.prices[best[-1]], least[best[-1]], _TRIFLE * before):
+        best, before = max(tries, key=expected.worth), expected.gain(chosen)
+        if expected.gain(best) - before < max(expected.prices[best[-1]], least[best[-1]], _TRIFLE * before):
             break
-        chosen = _settled([*best], usable, promise.worth, allowed)
+        chosen = _settled([*best], usable, expected.worth, allowed)
     if not chosen:
         return Choice(groups=(), factors=(), gain=0.0, worth=0.0)
     held = tuple(groups[k] for k in chosen)
-    return Choice(groups=held, factors=promise.factors(chosen), gain=promise.gain(chosen), worth=promise.worth(chosen))
+    return Choice(groups=held, factors=expected.factors(chosen), gain=expected.gain(chosen), worth=expected.worth(chosen))
 
 
 def _settled(

@@ -170,11 +170,11 @@ def _explained(prepared: Prepared, at: Linearised, missing: Missing, region: np.
     if total <= 0 or not use.any():
         return 0.0
     labels, folds = _labels(prepared, at, coordinate, _bins(coordinate.value, use))
-    foretold = _left_out(missing, missing.value, labels, folds, use)
+    predicted = _left_out(missing, missing.value, labels, folds, use)
     if coordinate.turn is not None:
         for wave in (np.cos(np.nan_to_num(coordinate.turn)), np.sin(np.nan_to_num(coordinate.turn))):
-            foretold = foretold + 2.0 * wave * _left_out(missing, wave * missing.value, labels, folds, use)
-    gain = float(np.sum(np.where(use, missing.weight, 0.0) * (missing.value**2 - (missing.value - foretold) ** 2)))
+            predicted = predicted + 2.0 * wave * _left_out(missing, wave * missing.value, labels, folds, use)
+    gain = float(np.sum(np.where(use, missing.weight, 0.0) * (missing.value**2 - (missing.value - predicted) ** 2)))
     return float(np.clip(gain / total, 0.0, 1.0))
 
 

@@ -21,7 +21,7 @@ _OF_ONE_SENSOR = ("impact_force", "cart_displacement", "cart_acceleration")
 _ACCELERATIONS, _DISPLACEMENTS = ("hammer_acceleration",), ("hammer_displacement", "relative_displacement")
 _DENSER, _FAIR = 2.0, 0.25
 """Ratio of the excess density in a phase to that elsewhere, and share of the excess, above which the misfit is in that phase."""
-_TELLING = 0.15
+_LEAST_EXPLAINED = 0.15
 """Smallest share of the excess that bin means along a coordinate must explain; below it, coordinates are ranked by unevenness."""
 _STEADY_LINE = 0.4
 """Share of the excess in one spectral line above which the misfit counts as a steady tone."""
@@ -129,8 +129,8 @@ def _by_record(prepared: Prepared, at: Linearised, residuals: dict[str, Missing]
 
 def _loud(at: Linearised, records: dict[str, float], time: float | None) -> np.ndarray:
     """Samples of records with a relevant share of the misfit, from its onset on, if it has one."""
-    told = np.array(list(records.values())) > _QUIET_RECORD
-    return told[at.record, None] & (at.ts >= (-np.inf if time is None else time))
+    affected = np.array(list(records.values())) > _QUIET_RECORD
+    return affected[at.record, None] & (at.ts >= (-np.inf if time is None else time))
 
 
 def _hum(prepared: Prepared, at: Linearised, missing: Missing, inside: np.ndarray, explained: float) -> Line | None:
@@ -216,7 +216,7 @@ def _ranked(
     among = tuple(one for one in among if (region & missing.known & np.isfinite(one.value)).any())
     profiles = {one.name: profile(prepared, at, missing, region, one) for one in among}
     scores = {name: one.explained for name, one in profiles.items()}
-    if max(scores.values()) < _TELLING:
+    if max(scores.values()) < _LEAST_EXPLAINED:
         missing, scores = rough, {one.name: gathered(prepared, at, rough, region, one) for one in among}
     order = sorted(among, key=lambda one: -(scores[one.name] - (_TIME_MUST_WIN_BY if one.name == "time" else 0.0)))
     return tuple(profiles[one.name] for one in order), order[0], missing

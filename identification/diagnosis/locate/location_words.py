@@ -43,7 +43,7 @@ _RANGES = {
 _UNITS = {"m": (1e3, " mm"), "m/s": (1e3, " mm/s"), "s": (1e3, " ms"), "rad": (57.29577951308232, "°")}
 _ALONE, _QUITE_ALONE, _NAMED, _EVEN = 0.9, 0.99, 0.1, 1.7
 """Shares for "nearly all" and "alone" in a channel; for naming a record; largest share over an equal one that still counts as even."""
-_TOLD = 0.3
+_REPORTED = 0.3
 """Share that a profile must explain for its values to be reported."""
 
 
@@ -101,7 +101,7 @@ def _along(location: Location, quantity: str, tone: Line | None, driven: bool) -
     best = location.profiles[0]
     if tone is not None:
         return f"as a steady tone of {tone.frequency_hz:.1f} Hz" + (" that is no multiple of the drive's frequency" if driven else "")
-    extremes = _force(best, location.interval) if quantity == "force" and best.explained >= _TOLD else ""
+    extremes = _force(best, location.interval) if quantity == "force" and best.explained >= _REPORTED else ""
     if location.interval is None:
         return f"and changes with the {best.coordinate}{extremes}" if best.coordinate != "time" else "and changes with time"
     factor, unit = _unit(best)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from identification.diagnosis.diagnosis import Bend
+from identification.diagnosis.diagnosis import LoopKink
 from identification.diagnosis.score.force_loops import SeenLoops
 from identification.diagnosis.score.scored import Scored
 
@@ -12,7 +12,7 @@ altogether, and one that stiffens gradually may show a kink at greater depth.
 """
 
 
-def bend(scored: Scored) -> Bend | None:
+def loop_kink(scored: Scored) -> LoopKink | None:
     """Kink of the contact law: depth beyond which the loops are stiffer than the law fitted to them; None where the loops show none.
 
     A `deep_stop` would begin there. The kink must be deep, and some records must stay short of it, which identify the law in front.
@@ -21,17 +21,17 @@ def bend(scored: Scored) -> Bend | None:
     shown = None if effect is None else SeenLoops(scored).shown(effect)
     if effect is None or shown is None:
         return None
-    loops, files = shown.bent, [record.file for record in scored.fitted.prepared.experiment.records]
+    loops, files = shown.with_kink, [record.file for record in scored.fitted.prepared.experiment.records]
     touched, record = np.unique(loops.record, return_inverse=True)
-    found = Bend(
+    found = LoopKink(
         depth=loops.values[f"{effect.name}.{effect.probe.kink}"],
         files=tuple(files[index] for index in touched),
         record=record,
         contact=loops.contact,
         indentation=loops.indentation,
         force=loops.force,
-        straight=shown.straight.modelled,
-        bent=loops.modelled,
+        without_kink=shown.without_kink.modelled,
+        with_kink=loops.modelled,
     )
     is_deep = found.depth >= _DEEP * float(found.indentation.max())
     return found if is_deep and 0 < len(found.deeper) < len(found.files) else None

@@ -56,9 +56,9 @@ def next_experiment(found: Search, ambiguous: tuple[str, ...]) -> str:
 def _doubt(found: Search, ambiguous: tuple[str, ...]) -> tuple[Fitted, Fitted] | None:
     """The chosen model and an alternative that these records do not separate from it; None without one."""
     for one in found.steps:
-        for rival in one.rivals[1:]:
-            if rival.name in ambiguous:
-                return one.rivals[0].fitted, rival.fitted
+        for alternative in one.alternatives[1:]:
+            if alternative.name in ambiguous:
+                return one.alternatives[0].fitted, alternative.fitted
     return None
 
 

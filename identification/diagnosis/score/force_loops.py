@@ -10,18 +10,18 @@ from identification.windows.kinematics import Kinematics
 from identification.windows.start.contact import Loops, contact_start
 from vibrojax.effects import AbstractEffect, ProbeScales
 
-_BEND = 0.8
+_CLEAR = 0.8
 """Cost ratio of the loop regressions with and without an effect, up to which the loops show the effect."""
-_STRAIGHT = 1e-3
+_EXPLAINED = 1e-3
 """Cost of the regression up to which the law alone describes the loops."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Shown:
-    """Two regressions of the same loops: `straight` with the contact law alone, `bent` with an effect."""
+    """Two regressions of the same loops: `without_kink` with the contact law alone, `with_kink` with an effect."""
 
-    straight: Loops
-    bent: Loops
+    without_kink: Loops
+    with_kink: Loops
 
 
 class SeenLoops:
@@ -43,10 +43,14 @@ class SeenLoops:
         """Regressions with and without the effect, if the loops show it; from the load cell, or from inertia where that gives no loops."""
         probes = tuple(members[0] for members in effect.probe.candidates(self._scales))
         for load_cell in (True, False) if probes else ():
-            straight = self._read(load_cell)
-            if straight is not None:
-                bent = self._read(load_cell, probes) if straight.cost > _STRAIGHT else None
-                return Shown(straight=straight, bent=bent) if bent is not None and bent.cost <= _BEND * straight.cost else None
+            without_kink = self._read(load_cell)
+            if without_kink is not None:
+                with_kink = self._read(load_cell, probes) if without_kink.cost > _EXPLAINED else None
+                return (
+                    Shown(without_kink=without_kink, with_kink=with_kink)
+                    if with_kink is not None and with_kink.cost <= _CLEAR * without_kink.cost
+                    else None
+                )
         return None
 
     def _read(self, load_cell: bool, probes: tuple[AbstractEffect, ...] = ()) -> Loops | None:

@@ -31,7 +31,7 @@ _PAUSES = 4
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class _Look:
+class _Jerks:
     """Jerk of one record up to a factor, by channel and by width of the test function."""
 
     dt: float
@@ -49,15 +49,15 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
     correlation is largest. Two channels alone do not identify the late one, so that both get the delay. A channel is absent where it agrees
     with another without delay, and where most records, or the other channels, do not agree on one delay.
     """
-    looks = [_look(record) for record in records if record.kind != "prescribed"]
+    records_jerks = [_jerks(record) for record in records if record.kind != "prescribed"]
     against: dict[str, list[float]] = {name: [] for name in _DERIVATIVES}
     for late, early in combinations(_DERIVATIVES, 2):
-        told = [_delay(look, late, early) for look in looks if late in look.jerks and early in look.jerks]
-        if informed := [delay for delay in told if delay is not None]:
-            delay = _agreed(informed, looks)
+        found = [_delay(jerks, late, early) for jerks in records_jerks if late in jerks.jerks and early in jerks.jerks]
+        if informed := [delay for delay in found if delay is not None]:
+            delay = _agreed(informed, records_jerks)
             against[late].append(delay)
             against[early].append(-delay)
-    agreed = {name: _agreed(delays, looks) for name, delays in against.items() if delays and all(delays)}
+    agreed = {name: _agreed(delays, records_jerks) for name, delays in against.items() if delays and all(delays)}
     return {name: delay for name, delay in agreed.items() if delay}
 
 
@@ -67,24 +67,24 @@ def is_recorded(effect: AbstractEffect, scales: ProbeScales) -> bool:
     return bool(delay) and bool(getattr(effect, delay) == scales.lags.get(effect.channel or ""))
 
 
-def _agreed(delays: list[float], looks: list[_Look]) -> float:
+def _agreed(delays: list[float], records_jerks: list[_Jerks]) -> float:
     """Median delay if most delays are near it; else 0."""
     middle = float(np.median(delays))
-    near = np.abs(np.array(delays) - middle) <= max(_ALIKE * abs(middle), _SHORTEST * max(look.dt for look in looks))
+    near = np.abs(np.array(delays) - middle) <= max(_ALIKE * abs(middle), _SHORTEST * max(jerks.dt for jerks in records_jerks))
     return middle if near.sum() > 0.5 * len(delays) else 0.0
 
 
-def _delay(look: _Look, late: str, early: str) -> float | None:
+def _delay(jerks: _Jerks, late: str, early: str) -> float | None:
     """Delay of one channel against another, s; 0 where it is not significant, None where the channels are not correlated."""
-    tried = zip(look.jerks[late], look.jerks[early], look.half_widths, strict=True)
-    found = [(half, *_best(one, other, half)) for one, other, half in tried]
+    pairs = zip(jerks.jerks[late], jerks.jerks[early], jerks.half_widths, strict=True)
+    found = [(half, *_best(one, other, half)) for one, other, half in pairs]
     _, common, drop, samples = max(found, key=lambda one: one[1], default=(0, 0.0, 0.0, 0))
     if common < _CLEARLY:
         return None
     alike = max(_ALIKE * abs(samples), _SHORTEST)
     narrowest = min((half for half, _, by_delay, other in found if by_delay > _CLEARLY and abs(other - samples) <= alike), default=0)
-    is_long = max(_SHORTEST, _OF_WIDTH * narrowest) < abs(samples) <= _LONGEST / look.dt
-    return samples * look.dt if is_long and drop > _CLEARLY else 0.0
+    is_long = max(_SHORTEST, _OF_WIDTH * narrowest) < abs(samples) <= _LONGEST / jerks.dt
+    return samples * jerks.dt if is_long and drop > _CLEARLY else 0.0
 
 
 def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], half: int) -> tuple[float, float, int]:
@@ -98,11 +98,11 @@ def _best(late: Float[np.ndarray, " time"], early: Float[np.ndarray, " time"], h
     return float(drops[0]), float(drops[0] - drops[1]), int(shifts[best])
 
 
-def _look(record: Record) -> _Look:
+def _jerks(record: Record) -> _Jerks:
     """Resampled, differentiated channels of a record; none where the record pauses for long."""
     dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
     if span > _PAUSES * dt * len(record.time):
-        return _Look(dt=dt, half_widths=(), jerks={})
+        return _Jerks(dt=dt, half_widths=(), jerks={})
     even = record.time[0] + dt * np.arange(int(span / dt) + 1)
     widest = min(max(_WIDEST, int(_LONGEST / dt)), (len(even) - 1) // 4)
     half_widths, jerks = tuple(_NARROWEST * 2**octave for octave in range((max(widest, 1) // _NARROWEST).bit_length())), {}
@@ -111,7 +111,7 @@ def _look(record: Record) -> _Look:
         values = bridged(record.time, record.channels[name])
         shown = np.interp(even, record.time, values - values.mean())
         jerks[name] = [sign * fftconvolve(shown, _test_function(half, order), mode="valid") for half in half_widths]
-    return _Look(dt=dt, half_widths=half_widths, jerks=jerks)
+    return _Jerks(dt=dt, half_widths=half_widths, jerks=jerks)
 
 
 def _test_function(half: int, order: int) -> Float[np.ndarray, " samples"]:

@@ -47,7 +47,7 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         learned=rows.learned_rows(diagnosis),
         errors=rows.error_rows(diagnosis),
         changes=rows.change_rows(diagnosis),
-        steadiness=rows.steadiness_rows(diagnosis),
+        scatter=rows.scatter_rows(diagnosis),
         candidates=candidates,
         refitted=any(one.drop is not None for one in diagnosis.considered),
         predicted=any(one.held_out is not None for one in diagnosis.considered),
@@ -66,7 +66,7 @@ def _effect(one: Asserted) -> dict[str, Any]:
         "source": one.effect.source,
         "where": words.where(one),
         "probability": words.probability_text(one.probability),
-        "numbers": rows.number_rows(one.told, one.effect.parameters),
+        "numbers": rows.number_rows(one.reported, one.effect.parameters),
     }
 
 
@@ -93,8 +93,8 @@ def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         pairs.append(("begins at", f"{significant(where.time, 4)} s"))
     if where.record is not None:
         pairs.append(("only in", where.record))
-    if where.bend is not None:
-        pairs.append(("harder beyond", f"{millimetres(where.bend.depth)} of indentation, in {words.listed(list(where.bend.deeper))}"))
+    if where.kink is not None:
+        pairs.append(("harder beyond", f"{millimetres(where.kink.depth)} of indentation, in {words.listed(list(where.kink.deeper))}"))
     return pairs
 
 

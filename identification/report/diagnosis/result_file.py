@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from identification.diagnosis.diagnosis import Asserted, Bend, Diagnosis, Disagreement, Location, Number, Profile, Side
+from identification.diagnosis.diagnosis import Asserted, Diagnosis, Disagreement, Location, LoopKink, Number, Profile, Side
 from identification.result.json_file import plain
 from identification.result.netcdf_file import DIAGNOSIS, Series, dataset, floats, variable, write_netcdf
 from identification.result.plain_dataclass import from_plain, to_plain
@@ -17,13 +17,13 @@ from vibrojax.model_file import model_document, model_from_document
 
 _BEFORE, _AFTER = "nominal_record", "augmented_record"
 _PLAIN = ("verdict", "sentences", "free_form", "ambiguous_with", "considered", "unrest", "next_experiment", "warnings", "seconds")
-_OF_BEND = (
+_OF_KINK = (
     ("record", "1", "which of the records with contacts, from 0"),
     ("contact", "1", "number of the contact, no two alike"),
     ("indentation", "m", "indentation in contact, as recorded"),
     ("force", "N", "force in contact, as recorded"),
-    ("straight", "N", "force of the contact law without a bend"),
-    ("bent", "N", "force of the contact law with a bend"),
+    ("without_kink", "N", "force of the contact law without a kink"),
+    ("with_kink", "N", "force of the contact law with a kink"),
 )
 _OF_SIDE = ("parameters", "chi2_reduced", "held_out_nrmse", "disagreements")
 
@@ -124,14 +124,14 @@ def _location(location: Location | None) -> tuple[dict[str, xr.Variable], dict[s
     for number, (file, values) in enumerate(location.maps.items(), start=1):
         words = "mean squared residual over the noise variance, by part of the record and of the excitation period"
         variables[f"map{number}"] = variable(("part_of_record", "part_of_period"), values, "1", words, record=file)
-    bend = None
-    if location.bend is not None:
-        names = [name for name, _, _ in _OF_BEND]
-        variables |= {f"bend_{name}": variable("bend_sample", getattr(location.bend, name), unit, words) for name, unit, words in _OF_BEND}
-        bend = to_plain(location.bend, without=names)
-    document = to_plain(location, without=("profiles", "maps", "bend"))
+    kink = None
+    if location.kink is not None:
+        names = [name for name, _, _ in _OF_KINK]
+        variables |= {f"kink_{name}": variable("kink_sample", getattr(location.kink, name), unit, words) for name, unit, words in _OF_KINK}
+        kink = to_plain(location.kink, without=names)
+    document = to_plain(location, without=("profiles", "maps", "kink"))
     profiles = [to_plain(one, without=("center", "mean", "stderr")) for one in location.profiles]
-    return variables, document | {"profiles": profiles, "maps": list(location.maps), "bend": bend}
+    return variables, document | {"profiles": profiles, "maps": list(location.maps), "kink": kink}
 
 
 def _restored_location(document: dict[str, Any] | None, series: Series) -> Location | None:
@@ -142,12 +142,12 @@ def _restored_location(document: dict[str, Any] | None, series: Series) -> Locat
         for number, one in enumerate(document["profiles"], start=1)
     )
     maps = {file: floats(series[f"map{number}"]) for number, file in enumerate(document["maps"], start=1)}
-    rest = {name: value for name, value in document.items() if name not in ("profiles", "maps", "bend")}
-    return from_plain(Location, rest, profiles=profiles, maps=maps, bend=_restored_bend(document.get("bend"), series))
+    rest = {name: value for name, value in document.items() if name not in ("profiles", "maps", "kink")}
+    return from_plain(Location, rest, profiles=profiles, maps=maps, kink=_restored_kink(document.get("kink"), series))
 
 
-def _restored_bend(document: dict[str, Any] | None, series: Series) -> Bend | None:
+def _restored_kink(document: dict[str, Any] | None, series: Series) -> LoopKink | None:
     if document is None:
         return None
-    arrays = {name: floats(series[f"bend_{name}"]) for name, _, _ in _OF_BEND}
-    return from_plain(Bend, document, **arrays | {name: arrays[name].astype(int) for name in ("record", "contact")})
+    arrays = {name: floats(series[f"kink_{name}"]) for name, _, _ in _OF_KINK}
+    return from_plain(LoopKink, document, **arrays | {name: arrays[name].astype(int) for name in ("record", "contact")})

@@ -44,7 +44,7 @@ class ChangeRow:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class SteadinessRow:
+class ScatterRow:
     """Whether a parameter holds still from record to record, in both models."""
 
     symbol: str
@@ -122,21 +122,21 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
 
 def _as_stated(diagnosis: Diagnosis) -> tuple[Number, ...]:
     """Parameters of the augmented model, those of asserted effects in the form in which they are stated."""
-    told = {
-        f"{one.effect.name}.{as_estimated.name}": dataclasses.replace(as_told, name=f"{one.effect.name}.{as_told.name}")
+    reported = {
+        f"{one.effect.name}.{as_estimated.name}": dataclasses.replace(as_reported, name=f"{one.effect.name}.{as_reported.name}")
         for one in diagnosis.effects
-        for as_estimated, as_told in zip(one.parameters, one.told, strict=True)
+        for as_estimated, as_reported in zip(one.parameters, one.reported, strict=True)
     }
-    return tuple(told.get(one.name, one) for one in diagnosis.augmented.parameters)
+    return tuple(reported.get(one.name, one) for one in diagnosis.augmented.parameters)
 
 
-def steadiness_rows(diagnosis: Diagnosis) -> list[SteadinessRow]:
+def scatter_rows(diagnosis: Diagnosis) -> list[ScatterRow]:
     """Every parameter that several records determine, in both models."""
     before = {one.name: one for one in diagnosis.nominal.disagreements}
     after = {one.name: one for one in diagnosis.augmented.disagreements}
     symbols = {one.name: one.symbol for side in (diagnosis.nominal, diagnosis.augmented) for one in side.parameters}
     return [
-        SteadinessRow(
+        ScatterRow(
             symbol=symbols[name],
             before=_agrees(before.get(name)),
             after=_agrees(after.get(name)),

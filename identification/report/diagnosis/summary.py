@@ -54,7 +54,7 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
     """A line an asserted effect, with its numbers; or the formula that was learned."""
     lines: list[RenderableType] = []
     for one in diagnosis.effects:
-        numbers = [f"{symbol_text(row.symbol)} = {with_unit(compact(row.value), row.unit)}" for row in number_rows(one.told)]
+        numbers = [f"{symbol_text(row.symbol)} = {with_unit(compact(row.value), row.unit)}" for row in number_rows(one.reported)]
         place = f" ({where(one)})" if where(one) else ""
         lines.append(Text(f"  {one.effect.name}{place}: {probability_text(one.probability)}; {', '.join(numbers)}"))
     if diagnosis.verdict == UNLISTED and diagnosis.free_form:
@@ -66,8 +66,8 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
 
 def _errors(diagnosis: Diagnosis) -> Text:
     same = diagnosis.is_complete
-    told = [f"{row.name} {compact(row.before)}" + ("" if same else f" -> {compact(row.after)}") for row in error_rows(diagnosis)]
-    return Text("; ".join(told))
+    changes = [f"{row.name} {compact(row.before)}" + ("" if same else f" -> {compact(row.after)}") for row in error_rows(diagnosis)]
+    return Text("; ".join(changes))
 
 
 def _parameters(diagnosis: Diagnosis) -> Table:

@@ -10,11 +10,11 @@ from identification.diagnosis.diagnosis import (
     RESTLESS,
     UNLISTED,
     Asserted,
-    Bend,
     Considered,
     Diagnosis,
     Disagreement,
     Location,
+    LoopKink,
     Number,
     Profile,
     Side,
@@ -68,7 +68,7 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         effects=(Asserted(effect=effect, probability=0.9997, parameters=numbers),) if verdict == MISSING else (),
         free_form="force = -a_1 u^3 + a_2 |u'| u'" if verdict == UNLISTED else "",
         ambiguous_with=("quadratic_drag",) if verdict == MISSING else (),
-        location=None if adequate else _location(worse, bent=verdict == UNLISTED),
+        location=None if adequate else _location(worse, with_kink=verdict == UNLISTED),
         considered=_considered(adequate),
         nominal=after if adequate else before,
         augmented=after,
@@ -130,26 +130,26 @@ def _location(records: tuple[RecordFit, ...], *, bent: bool) -> Location:
         sentence="A force of constant size acts against the velocity in free flight, in all records; it changes sign with the velocity.",
         profiles=tuple(_profile(*one) for one in _PROFILES),
         maps={r.file: _map(r) for r in records},
-        bend=_bend(records) if bent else None,
+        kink=_bend(records) if bent else None,
     )
 
 
-def _bend(records: tuple[RecordFit, ...]) -> Bend:
+def _bend(records: tuple[RecordFit, ...]) -> LoopKink:
     """A loop in each record, that of the last the deepest."""
     turn = np.linspace(0.0, np.pi, 40)
     reached = np.linspace(2e-5, 6e-5, len(records))
     indentation = np.concatenate([depth * np.sin(turn) for depth in reached])
     straight = 1.5e6 * indentation * (1.0 + 0.3 * np.tile(np.cos(turn), len(records)))
     extra = 4e6 * np.maximum(indentation - 5e-5, 0.0)
-    return Bend(
+    return LoopKink(
         depth=5e-5,
         files=tuple(r.file for r in records),
         record=np.repeat(np.arange(len(records)), len(turn)),
         contact=np.repeat(np.arange(len(records)), len(turn)),
         indentation=indentation,
         force=straight + extra + 0.2 * np.sin(1e3 * np.arange(len(extra))),
-        straight=straight,
-        bent=straight + extra,
+        without_kink=straight,
+        with_kink=straight + extra,
     )
 
 

@@ -8,7 +8,7 @@ from identification.diagnosis.score.probe_scales import probe_scales
 from identification.diagnosis.score.score import Candidate, projector
 from identification.diagnosis.score.scored import Scored, significant
 from identification.diagnosis.score.signature import Course
-from identification.diagnosis.search import Rival
+from identification.diagnosis.search import Alternative
 from identification.likelihood import joint
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.joint import Point
@@ -70,6 +70,6 @@ def scored(fit: Fitted, along: tuple[Course, ...], *found: Candidate) -> Scored:
     return Scored(fitted=fit, scales=scales, by=projector(fit), courses=along, found=list(found), significant=significant(found))
 
 
-def rival(fit: Fitted, one: Candidate, gain: float) -> Rival:
+def alternative(fit: Fitted, one: Candidate, gain: float) -> Alternative:
     """A candidate, fitted in full, with so much gain."""
-    return Rival(candidate=one, fitted=fit, gain=gain)
+    return Alternative(candidate=one, fitted=fit, gain=gain)

@@ -26,8 +26,10 @@ def step(motion, beside):
     """One step, in which effects were fitted whose information criteria are so much above that of the first."""
 
     def of(**above: float) -> Step:
-        worth = [made_fit.rival(_worse(beside.fitted, criterion), made_fit.candidate(name), 100.0) for name, criterion in above.items()]
-        return Step(scored=beside, rivals=tuple(worth))
+        worth = [
+            made_fit.alternative(_worse(beside.fitted, criterion), made_fit.candidate(name), 100.0) for name, criterion in above.items()
+        ]
+        return Step(scored=beside, alternatives=tuple(worth))
 
     return of
 
@@ -49,7 +51,7 @@ def test_probability_is_that_of_the_information_criterion(step):
 
 def test_what_chance_might_give_is_less_probable(step):
     one = step(coulomb_friction=0.0)
-    weak = dataclasses.replace(one, rivals=(dataclasses.replace(one.rivals[0], gain=4.0),))
+    weak = dataclasses.replace(one, alternatives=(dataclasses.replace(one.alternatives[0], gain=4.0),))
     assert probability((one,), "coulomb_friction") == pytest.approx(1.0)
     assert probability((weak,), "coulomb_friction") == pytest.approx(0.9545, abs=1e-3)
 
@@ -59,12 +61,12 @@ def test_what_fits_about_as_well_is_a_twin(step):
     one = step(coulomb_friction=0.0, hysteresis=0.5 * limit, quadratic_drag=2.0 * limit)
     assert twins((one,), ("coulomb_friction",)) == ("hysteresis",)
     assert twins((one,), ("coulomb_friction", "hysteresis")) == ()
-    assert twins((dataclasses.replace(one, rivals=one.rivals[:1]),), ("coulomb_friction",)) == ()
+    assert twins((dataclasses.replace(one, alternatives=one.alternatives[:1]),), ("coulomb_friction",)) == ()
 
 
 def test_every_candidate_is_listed_with_what_became_of_it(step, beside):
     one = step(coulomb_friction=0.0, hysteresis=30.0)
-    rows = considered(Search(steps=(one,), last=beside, refused=one.rivals[1:], ended=COMPLETE), lambda fitted: 0.1)
+    rows = considered(Search(steps=(one,), last=beside, refused=one.alternatives[1:], ended=COMPLETE), lambda fitted: 0.1)
     assert [(row.name, row.drop) for row in rows] == [
         ("coulomb_friction", 100.0),
         ("hysteresis", 100.0),
@@ -87,7 +89,7 @@ def test_a_candidate_is_told_from_others_of_its_kind():
 def test_the_gap_is_that_of_all_records_if_they_have_one(motion, beside):
     model = dataclasses.replace(motion.prepared.model, effects=(CoulombFriction(friction_force=0.1),))
     shared = (Number(name="coulomb_friction.friction_force", symbol="F_c", unit="N", value=0.1, stderr=0.01),)
-    one = Step(scored=beside, rivals=(made_fit.rival(beside.fitted, made_fit.candidate("coulomb_friction"), 100.0),))
+    one = Step(scored=beside, alternatives=(made_fit.alternative(beside.fitted, made_fit.candidate("coulomb_friction"), 100.0),))
     ended = Search(steps=(one,), last=beside, refused=(), ended=COMPLETE)
     for gaps, expected in (((0.0, 1e-3), None), ((1.0, 1.0), 1.0)):
         records = tuple(dataclasses.replace(record, gap=gaps[k % 2]) for k, record in enumerate(motion.prepared.experiment.records))

@@ -14,7 +14,7 @@ from identification.report.diagnosis.equation import equation_html
 from identification.report.diagnosis.figures.stretch import stretches
 from identification.report.diagnosis.learned_term import learned_term
 from identification.report.diagnosis.model_force import model_force
-from identification.report.diagnosis.rows import change_rows, steadiness_rows
+from identification.report.diagnosis.rows import change_rows, scatter_rows
 from identification.report.diagnosis.write import draw
 from identification.report.page_style import PRINT
 from identification.wording.numbers import NONE
@@ -141,7 +141,7 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
 def test_a_parameter_that_will_not_hold_still_is_shown_with_the_records_furthest_apart(made, pages):
     text = pages[MISSING][0].read_text(encoding="utf-8")
     assert "From record to record" in text
-    (row,) = steadiness_rows(made[MISSING])
+    (row,) = scatter_rows(made[MISSING])
     assert row.before.startswith("87.3 of 1 (9.4")
     assert row.apart.startswith("drop.csv") and "cart1.csv" in row.apart
     assert row.after == NONE

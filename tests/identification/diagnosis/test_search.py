@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis import search as module
 from identification.diagnosis.score.scored import Scored
-from identification.diagnosis.search import BUDGET, COMPLETE, FAILED, MOST, Rival, search
+from identification.diagnosis.search import BUDGET, COMPLETE, FAILED, MOST, Alternative, search
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation
 from identification.likelihood.variances import Variances
@@ -83,40 +83,40 @@ def made(kind, **known):
     return type(kind.__name__, (kind,), {"__init__": lambda self: None} | known)()
 
 
-def rival(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
+def alternative(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
     """One that was fitted, as much of it as the choice looks at."""
     found = made(
         Fitted, **{"chi2_reduced": 5.0, "criterion": -gain, "to_go": 0.0, "title": name, "continued": name, "variances": None} | known
     )
-    return Rival(candidate=made_fit.candidate(name, expected), fitted=found, gain=gain)
+    return Alternative(candidate=made_fit.candidate(name, expected), fitted=found, gain=gain)
 
 
 @pytest.mark.parametrize(
-    ("rivals", "name", "expected", "hopeless"),
+    ("alternatives", "name", "expected", "hopeless"),
     [
         ([], "quadratic_drag", 1.0, False),
-        ([rival(gain=1000.0, expected=900.0)], "quadratic_drag", 50.0, True),
-        ([rival(gain=1000.0, expected=900.0)], "quadratic_drag", 150.0, False),
-        ([rival(gain=-1e5, expected=900.0)], "quadratic_drag", 1.0, False),
-        ([rival(gain=200.0, expected=900.0)], "quadratic_drag", 50.0, False),
-        ([rival(gain=1000.0, expected=900.0, chi2_reduced=1.01)], "quadratic_drag", 150.0, True),
-        ([rival(gain=1000.0, expected=900.0)], "deep_stop", 0.0, False),
-        ([rival(gain=1000.0, expected=900.0)], "back_stop", 0.0, False),
+        ([alternative(gain=1000.0, expected=900.0)], "quadratic_drag", 50.0, True),
+        ([alternative(gain=1000.0, expected=900.0)], "quadratic_drag", 150.0, False),
+        ([alternative(gain=-1e5, expected=900.0)], "quadratic_drag", 1.0, False),
+        ([alternative(gain=200.0, expected=900.0)], "quadratic_drag", 50.0, False),
+        ([alternative(gain=1000.0, expected=900.0, chi2_reduced=1.01)], "quadratic_drag", 150.0, True),
+        ([alternative(gain=1000.0, expected=900.0)], "deep_stop", 0.0, False),
+        ([alternative(gain=1000.0, expected=900.0)], "back_stop", 0.0, False),
     ],
 )
-def test_what_is_worth_a_fit(rivals, name, expected, hopeless):
+def test_what_is_worth_a_fit(alternatives, name, expected, hopeless):
     """By what was gained, no matter what had been expected of it; what no derivative shows always is."""
     scored = made(Scored, scales=SCALES, fitted=made(Fitted, chi2_reduced=10.0))
-    assert module._is_hopeless(made_fit.candidate(name, expected), scored, rivals, 900.0) is hopeless
+    assert module._is_hopeless(made_fit.candidate(name, expected), scored, alternatives, 900.0) is hopeless
 
 
 def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
     """Their criteria with what another step would bring, against that of the best, 100 after its fit, and the model without, 180."""
     rough = [
-        rival("coulomb_friction", criterion=110.0, to_go=10.0),
-        rival("quadratic_drag", criterion=130.0, to_go=10.0),
-        rival("hysteresis", criterion=130.0, to_go=1.0),
-        rival("cubic_stiffness", criterion=300.0, to_go=100.0),
+        alternative("coulomb_friction", criterion=110.0, to_go=10.0),
+        alternative("quadratic_drag", criterion=130.0, to_go=10.0),
+        alternative("hysteresis", criterion=130.0, to_go=1.0),
+        alternative("cubic_stiffness", criterion=300.0, to_go=100.0),
     ]
     ends = {"coulomb_friction": 100.0, "quadratic_drag": 105.0, "cubic_stiffness": None}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from identification.likelihood.robust import bend, degrees_of_freedom, log_density, loss, weights
+from identification.likelihood.robust import curvature, degrees_of_freedom, log_density, loss, weights
 
 DEGREES = [1.0, 3.5, 40.0, 1e4]
 
@@ -97,7 +97,7 @@ def test_bend_makes_the_hessian_that_of_the_loss(degrees, scale):
     weight = weights(np.sum(residual**2, axis=1), count, degrees)
     gradient = weight[:, None] * np.einsum("wsi,ws->wi", jacobian, residual)
     hessian = weight[:, None, None] * jacobian.transpose(0, 2, 1) @ jacobian
-    found = hessian - bend(gradient, hessian, count, degrees)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+    found = hessian - curvature(gradient, hessian, count, degrees)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
 
 
@@ -108,5 +108,5 @@ def test_bend_leaves_the_curvature_positive_where_a_window_could_explain_itself(
     weight = weights(np.sum(residual**2, axis=1), samples, 3.0)
     gradient, hessian = weight[:, None] * (residual @ jacobian.T), weight[:, None, None] * np.array([[[20.0]]])
     assert 2.0 / (3.0 + 20.0) * gradient[0, 0] ** 2 > hessian[0, 0, 0]
-    left = hessian[0, 0, 0] - bend(gradient, hessian, samples, 3.0)[0] * gradient[0, 0] ** 2
+    left = hessian[0, 0, 0] - curvature(gradient, hessian, samples, 3.0)[0] * gradient[0, 0] ** 2
     assert left == pytest.approx(0.02 * hessian[0, 0, 0], rel=1e-6)

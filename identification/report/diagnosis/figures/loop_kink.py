@@ -14,9 +14,9 @@ from vibrojax.drawing import GREY, few_ticks, new_figure
 _LIGHT = "#b0b0b0"
 
 
-def bend(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
+def loop_kink(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture: all samples in contact, those of the records that go deeper dark, with both laws along the deepest of each of these."""
-    found = diagnosis.location.bend if diagnosis.location is not None else None
+    found = diagnosis.location.kink if diagnosis.location is not None else None
     if found is None:
         return
     look = axis("indentation", "m")
@@ -32,8 +32,8 @@ def bend(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     for index in np.unique(found.record[deeper]):
         deepest = np.argmax(np.where(found.record == index, found.indentation, -np.inf))
         one = found.contact == found.contact[deepest]
-        axes.plot(across[one], found.straight[one], color=style.nominal.colour, linestyle=DASHED, label="law without a bend")
-        axes.plot(across[one], found.bent[one], color=style.augmented.colour, label="law with a bend")
+        axes.plot(across[one], found.without_kink[one], color=style.nominal.colour, linestyle=DASHED, label="law without a kink")
+        axes.plot(across[one], found.with_kink[one], color=style.augmented.colour, label="law with a kink")
     handles, names = axes.get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))
     axes.legend(once.values(), once.keys(), loc="upper left")

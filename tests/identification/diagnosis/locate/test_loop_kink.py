@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.diagnosis import UNLISTED, Bend
+from identification.diagnosis.diagnosis import UNLISTED, LoopKink
 from identification.diagnosis.locate.loop_kink import bend
 from identification.diagnosis.score.force_loops import SeenLoops, Shown
 from identification.diagnosis.sentences import sentences
@@ -47,9 +47,9 @@ def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(m
 def test_both_laws_are_those_of_the_samples(motion):
     found = bend(with_loops(motion, lambda deepest: Backed(FRONT, 5e7, 0.85 * deepest, 0.5)))
     beyond = found.indentation > found.depth
-    rms = {name: np.sqrt(np.mean((getattr(found, name) - found.force)[beyond] ** 2)) for name in ("straight", "bent")}
-    assert rms["bent"] < 0.3 * rms["straight"]
-    assert rms["bent"] < 0.05 * found.force.max()
+    rms = {name: np.sqrt(np.mean((getattr(found, name) - found.force)[beyond] ** 2)) for name in ("without_kink", "with_kink")}
+    assert rms["with_kink"] < 0.3 * rms["without_kink"]
+    assert rms["with_kink"] < 0.05 * found.force.max()
 
 
 @pytest.mark.parametrize("law", [FRONT, HuntCrossley(2e7, 2.2, 0.8)])
@@ -72,20 +72,27 @@ def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, monkeypatch
         samples = {name: getattr(loops, name)[kept] for name in ("record", "contact", "indentation", "force", "modelled")}
         at = {f"{effect.name}.{effect.probe.kink}": depth * float(loops.indentation[deepest])}
         straight = dataclasses.replace(loops, **samples)
-        return Shown(straight=straight, bent=dataclasses.replace(straight, values=loops.values | at))
+        return Shown(without_kink=straight, with_kink=dataclasses.replace(straight, values=loops.values | at))
 
     monkeypatch.setattr(SeenLoops, "shown", shown_at)
     found = bend(with_loops(motion, lambda deepest: FRONT))
     assert (found is not None) == told
 
 
-def made(deeper: int) -> Bend:
+def made(deeper: int) -> LoopKink:
     """Of six records, some of which go beyond 28 mm."""
     reached = np.where(np.arange(6) < deeper, 0.031, 0.02)
     none = np.zeros(6)
     files = tuple(f"drop{k}.csv" for k in range(1, 7))
-    return Bend(
-        depth=0.0277, files=files, record=np.arange(6), contact=np.arange(6), indentation=reached, force=none, straight=none, bent=none
+    return LoopKink(
+        depth=0.0277,
+        files=files,
+        record=np.arange(6),
+        contact=np.arange(6),
+        indentation=reached,
+        force=none,
+        without_kink=none,
+        with_kink=none,
     )
 
 
@@ -98,7 +105,7 @@ def made(deeper: int) -> Bend:
     ],
 )
 def test_the_sentence_says_where_and_in_which_records(diagnosis, deeper, words):
-    location = dataclasses.replace(diagnosis.location, bend=made(deeper))
+    location = dataclasses.replace(diagnosis.location, kink=made(deeper))
     said = sentences(UNLISTED, (), (), location, diagnosis.nominal, diagnosis.nominal, "")
     assert said[1] == location.sentence
     assert "rises faster beyond 28 mm than before" in said[2]
@@ -106,5 +113,5 @@ def test_the_sentence_says_where_and_in_which_records(diagnosis, deeper, words):
 
 
 def test_without_a_bend_nothing_is_said(diagnosis):
-    location = dataclasses.replace(diagnosis.location, bend=None)
+    location = dataclasses.replace(diagnosis.location, kink=None)
     assert "came that deep" not in " ".join(sentences(UNLISTED, (), (), location, diagnosis.nominal, diagnosis.nominal, ""))

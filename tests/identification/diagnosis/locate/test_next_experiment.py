@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.refit import extended
-from identification.diagnosis.search import COMPLETE, Rival, Search, Step
+from identification.diagnosis.search import COMPLETE, Alternative, Search, Step
 from tests.identification.diagnosis import made_fit
 from vibrojax.effects import AbstractEffect, CoulombFriction, QuadraticDrag
 
@@ -21,41 +21,41 @@ def beside(motion):
 
 
 @pytest.fixture(scope="module")
-def rival(motion, beside):
+def alternative(motion, beside):
     """The example with an effect more, where the fit has left it."""
 
-    def of(effect: AbstractEffect) -> Rival:
+    def of(effect: AbstractEffect) -> Alternative:
         one = made_fit.candidate(effect)
         fitted = made_fit.fitted_to_nothing(motion.point, extended(beside, one, motion.courses))
-        return made_fit.rival(fitted, one, 100.0)
+        return made_fit.alternative(fitted, one, 100.0)
 
     return of
 
 
 @pytest.fixture(scope="module")
 def asked(motion, beside):
-    """The sentence where one of two rivals was chosen."""
+    """The sentence where one of two alternatives was chosen."""
 
-    def of(first: Rival, second: Rival, ambiguous: tuple[str, ...]) -> str:
+    def of(first: Alternative, second: Alternative, ambiguous: tuple[str, ...]) -> str:
         scored = made_fit.scored(beside, motion.courses)
-        step = Step(scored=scored, rivals=(first, second))
+        step = Step(scored=scored, alternatives=(first, second))
         return next_experiment(Search(steps=(step,), last=scored, refused=(), ended=COMPLETE), ambiguous)
 
     return of
 
 
-def test_nothing_is_asked_for_where_nothing_is_in_doubt(rival, asked):
-    assert asked(rival(FRICTION), rival(DRAG), ()) == ""
+def test_nothing_is_asked_for_where_nothing_is_in_doubt(alternative, asked):
+    assert asked(alternative(FRICTION), alternative(DRAG), ()) == ""
 
 
-def test_what_parts_friction_from_drag_is_told_with_its_sigma(rival, asked):
-    said = asked(rival(FRICTION), rival(DRAG), ("quadratic_drag",))
+def test_what_parts_friction_from_drag_is_told_with_its_sigma(alternative, asked):
+    said = asked(alternative(FRICTION), alternative(DRAG), ("quadratic_drag",))
     assert re.search(r"(drop|free decay|drive) (from|of) [\d.]+ mm", said), said
     assert "sigma" in said
     assert FRICTION.summary in said.lower() and DRAG.summary in said.lower()
 
 
-def test_no_record_parts_a_model_from_itself(rival, asked):
-    first, second = rival(FRICTION), rival(FRICTION)
-    said = asked(first, dataclasses.replace(second, candidate=rival(DRAG).candidate), ("quadratic_drag",))
+def test_no_record_parts_a_model_from_itself(alternative, asked):
+    first, second = alternative(FRICTION), alternative(FRICTION)
+    said = asked(first, dataclasses.replace(second, candidate=alternative(DRAG).candidate), ("quadratic_drag",))
     assert said.startswith("No simple further record would separate"), said
