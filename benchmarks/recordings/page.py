@@ -37,7 +37,7 @@ def row(known: Known, run: Run) -> str:
 
 
 def said(run: Run) -> str:
-    """Verdict and what is named, with numbers, or where the contact law bends and the term that was learned."""
+    """Verdict and what is named, with numbers, or where the contact law has a kink and the term that was learned."""
     document = run.document or {}
     if not document["effects"]:
         kink, learned = (document.get("location") or {}).get("kink"), document.get("free_form")

@@ -67,18 +67,18 @@ def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_p
     assert "| unlisted; learned: force = -0.1 N \\|u'\\| u' |" in row(FRICTION, made(tmp_path, document))
 
 
-def test_a_bend_stands_before_the_learned_term_and_brings_its_picture(tmp_path):
-    bend = {"depth": 0.0277, "records": ["a.npz", "b.npz"]}
-    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"kink": bend}}
+def test_a_kink_stands_before_the_learned_term_and_brings_its_picture(tmp_path):
+    kink = {"depth": 0.0277, "records": ["a.npz", "b.npz"]}
+    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"kink": kink}}
     assert "| unlisted; harder beyond 28 mm in a.npz, b.npz; learned: force = 1 N |" in row(FRICTION, made(tmp_path, document))
-    (tmp_path / "bend.png").write_bytes(b"loops")
+    (tmp_path / "kink.png").write_bytes(b"loops")
     (tmp_path / "restitution.png").write_bytes(b"speeds")
     (tmp_path / "missing.png").write_bytes(b"a profile")
     page = tmp_path / "recordings.md"
     page.write_text(f"{BEGIN}\n{END}\n")
     write_page(page, [(FRICTION, made(tmp_path, document))])
     copied = {file.name: file.read_bytes() for file in (tmp_path / "images" / "recordings").iterdir()}
-    of_contacts = {"friction_backlash-bend.png": b"loops", "friction_backlash-restitution.png": b"speeds"}
+    of_contacts = {"friction_backlash-kink.png": b"loops", "friction_backlash-restitution.png": b"speeds"}
     assert copied == {"friction_backlash.png": b"a profile"} | of_contacts
     assert all(f"(images/recordings/{name})" in page.read_text() for name in copied)
 

@@ -68,7 +68,7 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         effects=(Asserted(effect=effect, probability=0.9997, parameters=numbers),) if verdict == MISSING else (),
         free_form="force = -a_1 u^3 + a_2 |u'| u'" if verdict == UNLISTED else "",
         ambiguous_with=("quadratic_drag",) if verdict == MISSING else (),
-        location=None if adequate else _location(worse, with_kink=verdict == UNLISTED),
+        location=None if adequate else _location(worse, has_kink=verdict == UNLISTED),
         considered=_considered(adequate),
         nominal=after if adequate else before,
         augmented=after,
@@ -116,7 +116,7 @@ def _without_friction(record: RecordFit, mass: float) -> RecordFit:
     return dataclasses.replace(record, predicted=predicted, chi2_reduced={c: float(np.nanmean(s)) for c, s in squares.items()})
 
 
-def _location(records: tuple[RecordFit, ...], *, bent: bool) -> Location:
+def _location(records: tuple[RecordFit, ...], *, has_kink: bool) -> Location:
     excess = {r.file: sum(r.chi2_reduced.values()) for r in records}
     return Location(
         channel="hammer_acceleration",
@@ -130,11 +130,11 @@ def _location(records: tuple[RecordFit, ...], *, bent: bool) -> Location:
         sentence="A force of constant size acts against the velocity in free flight, in all records; it changes sign with the velocity.",
         profiles=tuple(_profile(*one) for one in _PROFILES),
         maps={r.file: _map(r) for r in records},
-        kink=_bend(records) if bent else None,
+        kink=_kink(records) if has_kink else None,
     )
 
 
-def _bend(records: tuple[RecordFit, ...]) -> LoopKink:
+def _kink(records: tuple[RecordFit, ...]) -> LoopKink:
     """A loop in each record, that of the last the deepest."""
     turn = np.linspace(0.0, np.pi, 40)
     reached = np.linspace(2e-5, 6e-5, len(records))

@@ -40,13 +40,13 @@ def diagnosis():
 
 
 def test_a_stop_stands_on_the_axis_of_u_where_all_records_have_one_gap():
-    *others, place = asserted(1.0).told
+    *others, place = asserted(1.0).reported
     assert others == list(asserted(1.0).parameters[:-1])
     assert (place.symbol, place.unit, place.value, place.stderr) == ("u_stop", "m", pytest.approx(0.0061355), 3.7e-6)
 
 
 def test_it_stays_beyond_the_gap_where_gaps_differ():
-    assert asserted(None).told == asserted(None).parameters
+    assert asserted(None).reported == asserted(None).parameters
 
 
 def test_the_sentence_says_where_the_stop_is(diagnosis):

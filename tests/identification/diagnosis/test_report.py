@@ -102,7 +102,7 @@ def test_every_picture_is_drawn_and_legible(made):
         "record-02-before-after",
     }
     assert {image.name for image in draw(made[MISSING])} == expected
-    assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "bend"}
+    assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "kink"}
     for verdict in (ADEQUATE, RESTLESS):
         assert {image.name for image in draw(made[verdict])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
     for image in draw(made[UNLISTED]):
@@ -209,7 +209,7 @@ def test_json_has_every_key_that_programs_read(made, verdict):
     assert document["unrest"] is None if verdict != RESTLESS else of_force == document["unrest"].keys()
     assert verdict != RESTLESS or document["unrest"]["force_rms"] == {"value": 0.021, "stderr": 0.0015, "unit": "N"}
     if verdict == UNLISTED:
-        assert document["location"]["bend"] == {"depth": 5e-5, "records": [made[verdict].nominal.records[-1].file]}
+        assert document["location"]["kink"] == {"depth": 5e-5, "records": [made[verdict].nominal.records[-1].file]}
 
 
 def test_the_terminal_says_the_verdict_first_then_numbers_then_candidates(made):

@@ -1,4 +1,4 @@
-"""Force against indentation where it bends, with the contact law that bends there and the one that does not."""
+"""Force against indentation with the contact law that has a kink and the one that has none."""
 
 from collections.abc import Iterator
 
@@ -42,7 +42,7 @@ def loop_kink(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     few_ticks(axes, x=8, y=6)
     depth = millimetres(found.depth)
     yield Picture(
-        name="bend",
+        name="kink",
         section="location",
         record=None,
         caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"

@@ -1,4 +1,4 @@
-"""Where the contact law bends, from loops of known laws along the example's motion, and what is said and drawn of it."""
+"""Where the contact law has a kink, from loops of known laws along the example's motion, and what is said and drawn of it."""
 
 import dataclasses
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.diagnosis import UNLISTED, LoopKink
-from identification.diagnosis.locate.loop_kink import bend
+from identification.diagnosis.locate.loop_kink import loop_kink
 from identification.diagnosis.score.force_loops import SeenLoops, Shown
 from identification.diagnosis.sentences import sentences
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
@@ -31,13 +31,13 @@ def deepest_of(scored) -> dict[str, float]:
 def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(motion):
     at = []
 
-    def bent(deepest: float) -> Backed:
+    def kinked(deepest: float) -> Backed:
         at.append(0.85 * deepest)
         return Backed(FRONT, 5e7, at[0], 0.5)
 
     for too_small in (0.0, 3e-4):
-        scored = with_loops(motion, bent, too_small=too_small)
-        found = bend(scored)
+        scored = with_loops(motion, kinked, too_small=too_small)
+        found = loop_kink(scored)
         beyond = [file for file, reached in deepest_of(scored).items() if reached - too_small > found.depth]
         assert found.depth == pytest.approx(at[0], rel=0.03)
         assert list(found.deeper) == beyond
@@ -45,7 +45,7 @@ def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(m
 
 
 def test_both_laws_are_those_of_the_samples(motion):
-    found = bend(with_loops(motion, lambda deepest: Backed(FRONT, 5e7, 0.85 * deepest, 0.5)))
+    found = loop_kink(with_loops(motion, lambda deepest: Backed(FRONT, 5e7, 0.85 * deepest, 0.5)))
     beyond = found.indentation > found.depth
     rms = {name: np.sqrt(np.mean((getattr(found, name) - found.force)[beyond] ** 2)) for name in ("without_kink", "with_kink")}
     assert rms["with_kink"] < 0.3 * rms["without_kink"]
@@ -53,17 +53,17 @@ def test_both_laws_are_those_of_the_samples(motion):
 
 
 @pytest.mark.parametrize("law", [FRONT, HuntCrossley(2e7, 2.2, 0.8)])
-def test_a_law_of_the_kind_that_was_fitted_does_not_bend(motion, law):
-    assert bend(with_loops(motion, lambda deepest: law)) is None
+def test_a_law_of_the_kind_that_was_fitted_has_no_kink(motion, law):
+    assert loop_kink(with_loops(motion, lambda deepest: law)) is None
 
 
 @pytest.mark.parametrize(
-    ("depth", "all_pass", "told"),
+    ("depth", "all_pass", "is_found"),
     [(0.45, False, False), (0.55, False, True), (0.55, True, False), (1.01, False, False)],
     ids=["shallow", "deep", "passed by all", "passed by none"],
 )
-def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, monkeypatch, depth, all_pass, told):
-    """Loops that show a bend just there; only some records come to half of the deepest indentation, but for the deepest alone."""
+def test_a_kink_is_deep_and_some_records_stay_in_front_of_it(motion, monkeypatch, depth, all_pass, is_found):
+    """Loops that show a kink just there; only some records come to half of the deepest indentation, but for the deepest alone."""
 
     def shown_at(self, effect):
         loops = self._read(load_cell=True)
@@ -75,8 +75,8 @@ def test_a_bend_is_deep_and_some_records_stay_in_front_of_it(motion, monkeypatch
         return Shown(without_kink=straight, with_kink=dataclasses.replace(straight, values=loops.values | at))
 
     monkeypatch.setattr(SeenLoops, "shown", shown_at)
-    found = bend(with_loops(motion, lambda deepest: FRONT))
-    assert (found is not None) == told
+    found = loop_kink(with_loops(motion, lambda deepest: FRONT))
+    assert (found is not None) == is_found
 
 
 def made(deeper: int) -> LoopKink:
@@ -112,6 +112,6 @@ def test_the_sentence_says_where_and_in_which_records(diagnosis, deeper, words):
     assert words in said[2]
 
 
-def test_without_a_bend_nothing_is_said(diagnosis):
+def test_without_a_kink_nothing_is_said(diagnosis):
     location = dataclasses.replace(diagnosis.location, kink=None)
     assert "came that deep" not in " ".join(sentences(UNLISTED, (), (), location, diagnosis.nominal, diagnosis.nominal, ""))
