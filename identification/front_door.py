@@ -19,6 +19,7 @@ from identification.experiment import Experiment, load_experiment
 from identification.report import fit_summary
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary
 from identification.report.diagnosis.result_file import StoredDiagnosis, diagnosis_dataset
+from identification.report.page_style import STYLES, PageStyle
 from identification.result.json_file import provenance
 from identification.result.netcdf_result import StoredFit, fit_dataset
 from identification.result.result import FitResult, ParameterEstimate
@@ -52,10 +53,18 @@ class Fit:
         """By name: value, standard error, interval, status."""
         return {one.spec.name: one for one in self.result.parameters}
 
-    def report(self, folder: Path | str) -> Path:
-        """Write what `fit-parameters` writes into a folder, which is made where it is not there; returns the path of the page."""
-        folder = _made(folder)
-        write_fit(self.result, folder)
+    def report(self, folder: Path | str, style: str = "screen") -> Path:
+        """Write what `fit-parameters` writes, and return the path of the page.
+
+        Arguments:
+            folder: made where it is not there.
+            style: "screen" for colours, "print" for black and white.
+
+        Raises:
+            InputError: an unknown style; nothing is written then.
+        """
+        look, folder = _style(style), _made(folder)
+        write_fit(self.result, folder, style=look)
         return folder / "report.html"
 
     def to_xarray(self) -> xr.Dataset:
@@ -99,10 +108,18 @@ class Diagnosed:
         """With the effects; the nominal one where nothing is missing."""
         return self.diagnosis.model
 
-    def report(self, folder: Path | str) -> Path:
-        """Write what `vibrojax diagnose` writes into a folder, which is made where it is not there; returns the path of the page."""
-        folder = _made(folder)
-        write_diagnosed(self.diagnosis, folder)
+    def report(self, folder: Path | str, style: str = "screen") -> Path:
+        """Write what `vibrojax diagnose` writes, and return the path of the page.
+
+        Arguments:
+            folder: made where it is not there.
+            style: "screen" for colours, "print" for black and white.
+
+        Raises:
+            InputError: an unknown style; nothing is written then.
+        """
+        look, folder = _style(style), _made(folder)
+        write_diagnosed(self.diagnosis, folder, style=look)
         return folder / "report.html"
 
     def to_xarray(self) -> xr.Dataset:
@@ -197,6 +214,13 @@ def _loaded(experiment: Experiment | Path | str, *, need_files: bool = True) -> 
     if not isinstance(experiment, Experiment | Path | str):
         raise InputError(f"the experiment is of type {type(experiment).__name__}: expected one that is loaded, or a path")
     return experiment if isinstance(experiment, Experiment) else load_experiment(Path(experiment), need_files=need_files)
+
+
+def _style(name: str) -> PageStyle:
+    """A style of the report by its name."""
+    if name not in STYLES:
+        raise InputError(f"style is {name!r}: expected one of {', '.join(STYLES)}")
+    return STYLES[name]
 
 
 def _made(folder: Path | str) -> Path:

@@ -22,17 +22,21 @@ class Known:
     cannot: str
 
     def agreement(self, named: set[str]) -> str:
-        """Whether what was named is what is known: "yes", "in part", "no", or "not on the list" where no effect stands for that.
+        """Whether what was named is what is known: "yes", "yes, beside others", "in part", "no", or "not on the list".
+
+        Where no listed effect stands for what is known, no name is right or wrong.
 
         Example:
             >>> one = Known(recipe="r", question="", truth="", expected=(("a", "b"), ("c",)), cannot="")
-            >>> one.agreement({"b", "c"}), one.agreement({"a", "x"}), one.agreement(set())
-            ('yes', 'in part', 'no')
+            >>> one.agreement({"b", "c"}), one.agreement({"b", "c", "x"}), one.agreement({"a", "x"}), one.agreement(set())
+            ('yes', 'yes, beside others', 'in part', 'no')
         """
         if not self.expected:
             return "not on the list"
         hit = [bool(named & set(group)) for group in self.expected]
-        return "no" if not any(hit) else "yes" if all(hit) else "in part"
+        if not all(hit):
+            return "in part" if any(hit) else "no"
+        return "yes, beside others" if named - {name for group in self.expected for name in group} else "yes"
 
 
 _SPRING = "voice coil, commanded as a spring of 15 N/mm"

@@ -5,15 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.recordings.known import Known
-from benchmarks.recordings.runs import Run, arguments
+from benchmarks.recordings.runs import Run
 from identification.wording.numbers import millimetres, rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
-_OF_CONTACTS = {"kink": "Force against indentation", "restitution": "Restitution against approach speed"}
-"""Pictures of a diagnosis, by file, and what they show."""
-_HEAD = """| recording | held-back error, nominal → augmented | the diagnosis | what is known | agrees |
-|---|---|---|---|---|"""
+_HEAD = """| recording | held-back error, nominal → augmented | the diagnosis | what is known | agrees | s |
+|---|---|---|---|---|---|"""
 
 
 def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
@@ -30,10 +28,11 @@ def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
 def row(known: Known, run: Run) -> str:
     """One line of the table."""
     if run.document is None:
-        return f"| `{run.recipe}` | – | failed: {run.failure} | {known.truth} | no |"
+        return f"| `{run.recipe}` | – | failed: {run.failure} | {known.truth} | no | {_whole(run.seconds)} |"
     before, after = (run.document[side]["held_out_nrmse"] for side in ("nominal", "augmented"))
     named = {effect["name"] for effect in run.document["effects"]}
-    return f"| `{run.recipe}` | {_error(before)} → {_error(after)} | {said(run)} | {known.truth} | {known.agreement(named)} |"
+    cells = (f"`{run.recipe}`", f"{_error(before)} → {_error(after)}", said(run), known.truth, known.agreement(named), _whole(run.seconds))
+    return f"| {' | '.join(cells)} |"
 
 
 def said(run: Run) -> str:
@@ -64,43 +63,21 @@ def numbers(effect: dict, gaps: set[float]) -> str:
 
 
 def section(known: Known, run: Run, pictures: Path) -> str:
-    """Question, what the program printed and warned of, a picture, errors before and after, what it cannot tell, and the command."""
+    """Question, what the program printed, a picture, what is known, and what these records cannot tell."""
     lines = [f"## {run.recipe}", "", known.question, ""]
     if run.document is None:
         return "\n".join([*lines, f"The command failed: {run.failure}", ""])
-    lines += [f"> {' '.join(run.document['sentences'])}", ""]
-    lines += [*(f"- Warned: {warning}." for warning in run.document["warnings"]), *([""] if run.document["warnings"] else [])]
-    lines += [line for told in shown(run, pictures) for line in (told, "")]
-    lines += [*errors(run), f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""]
-    lines += ["```", f"vibrojax {' '.join(arguments(run.recipe, 'FOLDER'))}", "```", ""]
-    cost = f"{_whole(run.seconds)} s ({_whole(run.cpu_seconds)} s of a core), at most {_whole(run.peak_mb)} MB"
-    cost += "." if run.revision is None else f", revision {run.revision}."
-    return "\n".join([*lines, cost, ""])
-
-
-def errors(run: Run) -> list[str]:
-    """Error on every held-back record, before and after."""
-    sides = [(run.document or {})[side]["held_back"] for side in ("nominal", "augmented")]
-    if not sides[0]:
-        return []
-    lines = ["| held back | channel | nominal | augmented |", "|---|---|---|---|"]
-    for file, channels in sides[0].items():
-        lines += [
-            f"| {file} | {channel.replace('_', ' ')} | {_error(e)} | {_error(sides[1][file][channel])} |" for channel, e in channels.items()
-        ]
-    return [*lines, ""]
+    lines += [f"> {' '.join(run.document['sentences'])}", "", *(line for picture in shown(run, pictures) for line in (picture, ""))]
+    return "\n".join([*lines, f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""])
 
 
 def shown(run: Run, pictures: Path) -> list[str]:
-    """Copy the picture of the record that gained, or else of what is missing, and those of the contacts; their Markdown."""
-    records = [*sorted(run.folder.glob("record-*.png")), *run.folder.glob("missing.png")][:1]
-    found = [(one, run.recipe, "Measured, nominal and augmented model, and what either leaves") for one in records]
-    for kind, words in _OF_CONTACTS.items():
-        found += [(one, f"{run.recipe}-{kind}", words) for one in run.folder.glob(f"{kind}.png")]
-    for file, name, _ in found:
+    """Copy the picture of the record that gained, or else of what is missing; its Markdown."""
+    found = [*sorted(run.folder.glob("record-*.png")), *run.folder.glob("missing.png")][:1]
+    for file in found:
         pictures.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, pictures / f"{name}.png")
-    return [f"![{words}](images/recordings/{name}.png)" for _, name, words in found]
+        shutil.copyfile(file, pictures / f"{run.recipe}.png")
+    return [f"![Measured, nominal and augmented model, and what either leaves](images/recordings/{run.recipe}.png)" for _ in found]
 
 
 def _whole(figure: float | None) -> str:

@@ -85,7 +85,12 @@ def test_a_diagnosis_shows_its_verdict(tmp_path):
     assert found.diagnosis.sentences[0][:40] in " ".join(repr(found).split())
     assert found._repr_html_().startswith("<pre")
     assert len(found.to_xarray()) > 0
-    assert (found.report(tmp_path / "page").parent / "diagnosis.json").exists()
+    page = found.report(tmp_path / "page", style="print")
+    assert (page.parent / "diagnosis.json").exists()
+    assert 'class="print"' in page.read_text(encoding="utf-8")
+    with pytest.raises(InputError, match="style is 'grey': expected one of screen, print"):
+        found.report(tmp_path / "other", style="grey")
+    assert not (tmp_path / "other").exists()
 
 
 def test_a_simulation_has_every_channel_over_time(small):

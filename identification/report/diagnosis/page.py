@@ -11,6 +11,7 @@ from identification.report.frame import framed
 from identification.report.image import Image
 from identification.report.page_style import PageStyle
 from identification.wording.channel_labels import spoken
+from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, significant
 
 
@@ -41,7 +42,7 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         headline=words.headline(diagnosis),
         place=_place(diagnosis),
         effects=[_effect(one) for one in diagnosis.effects],
-        ambiguous=words.listed([words.effect_words(name) for name in diagnosis.ambiguous_with]),
+        ambiguous=joined([words.effect_words(name) for name in diagnosis.ambiguous_with]),
         undrawn=_undrawn(diagnosis, images),
         notices=list(rows.notices(diagnosis)),
         learned=rows.learned_rows(diagnosis),
@@ -73,7 +74,7 @@ def _effect(one: Asserted) -> dict[str, Any]:
 def _undrawn(diagnosis: Diagnosis, images: list[Image]) -> str:
     """Records without a picture of their own."""
     drawn = {image.record for image in images}
-    return words.listed([record.file for record in diagnosis.nominal.records if record.file not in drawn])
+    return joined([record.file for record in diagnosis.nominal.records if record.file not in drawn])
 
 
 def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
@@ -94,7 +95,7 @@ def _place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if where.record is not None:
         pairs.append(("only in", where.record))
     if where.kink is not None:
-        pairs.append(("harder beyond", f"{millimetres(where.kink.depth)} of indentation, in {words.listed(list(where.kink.deeper))}"))
+        pairs.append(("harder beyond", f"{millimetres(where.kink.depth)} of indentation, in {joined(list(where.kink.deeper))}"))
     return pairs
 
 

@@ -15,8 +15,9 @@ from identification.report.diagnosis.rows import (
     symbol_and_name,
     warnings,
 )
-from identification.report.diagnosis.words import effect_words, headline, listed, plain_name, probability_text, where
+from identification.report.diagnosis.words import effect_words, headline, plain_name, probability_text, where
 from identification.report.table import open_table
+from identification.wording.lists import joined
 from identification.wording.numbers import NONE, compact, with_unit
 from identification.wording.symbols import symbol_text
 
@@ -60,7 +61,7 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
     if diagnosis.verdict == UNLISTED and diagnosis.free_form:
         lines.append(Text(f"  learned in its place: {diagnosis.free_form}"))
     if diagnosis.ambiguous_with and not any(name in said for said in diagnosis.sentences for name in diagnosis.ambiguous_with):
-        lines.append(Text(f"  these records cannot separate it from {listed([effect_words(name) for name in diagnosis.ambiguous_with])}"))
+        lines.append(Text(f"  these records cannot separate it from {joined([effect_words(name) for name in diagnosis.ambiguous_with])}"))
     return lines
 
 

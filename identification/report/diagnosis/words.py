@@ -6,6 +6,7 @@ import math
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Considered, Diagnosis
 from identification.report.next_steps import RUN_MODEL
 from identification.wording.channel_labels import spoken
+from identification.wording.lists import joined
 from identification.wording.numbers import significant
 from vibrojax.effects import EFFECTS
 
@@ -91,7 +92,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == RESTLESS:
         return "Nothing is missing, but a random force acts on the hammer"
     if diagnosis.verdict == MISSING:
-        return f"Missing: {listed([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
+        return f"Missing: {joined([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
     return "Something is missing that no listed effect explains"
 
 
@@ -115,17 +116,7 @@ def where(effect: Asserted) -> str:
 
 def beside(candidate: Considered) -> str:
     """The model to which a candidate was added."""
-    return listed([plain_name(name) for name in candidate.beside]) if candidate.beside else "nominal"
-
-
-def listed(words: list[str]) -> str:
-    """Words in a row.
-
-    Example:
-        >>> listed(["a", "b", "c"])
-        'a, b and c'
-    """
-    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
+    return joined([plain_name(name) for name in candidate.beside]) if candidate.beside else "nominal"
 
 
 def chance_text(chance: float) -> str:

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.diagnosis.words import axis, listed
+from identification.report.diagnosis.words import axis
 from identification.report.figures.base import MANY, Picture
 from identification.report.page_style import DASHED, PageStyle
+from identification.wording.lists import joined
 from identification.wording.numbers import millimetres
 from vibrojax.drawing import GREY, few_ticks, new_figure
 
@@ -46,7 +47,7 @@ def loop_kink(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
         section="location",
         record=None,
         caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"
-        f" rises faster than the law in front of that; only {listed(list(found.deeper))} came that deep.",
-        alt=f"Loops of force against indentation; beyond {depth} those of {listed(list(found.deeper))} rise steeply.",
+        f" rises faster than the law in front of that; only {joined(list(found.deeper))} came that deep.",
+        alt=f"Loops of force against indentation; beyond {depth} those of {joined(list(found.deeper))} rise steeply.",
         figure=figure,
     )

@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 
 from identification.diagnosis.diagnosis import Diagnosis, Location, Profile
 from identification.report.diagnosis.model_force import model_force
-from identification.report.diagnosis.words import axis, listed, quantity, quantity_unit
+from identification.report.diagnosis.words import axis, quantity, quantity_unit
 from identification.report.figures.base import Picture
 from identification.report.page_style import PageStyle
+from identification.wording.lists import joined
 from vibrojax.drawing import few_ticks, new_figure
 
 _OTHERS = 6
@@ -126,7 +127,7 @@ def _model_line(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
 def _nothing(where: Location) -> str:
     """The coordinates that explain nothing."""
     names = [one.coordinate for one in where.profiles[1:] if not one.explained >= _SOMETHING]
-    return f" Nothing of it follows {listed(names)} alone." if names else ""
+    return f" Nothing of it follows {joined(names)} alone." if names else ""
 
 
 def _label(profile: Profile) -> str:
