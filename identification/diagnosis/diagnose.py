@@ -201,7 +201,7 @@ def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Locat
     acting = None if effect is None else signatures(first.at, first.courses, first.fitted.prepared.layout.files, [effect])[0].force
     found = locate(first.fitted.prepared, first.fitted.estimate, first.at, named=effect, acting=acting)
     if verdict == UNLISTED:
-        return dataclasses.replace(found, loop_kink=loop_kink(first))
+        return dataclasses.replace(found, kink=loop_kink(first))
     if effect is not None and effect.record is not None:
         return dataclasses.replace(found, record=effect.record)
     return found

@@ -6,7 +6,6 @@ from pathlib import Path, PurePath
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
-from vibrojax.listing import final_classes
 
 # isort: off
 # In the order of messages.
@@ -19,8 +18,9 @@ from identification.experiment.readers.uff import UffReader as UffReader
 from identification.experiment.readers.mdf4 import Mdf4Reader as Mdf4Reader
 # isort: on
 
-_FINAL: tuple[type[AbstractReader], ...] = final_classes(vars(), AbstractReader)
-READERS = tuple(reader() for reader in _FINAL)
+READERS: tuple[AbstractReader, ...] = tuple(
+    one() for name, one in vars().items() if isinstance(one, type) and issubclass(one, AbstractReader) and not name.startswith("Abstract")
+)
 
 
 def check_suffix(file: str) -> tuple[AbstractReader, str]:

@@ -104,8 +104,9 @@ def alternative(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
         ([alternative(gain=1000.0, expected=900.0)], "back_stop", 0.0, False),
     ],
 )
-def test_what_is_worth_a_fit(alternatives, name, expected, hopeless):
+def test_what_is_worth_a_fit(monkeypatch, alternatives, name, expected, hopeless):
     """By what was gained, no matter what had been expected of it; what no derivative shows always is."""
+    monkeypatch.setattr(module, "left", lambda found, beside: (found.chi2_reduced - 1.0) / (beside.chi2_reduced - 1.0))
     scored = made(Scored, scales=SCALES, fitted=made(Fitted, chi2_reduced=10.0))
     assert module._is_hopeless(made_fit.candidate(name, expected), scored, alternatives, 900.0) is hopeless
 
