@@ -17,7 +17,8 @@ from identification.diagnosis.score.lags import is_recorded
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored, score_all, trials
 from identification.estimation.nominal import is_near
-from identification.least_squares.fit import integrator_for
+from identification.least_squares.fit import bounds, evaluator, free_unknowns, integrator_for
+from identification.least_squares.levenberg_marquardt import LevenbergMarquardt
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
@@ -260,11 +261,29 @@ def _finished(alternatives: list[Alternative], beside: Fitted, progress: Progres
         if alternative.fitted.criterion - 2.0 * alternative.fitted.to_go < best + WITHIN_CHANCE:
             progress(f"fitting {alternative.fitted.title} to the end")
             finished = _attempt(alternative.fitted.continued, alternative.fitted.variances, rounds=2)
+            if finished is not None and not finished.converged:
+                finished = _by_least_squares(finished, progress)
             if finished is not None:
                 alternative = _alternative(alternative.candidate, finished, beside)
                 best = min(best, finished.criterion)
         found.append(alternative)
     return sorted(found, key=lambda alternative: alternative.fitted.criterion)
+
+
+def _by_least_squares(found: Fitted, progress: Progress) -> Fitted:
+    """The better, by BIC, of a fit that has not converged and of one that starts from least squares.
+
+    An estimated random force stands in for an effect that starts far from its place, and then holds it there.
+    """
+    progress(f"fitting {found.title} by least squares")
+    prepared = found.prepared
+    start = dataclasses.replace(found.estimate, force=np.zeros_like(found.estimate.force))
+    try:
+        outcome = LevenbergMarquardt()(evaluator(prepared, integrator_for(prepared)), start, free_unknowns(prepared), bounds(prepared))
+    except (NoConvergenceError, np.linalg.LinAlgError):
+        return found
+    other = _attempt(dataclasses.replace(prepared, start=outcome.estimate), found.variances, rounds=3)
+    return other if other is not None and other.criterion < found.criterion else found
 
 
 def _attempt(prepared: Prepared, variances: Variances, *, rounds: int, **options: Any) -> Fitted | None:

@@ -124,7 +124,7 @@ def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
     def attempt(start, variances, *, rounds):
         if ends[start] is None:
             return None
-        return made(Fitted, criterion=ends[start], log_likelihood=-0.5 * ends[start], lightened=lambda self: self)
+        return made(Fitted, criterion=ends[start], log_likelihood=-0.5 * ends[start], converged=True, lightened=lambda self: self)
 
     monkeypatch.setattr(module, "_attempt", attempt)
     beside = made(Fitted, criterion=180.0, log_likelihood=-90.0)
@@ -136,6 +136,24 @@ def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
         ("cubic_stiffness", 300.0),
     ]
     assert [one.gain for one in found[:2]] == [80.0, 75.0]
+
+
+@pytest.mark.parametrize(("criterion", "is_better"), [(90.0, True), (110.0, False), (None, False)])
+def test_of_a_fit_that_has_not_converged_and_one_from_least_squares_the_better_is_kept(recovered, monkeypatch, criterion, is_better):
+    """The latter starts where least squares end, without a random force."""
+    began, other = [], None if criterion is None else made(Fitted, criterion=criterion)
+    stuck = made(
+        Fitted, title="back_stop", criterion=100.0, prepared=recovered.prepared, estimate=recovered.estimate, variances=recovered.variances
+    )
+
+    def attempt(prepared, variances, *, rounds):
+        began.append(prepared.start)
+        return other
+
+    monkeypatch.setattr(module, "_attempt", attempt)
+    assert module._by_least_squares(stuck, lambda stage: None) is (other if is_better else stuck)
+    assert not np.any(began[0].force)
+    np.testing.assert_allclose(began[0].shared, recovered.estimate.shared, atol=1e-3)
 
 
 @pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), module.NoConvergenceError("lost")])
