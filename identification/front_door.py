@@ -3,6 +3,7 @@
 The first needs no JAX; the others compute in double precision, which is the caller's to set: `jax.config.update("jax_enable_x64", True)`.
 """
 
+import abc
 import dataclasses
 import io
 from collections.abc import Callable
@@ -33,8 +34,43 @@ _WIDTH = 140
 """Characters of a table that is shown as text."""
 
 
+class _Shown(abc.ABC):
+    """A result that shows its tables in a terminal or a notebook, and writes its report."""
+
+    @abc.abstractmethod
+    def _tables(self) -> RenderableType:
+        """What the command prints."""
+
+    @abc.abstractmethod
+    def _write(self, folder: Path, style: PageStyle) -> None:
+        """Write what the command writes."""
+
+    def report(self, folder: Path | str, style: str = "screen") -> Path:
+        """Write what the command writes, and return the path of the page.
+
+        Arguments:
+            folder: made where it is not there.
+            style: "screen" for colours, "print" for black and white.
+
+        Raises:
+            InputError: an unknown style; nothing is written then.
+        """
+        if style not in STYLES:
+            raise InputError(f"style is {style!r}: expected one of {', '.join(STYLES)}")
+        path = Path(folder)
+        path.mkdir(parents=True, exist_ok=True)
+        self._write(path, STYLES[style])
+        return path / "report.html"
+
+    def __repr__(self) -> str:
+        return _text(self._tables())
+
+    def _repr_html_(self) -> str:
+        return _html(self._tables())
+
+
 @dataclasses.dataclass(frozen=True, repr=False)
-class Fit:
+class Fit(_Shown):
     """A fitted experiment: shown as the tables of `fit-parameters`.
 
     Attributes:
@@ -53,20 +89,6 @@ class Fit:
         """By name: value, standard error, interval, status."""
         return {one.spec.name: one for one in self.result.parameters}
 
-    def report(self, folder: Path | str, style: str = "screen") -> Path:
-        """Write what `fit-parameters` writes, and return the path of the page.
-
-        Arguments:
-            folder: made where it is not there.
-            style: "screen" for colours, "print" for black and white.
-
-        Raises:
-            InputError: an unknown style; nothing is written then.
-        """
-        look, folder = _style(style), _made(folder)
-        write_fit(self.result, folder, style=look)
-        return folder / "report.html"
-
     def to_xarray(self) -> xr.Dataset:
         """Every record beside its prediction, SI, and the estimates with their standard errors over `parameter`."""
         found = fit_dataset(StoredFit(result=self.result, reference=None, provenance=provenance(self.result)))
@@ -76,15 +98,15 @@ class Fit:
         names = [one.spec.name for one in estimates]
         return found.assign_coords(parameter=names).assign(estimate=("parameter", values), stderr=("parameter", errors))
 
-    def __repr__(self) -> str:
-        return _text(fit_summary(self.result))
+    def _tables(self) -> RenderableType:
+        return fit_summary(self.result)
 
-    def _repr_html_(self) -> str:
-        return _html(fit_summary(self.result))
+    def _write(self, folder: Path, style: PageStyle) -> None:
+        write_fit(self.result, folder, style=style)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
-class Diagnosed:
+class Diagnosed(_Shown):
     """What the nominal model of an experiment leaves out: shown as the tables of `vibrojax diagnose`.
 
     Attributes:
@@ -108,29 +130,15 @@ class Diagnosed:
         """With the effects; the nominal one where nothing is missing."""
         return self.diagnosis.model
 
-    def report(self, folder: Path | str, style: str = "screen") -> Path:
-        """Write what `vibrojax diagnose` writes, and return the path of the page.
-
-        Arguments:
-            folder: made where it is not there.
-            style: "screen" for colours, "print" for black and white.
-
-        Raises:
-            InputError: an unknown style; nothing is written then.
-        """
-        look, folder = _style(style), _made(folder)
-        write_diagnosed(self.diagnosis, folder, style=look)
-        return folder / "report.html"
-
     def to_xarray(self) -> xr.Dataset:
         """Every record beside both models, SI, and the profiles of the misfit."""
         return diagnosis_dataset(StoredDiagnosis(diagnosis=self.diagnosis, provenance=diagnosis_provenance(self.diagnosis)))
 
-    def __repr__(self) -> str:
-        return _text(diagnosis_summary(self.diagnosis))
+    def _tables(self) -> RenderableType:
+        return diagnosis_summary(self.diagnosis)
 
-    def _repr_html_(self) -> str:
-        return _html(diagnosis_summary(self.diagnosis))
+    def _write(self, folder: Path, style: PageStyle) -> None:
+        write_diagnosed(self.diagnosis, folder, style=style)
 
 
 def fit(
@@ -214,19 +222,6 @@ def _loaded(experiment: Experiment | Path | str, *, need_files: bool = True) -> 
     if not isinstance(experiment, Experiment | Path | str):
         raise InputError(f"the experiment is of type {type(experiment).__name__}: expected one that is loaded, or a path")
     return experiment if isinstance(experiment, Experiment) else load_experiment(Path(experiment), need_files=need_files)
-
-
-def _style(name: str) -> PageStyle:
-    """A style of the report by its name."""
-    if name not in STYLES:
-        raise InputError(f"style is {name!r}: expected one of {', '.join(STYLES)}")
-    return STYLES[name]
-
-
-def _made(folder: Path | str) -> Path:
-    path = Path(folder)
-    path.mkdir(parents=True, exist_ok=True)
-    return path
 
 
 def _text(shown: RenderableType) -> str:

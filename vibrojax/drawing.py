@@ -87,6 +87,11 @@ def new_figure(height: float, width: float = WIDTH, *, layout: Literal["constrai
     return Figure(figsize=(width, height), dpi=_PAGE_DPI, facecolor="white", layout=layout)
 
 
+def literal(text: str) -> str:
+    """Text from the user, such as a file name, without formulas: a dollar sign stays one."""
+    return text.replace("$", r"\$")
+
+
 def few_ticks(axes: Axes, x: int = 5, y: int = 4) -> None:
     """At most so many intervals between ticks: short axes stay legible and quick to draw."""
     axes.xaxis.set_major_locator(MaxNLocator(x, steps=_STEPS))

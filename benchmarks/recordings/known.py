@@ -22,21 +22,23 @@ class Known:
     cannot: str
 
     def agreement(self, named: set[str]) -> str:
-        """Whether what was named is what is known: "yes", "yes, beside others", "in part", "no", or "not on the list".
+        """Whether what was named is what is known: "yes", "in part", "no", or "not on the list".
 
-        Where no listed effect stands for what is known, no name is right or wrong.
+        "Beside others" is added where effects are named that are not known. Where no listed effect stands for what is known, no name is
+        right or wrong.
 
         Example:
             >>> one = Known(recipe="r", question="", truth="", expected=(("a", "b"), ("c",)), cannot="")
             >>> one.agreement({"b", "c"}), one.agreement({"b", "c", "x"}), one.agreement({"a", "x"}), one.agreement(set())
-            ('yes', 'yes, beside others', 'in part', 'no')
+            ('yes', 'yes, beside others', 'in part, beside others', 'no')
         """
         if not self.expected:
             return "not on the list"
         hit = [bool(named & set(group)) for group in self.expected]
-        if not all(hit):
-            return "in part" if any(hit) else "no"
-        return "yes, beside others" if named - {name for group in self.expected for name in group} else "yes"
+        if not any(hit):
+            return "no"
+        others = named - {name for group in self.expected for name in group}
+        return ("yes" if all(hit) else "in part") + (", beside others" if others else "")
 
 
 _SPRING = "voice coil, commanded as a spring of 15 N/mm"

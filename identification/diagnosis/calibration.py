@@ -6,7 +6,7 @@ ALPHA is that at which a candidate passes on 0.3 % of complete rigs. On the firs
     python -m benchmarks.concealed.level --rate 0.003 FILE
 
 the level is 1.1e-4, with a 95 % interval of 6.5e-6 to 2.1e-3, and the tail of the chances is 1.05 times as long as that of an exact test.
-The others were set by judgement on development rigs.
+Twenty rigs determine it to a factor of some twenty either way. The others were set by judgement on development rigs.
 """
 
 import math

@@ -7,24 +7,29 @@ from identification.likelihood.fitted import Fitted
 
 
 def share_added(nominal: Fitted, model: Fitted, more: Fitted) -> float:
-    """Share of the nominal misfit that `more` explains and `model` does not, in reduced chi-square without random force.
+    """Share of the misfit, in reduced chi-square without random force, that only the larger of two models explains; 1 for a first effect.
 
     Windows count as in the fit of `more`: those that it gives little weight, since nothing explains them, hide no effect in the others.
     """
-    return share(*(misfit(one, more) for one in (nominal, model, more)))
+    return share(*(misfit(one, more) for one in (nominal, model, more))) if model.names else 1.0
 
 
 def share(nominal: float, model: float, more: float) -> float:
-    """The same from the three reduced chi-squares.
+    """Share of the misfit that only the larger model explains, from three reduced chi-squares.
+
+    It is 0 where the larger model explains no more than the smaller one, or where a chi-square is not finite; 1 where the larger one is
+    better than the smaller, and both are worse than the nominal model.
 
     Example:
-        >>> share(11.0, 2.0, 1.0)
-        0.1
+        >>> share(11.0, 2.0, 1.0), share(11.0, 10.0, 11.1), share(2.0, 12.0, 3.0), share(11.0, float("nan"), 1.0)
+        (0.1, 0.0, 1.0, 0.0)
     """
+    if not np.isfinite([nominal, model, more]).all() or more >= model:
+        return 0.0
     return (model - more) / (nominal - more) if nominal > more else 1.0
 
 
-def left(found: Fitted, beside: Fitted) -> float:
+def residual_share(found: Fitted, beside: Fitted) -> float:
     """Residual share of the misfit of a model that remains with a further effect."""
     return (misfit(found, found) - 1.0) / max(misfit(beside, found) - 1.0, 1e-300)
 

@@ -12,7 +12,7 @@ from identification.diagnosis.calibration import ALPHA, MOST_EFFECTS, RELEVANT, 
 from identification.diagnosis.free_form.free_form import Learned, learn, strongest_line
 from identification.diagnosis.from_loops import from_loops
 from identification.diagnosis.refit import extended, lengthened, without
-from identification.diagnosis.relevance import left, share_added
+from identification.diagnosis.relevance import residual_share, share_added
 from identification.diagnosis.score.lags import is_recorded
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored, score_all, trials
@@ -228,7 +228,7 @@ def _fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) ->
 
     None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit.
     """
-    if line is not None and left(line.fitted, scored.fitted) < _LITTLE:
+    if line is not None and residual_share(line.fitted, scored.fitted) < _LITTLE:
         return []
     queue = _queue(scored)
     alternatives: list[Alternative] = []
@@ -309,7 +309,7 @@ def _alternative(candidate: Candidate, found: Fitted, beside: Fitted) -> Alterna
 
 def _explains(alternative: Alternative, beside: Fitted) -> bool:
     """Whether an alternative has obtained its expected gain and explains nearly all of the misfit."""
-    return alternative.gain >= alternative.candidate.gain > 0 and left(alternative.fitted, beside) < _LITTLE
+    return alternative.gain >= alternative.candidate.gain > 0 and residual_share(alternative.fitted, beside) < _LITTLE
 
 
 def _tried(candidate: Candidate, prepared: Prepared, beside: Fitted) -> list[Alternative]:

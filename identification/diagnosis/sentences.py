@@ -58,7 +58,7 @@ def sentences(
         f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
     )
     if verdict == MISSING:
-        named = " and ".join(f"{one.effect.summary} ({_main(one)})" for one in effects)
+        named = joined([f"{one.effect.summary} ({_main(one)})" for one in effects])
         explain = "explains" if len(effects) == 1 else "explain"
         first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
         doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()

@@ -63,6 +63,24 @@ def suggestion(given: str, accepted: Iterable[str]) -> str:
     return f": did you mean {shown(near[0])}?" if near else f": expected one of {listed(words)}"
 
 
+def check_printable(text: str, what: str) -> str:
+    """Refuse a name that a report or a terminal cannot show.
+
+    Args:
+        text: the name.
+        what: it is of, for the message.
+
+    Returns:
+        The name.
+
+    Raises:
+        ExperimentError: it holds a control character, such as a line break or an escape.
+    """
+    if not text.isprintable():
+        raise ExperimentError(f"{what} is {shown(text)}: expected printable characters in one line; rename it")
+    return text
+
+
 def listed(words: Iterable[str], most: int = 20) -> str:
     """Join words for a message; beyond `most` only their count is given.
 

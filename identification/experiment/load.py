@@ -4,7 +4,7 @@ from os import PathLike
 from pathlib import Path, PurePosixPath
 
 from identification.experiment.columns.load_record import load_record
-from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.errors import ExperimentError, check_printable, listed, shown
 from identification.experiment.experiment import Experiment
 from identification.experiment.fittable import check_fittable
 from identification.experiment.readers import stem_of
@@ -59,7 +59,7 @@ experiment.toml; check the path
         units = {channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()}
         check_scales(record, units, mass if mass_is_known else None)
     return Experiment(
-        name=tables["experiment"].string("name") or file.parent.resolve().name,
+        name=check_printable(tables["experiment"].string("name") or file.parent.resolve().name, "the name of the experiment"),
         folder=file.parent,
         mass=mass,
         mass_is_known=mass_is_known,

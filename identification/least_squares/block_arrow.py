@@ -10,7 +10,7 @@ from identification.windows.layout import GAP_ERROR, GAP_PRIOR_STD, Active, Esti
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Equations:
-    """Gauss-Newton quantities of every window as host arrays; see `residual.Normal`."""
+    """Cost, gradient and Gauss-Newton Hessian of every window, as NumPy arrays; see `residual.Normal`."""
 
     hessian: np.ndarray
     gradient: np.ndarray

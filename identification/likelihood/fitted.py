@@ -133,7 +133,7 @@ class Fitted:
         return self.weighted_chi2(np.ones(len(self.prepared.record)))
 
     def weighted_chi2(self, weight: Float[np.ndarray, " windows"]) -> float:
-        """The same with a weight of each window."""
+        """Reduced chi-square as `chi2_reduced`, with a weight of each window, of any scale; NaN where no window has weight."""
         inner, layout = self.point.inner.fit, self.prepared.layout
         own = slice(1 + layout.size - layout.states, None)
         finite = self.point.at.finite
@@ -142,7 +142,9 @@ class Fitted:
         inverse = np.linalg.pinv(blocks / (size[:, :, None] * size[:, None, :]), hermitian=True, rcond=1e-10)
         scaled = right / size
         taken = np.einsum("ls,lst,lt->l", scaled, inverse, scaled)
-        weight = weight[finite]
+        if not weight[finite].any():
+            return float("nan")
+        weight = weight[finite] / weight[finite].mean()
         degrees = weight @ (self.point.inner.samples[finite] - layout.states) - self.unknowns
         return float(weight @ (inner[finite, 0, 0] - taken) / max(degrees, 1.0))
 

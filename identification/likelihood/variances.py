@@ -100,7 +100,7 @@ class Posterior:
 def equations(
     of: Linear, by: Marginal, weight: Float[np.ndarray, " windows"], curvature: Float[np.ndarray, " windows"] | None = None
 ) -> Equations:
-    """Normal equations of the windows under the full likelihood; with `curvature` from `robust.curvature`, of a Newton step."""
+    """Normal equations of the windows under the full likelihood; `curvature`, of the t loss, turns the Gauss-Newton into a Newton step."""
     gradient = by.gram[:, 1:, 0] * weight[:, None]
     hessian = by.gram[:, 1:, 1:] * weight[:, None, None]
     if curvature is not None:

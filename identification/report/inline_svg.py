@@ -125,7 +125,7 @@ def _shrink(element: ElementTree.Element) -> None:
 
 
 def _join_marks(root: ElementTree.Element, name: str) -> None:
-    """Many equal marks become the corners of one path: a place each instead of an element each."""
+    """Replace many equal marks by one path with an SVG marker at every corner."""
     marks = {element.attrib["id"]: element for element in root.iter() if element.tag == "path" and "id" in element.attrib}
     groups = [element for element in root.iter() if element.tag == "g" and len(element) >= _SEVERAL]
     for number, group in enumerate(groups):
@@ -143,7 +143,7 @@ def _join_marks(root: ElementTree.Element, name: str) -> None:
 
 
 def _unwrap(root: ElementTree.Element) -> None:
-    """Groups that say nothing give way to what they hold."""
+    """Replace groups without attributes by their children."""
     for child in root:
         _unwrap(child)
     held: list[ElementTree.Element] = []
@@ -153,21 +153,22 @@ def _unwrap(root: ElementTree.Element) -> None:
 
 
 def _short_path(path: str) -> str:
-    """Steps along straight lines instead of places; a curve keeps its form."""
+    """A path of straight lines in relative coordinates; one with curves stays in absolute ones."""
     if set(re.findall("[A-Za-z]", path)) - set("MLz"):
         return _NUMBER.sub(lambda found: _decimal(round(_FINE * float(found[0])), _FINE), " ".join(path.split()))
     steps = [(kind, tuple(map(float, place.split()))) for kind, place in _STEP.findall(path)]
     parts = _COARSE if len(steps) > _LONG else _FINE
-    pieces, here = [], (0, 0)
+    pieces, here, begin = [], (0, 0), (0, 0)
     for kind, place in steps:
         if kind == "z":
             pieces.append("z")
+            here = begin
             continue
         there = (round(parts * place[0]), round(parts * place[1]))
         moved = there if kind == "M" else (there[0] - here[0], there[1] - here[1])
         if kind == "M" or moved != (0, 0):
             pieces.append(_step("M" if kind == "M" else "l", moved, parts, pieces))
-        here = there
+        here, begin = there, there if kind == "M" else begin
     return "".join(pieces)
 
 

@@ -32,7 +32,7 @@ def next_steps(result: FitResult, verdict: Verdict) -> tuple[str, ...]:
 
 
 def _inseparable(result: FitResult) -> list[str]:
-    """Pairs of parameters of the contact law of which the records determine little more than a combination."""
+    """Pairs of contact parameters whose estimates are almost perfectly correlated."""
     symbols = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
     law = {p.name for p in result.model.law.parameters}
     return [

@@ -134,7 +134,7 @@
       }
       const all = times[0], after = Math.min(placeOf(all, cursor), all.length - 1);
       const nearest = after > 0 && cursor - all[after - 1] < all[after] - cursor ? after - 1 : after, time = all[nearest];
-      const lines = [`t = ${number(time, decimals(tracks[panels[0].time].step) - 1)} s`];
+      const lines = [`t = ${number(time, Math.max(0, decimals(tracks[panels[0].time].step) - 1))} s`];
       panels.forEach((panel, k) => {
         const at = Math.min(placeOf(times[k], time - 1e-12), times[k].length - 1);
         const told = panel.curves.map((curve) => `${curve.name} ${number(value(curve, at), curve.minus === undefined ? decimals(tracks[curve.track].step) : 1)}`).join(", ") + ` ${panel.unit}`;
@@ -242,5 +242,5 @@
     point();
   }
 
-  for (const box of document.querySelectorAll("[data-zoom]")) start(box);
+  for (const box of document.querySelectorAll("[data-zoom]")) start(box).catch(() => {}); // the picture stays as it is
 })();

@@ -109,7 +109,7 @@ class Probe(Generic[Kind]):
         searched: number of possibilities searched for each candidate, which the significance counts.
         starts: number of candidates, those of largest expected gain first, from which a refit starts.
         is_stop: whether it is a stop that the motion without it passes through: there the derivative gives no strength.
-        kink: name and field of the parameter at which the force-indentation loops have a kink; empty where they do not show the effect.
+        kink: name and field of the parameter that places a kink in the force-indentation loops; empty where they show none.
         delay: name and field of the parameter by which its channel is late, as `ProbeScales.lags` may show; empty where it delays none.
     """
 

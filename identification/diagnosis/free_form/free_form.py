@@ -10,7 +10,7 @@ from identification.diagnosis.errors import errors
 from identification.diagnosis.free_form.formula import common_phase, formula
 from identification.diagnosis.free_form.terms import Choice, change_by, common_amplitude, force_groups, lines, reading_groups, select
 from identification.diagnosis.refit import beside, with_model
-from identification.diagnosis.relevance import left
+from identification.diagnosis.relevance import residual_share
 from identification.diagnosis.score.score import Projector, projector
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import Course, courses
@@ -210,6 +210,6 @@ def _described(fitted: Fitted, before: Fitted, gain: float) -> Learned:
     model = dataclasses.replace(fitted.prepared.model, effects=(*fitted.prepared.model.effects[:-1], effect))
     prepared = dataclasses.replace(fitted.prepared, model=model)
     fitted = dataclasses.replace(fitted, point=dataclasses.replace(fitted.point, prepared=prepared))
-    explained = float(np.clip(1.0 - left(fitted, before), 0.0, 1.0))
+    explained = float(np.clip(1.0 - residual_share(fitted, before), 0.0, 1.0))
     words = formula(effect, stderr, phases) + ("" if explained > _MOST else f"; explains {100 * explained:.0f} % of the misfit")
     return Learned(fitted=fitted, effect=_effect(fitted), formula=words, gain=gain)

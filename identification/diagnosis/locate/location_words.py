@@ -88,7 +88,7 @@ def _records(shares: dict[str, float]) -> str:
     if max(shares.values()) < _EVEN * fair:
         if min(shares.values()) > 0.1 * fair:
             return "in all records"
-        return f"in {joined(list(loud))} alike" if loud else _most(shares)
+        return f"in {joined(list(loud))}{' alike' if len(loud) > 1 else ''}" if loud else _most(shares)
     if not loud:
         return _most(shares)
     ranked = sorted(loud.items(), key=lambda item: -item[1])

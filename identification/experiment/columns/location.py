@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import ExperimentError, check_printable, shown
 
 
 def record_path(folder: Path, file: str) -> Path:
@@ -17,7 +17,7 @@ def record_path(folder: Path, file: str) -> Path:
         The path; the file need not exist.
 
     Raises:
-        ExperimentError: the path is absolute, climbs out with "..", or a link leads out of the folder.
+        ExperimentError: the path is absolute, climbs out with "..", holds control characters, or a link leads out of the folder.
     """
     remedy = "expected a path inside the experiment's folder; put the file there"
     windows = PureWindowsPath(file)
@@ -27,6 +27,7 @@ def record_path(folder: Path, file: str) -> Path:
         path = (folder / file).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise ExperimentError(f"record {shown(file)} is not a usable path ({error}): {remedy}") from error
+    check_printable(file, "the path of a record")
     if not path.is_relative_to(folder.resolve()):
         raise ExperimentError(f"record {shown(file)} leads out of the experiment's folder through a link: {remedy}")
     return path

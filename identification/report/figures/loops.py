@@ -9,7 +9,7 @@ from identification.report.figures.base import Picture
 from identification.report.page_style import DASHES, PageStyle
 from identification.result.record_view import impacts, measured_displacement, strength
 from identification.result.result import FitResult, RecordFit
-from vibrojax.drawing import few_ticks, new_figure
+from vibrojax.drawing import few_ticks, literal, new_figure
 
 _COUNT = 4
 _MARKS = "os^D"
@@ -33,7 +33,7 @@ def loops(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         speed = abs(float(record.relative_velocity[impact.first]))
         axes.plot(1e6 * (across[part] - record.gap), forces[record.file][part], mark, color=colour, markersize=3.5, fillstyle="none")
         indentation, modelled = record.relative_displacement - record.gap, record.predicted["impact_force"]
-        axes.plot(1e6 * indentation[part], modelled[part], color=colour, linestyle=dashes, label=f"{speed:.3g} m/s, {record.file}")
+        axes.plot(1e6 * indentation[part], modelled[part], color=colour, linestyle=dashes, label=literal(f"{speed:.3g} m/s, {record.file}"))
     axes.set_xlabel("indentation δ (µm)")
     axes.set_ylabel("impact force Fᵢ (N)")
     axes.legend(loc="upper left", title="touch at", title_fontsize=8, alignment="left")

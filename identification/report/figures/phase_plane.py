@@ -10,7 +10,7 @@ from identification.report.figures.base import MANY, Picture, drawn_records
 from identification.report.page_style import PageStyle
 from identification.result.record_view import impacts, measured_displacement
 from identification.result.result import FitResult, RecordFit
-from vibrojax.drawing import few_ticks, new_figure
+from vibrojax.drawing import few_ticks, literal, new_figure
 
 _POINTS = 2500
 _SMOOTHED = (5, 15)
@@ -38,7 +38,7 @@ def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
             axes.plot(across, up, ".", color=style.measured.colour, markersize=1.5, rasterized=len(up) > MANY)
         axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=style.model.colour, linewidth=0.7)
         axes.axvline(1e3 * record.gap, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
-        axes.set_title(f"{record.file} ({record.kind})", pad=4)
+        axes.set_title(literal(f"{record.file} ({record.kind})"), pad=4)
         few_ticks(axes, x=5, y=5)
     for axes in grid[:, 0]:
         axes.set_ylabel("velocity u̇ (m/s)")

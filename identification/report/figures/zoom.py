@@ -1,7 +1,7 @@
 """Figures against time that a reader can zoom: their curves are drawn, and travel in the page for `zoom.js` to draw them closer.
 
-A series is rounded to a tenth of its sensor's noise. Its differences, doubled where it rises, doubled less one where it falls, are written
-as four planes of bytes from the lowest to the highest, and compressed.
+A series is rounded to a tenth of its sensor's noise. Its differences are zigzag-coded (2 d, or -2 d - 1 where d < 0), written as four
+planes of bytes from the lowest to the highest, and compressed by zlib.
 """
 
 import base64
@@ -112,8 +112,14 @@ def tracks(time: Samples, series: Sequence[Samples], noise: float) -> tuple[Trac
     """
     chosen = _extremes(series[0]) if len(time) > MOST else slice(None)
     interval = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
-    shown = Track(time[chosen], interval / _OF_INTERVAL, float(time[0]))
-    return shown, tuple(Track(one[chosen], noise / _FINER) for one in series)
+    shown = Track(time[chosen], _step(time - time[0], interval / _OF_INTERVAL), float(time[0]))
+    return shown, tuple(Track(one[chosen], _step(one, noise / _FINER)) for one in series)
+
+
+def _step(values: Samples, wanted: float) -> float:
+    """The wanted step, or a larger one where the values would reach further than can be packed."""
+    reach = float(np.nanmax(np.abs(values), initial=0.0, where=np.isfinite(values)))
+    return max(wanted, reach / _FURTHEST) or 1.0
 
 
 def zoom_data(panels: tuple[Panel, ...]) -> dict[str, str]:

@@ -5,13 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.relevance import misfit, share, share_added, weights
+from identification.diagnosis.relevance import misfit, share, weights
 from identification.likelihood.fitted import Fitted
 from identification.windows.prepare import windows_of
 from tests.identification.diagnosis import made_fit
 
 
-@pytest.mark.parametrize(("model", "more", "expected"), [(11.0, 1.0, 1.0), (2.0, 1.0, 0.1), (1.001, 1.0, 1e-4), (2.0, 12.0, 1.0)])
+@pytest.mark.parametrize(
+    ("model", "more", "expected"),
+    [(11.0, 1.0, 1.0), (2.0, 1.0, 0.1), (1.001, 1.0, 1e-4), (2.0, 12.0, 0.0), (2.0, 2.0, 0.0), (13.0, 12.0, 1.0), (2.0, np.nan, 0.0)],
+)
 def test_share_of_the_misfit_that_more_than_a_model_explains(model, more, expected):
     """The nominal model leaves 11."""
     assert share(11.0, model, more) == pytest.approx(expected, rel=1e-6)
@@ -31,7 +34,6 @@ def test_windows_that_nothing_explains_do_not_hide_an_effect_in_the_others(motio
     more = weighed(explained, np.where(odd, 1e-6, 1.0))
     assert misfit(nominal, weighed(explained, np.ones(len(odd)))) > 50.0 * misfit(nominal, more)
     assert misfit(more, more) == pytest.approx(1.0, abs=0.05) and misfit(nominal, more) > 2.0
-    assert share_added(nominal, nominal, more) == pytest.approx(1.0)
 
 
 def test_a_weight_is_the_mean_over_the_samples_of_a_window(recovered):
@@ -39,5 +41,7 @@ def test_a_weight_is_the_mean_over_the_samples_of_a_window(recovered):
     weight = np.linspace(0.2, 0.9, len(recovered.prepared.record))
     np.testing.assert_allclose(weights(recovered, weighed(recovered, weight)), weight)
     np.testing.assert_allclose(weights(recovered, weighed(recovered, 3.0 * np.ones(len(weight)))), 1.0)
+    doubled = recovered.weighted_chi2(2.0 * weight)
+    assert recovered.weighted_chi2(weight) == pytest.approx(doubled) and np.isnan(recovered.weighted_chi2(0.0 * weight))
     part = made_fit.with_prepared(recovered, windows_of(recovered.prepared, np.array([2, 5])))
     np.testing.assert_allclose(weights(part, weighed(recovered, weight)), weight[[2, 5]])

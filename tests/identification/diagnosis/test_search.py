@@ -106,7 +106,7 @@ def alternative(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
 )
 def test_what_is_worth_a_fit(monkeypatch, alternatives, name, expected, hopeless):
     """By what was gained, no matter what had been expected of it; what no derivative shows always is."""
-    monkeypatch.setattr(module, "left", lambda found, beside: (found.chi2_reduced - 1.0) / (beside.chi2_reduced - 1.0))
+    monkeypatch.setattr(module, "residual_share", lambda found, beside: (found.chi2_reduced - 1.0) / (beside.chi2_reduced - 1.0))
     scored = made(Scored, scales=SCALES, fitted=made(Fitted, chi2_reduced=10.0))
     assert module._is_hopeless(made_fit.candidate(name, expected), scored, alternatives, 900.0) is hopeless
 

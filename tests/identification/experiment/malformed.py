@@ -228,6 +228,7 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     # the experiment file as text
     ("no experiment file", missing("experiment.toml"), r"holds no experiment\.toml"),
     ("syntax error", edit("mass = 0.5", "mass = "), r"not valid TOML: .*line 5"),
+    ("name with an escape", edit('name = "valid"', 'name = "a\\u001bb"'), r"the name of the experiment is 'a\\x1bb': expected printable"),
     ("unclosed string", toml_bytes(b'schema = 1\n[experiment]\nname = "a'), r"not valid TOML: .*\(line 3 is the last\)"),
     ("key given twice", edit("mass = 0.5", "mass = 0.5\nmass = 0.5"), r"not valid TOML: .*line 6"),
     ("deeply nested", toml_bytes(b"schema = 1\nx = " + b"[" * 100_000), r"not valid TOML"),
@@ -307,6 +308,7 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("path of another drive", edit('"cart1.csv"', "'C:cart1.csv'"), r"lies outside the experiment's folder"),
     ("path that climbs out", edit('"cart1.csv"', '"../cart1.csv"'), r"lies outside the experiment's folder"),
     ("path with a zero byte", edit('"cart1.csv"', '"ca\\u0000rt1.csv"'), r"is not a usable path"),
+    ("path with an escape", edit('"cart1.csv"', '"ca\\u001brt1.csv"'), r"the path of a record is 'ca\\x1brt1\.csv': expected printable"),
     ("link that leads out", link_out, r"leads out of the experiment's folder"),
     ("folder for a file", folder_for_file, r"record 'cart1\.csv' is not a file"),
     ("missing record", missing("cart1.csv"), r"the file of record 'cart1\.csv' is missing"),

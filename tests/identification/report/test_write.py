@@ -33,6 +33,12 @@ def test_the_files_are_the_page_and_two_a_plot(written):
     assert all(path.read_bytes().startswith(b"\x89PNG" if path.suffix == ".png" else b"%PDF") for path in written[1:])
 
 
+def test_a_dollar_in_a_file_name_starts_no_formula(poor, tmp_path):
+    records = tuple(dataclasses.replace(record, file=rf"$\foo${record.file}") for record in poor.records)
+    page = write_report(dataclasses.replace(poor, records=records), tmp_path)[0]
+    assert all(record.file in page.read_text(encoding="utf-8") for record in records)
+
+
 def test_the_page_stands_alone(written):
     page, text = read(written[0]), written[0].read_text(encoding="utf-8")
     assert all(address.startswith(("data:image/png;base64,", "#")) for address in page.addresses)

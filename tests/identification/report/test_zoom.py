@@ -39,6 +39,15 @@ def test_of_a_long_record_the_extremes_travel():
     assert np.isin(fitted.values, model).all()
 
 
+def test_what_reaches_further_than_can_be_packed_travels_in_coarser_steps():
+    time = np.arange(9_000_000) * 1e-4
+    shown, (series, still) = tracks(time, (np.sin(time), 0.0 * time), 1e-12)
+    for one, error in ((shown, 1e-5), (series, 1e-8), (still, 0.0)):
+        zoom = {"tracks": [{"count": len(one.values), "step": one.step, "origin": one.origin}]}
+        (found,) = unpacked(zoom, base64.b64encode(zlib.compress(one.packed())))
+        assert np.abs(found - one.values).max() <= error
+
+
 @pytest.mark.parametrize("jitter", [0.0, 1e-5])
 def test_time_stamps_keep_to_a_part_of_an_interval(jitter):
     time = 5.0 + np.arange(500) / 1000.0 + jitter * np.random.default_rng(0).standard_normal(500)

@@ -16,7 +16,7 @@ from identification.result.record_view import largest, residual
 from identification.result.result import RecordFit
 from identification.wording.channel_labels import label
 from identification.wording.numbers import significant, unit_text
-from vibrojax.drawing import WIDTH, few_ticks, new_figure
+from vibrojax.drawing import WIDTH, few_ticks, literal, new_figure
 
 _MOST = 6
 _WORTH = 1.1
@@ -147,7 +147,7 @@ def _signal(axes: Axes, diagnosis: Diagnosis, one: Stretch, carried: _Carried, s
     drawn = [one.before.measured, *((one.before.predicted,) if diagnosis.is_complete else (one.before.predicted, one.after.predicted))]
     for curve, channels in zip(curves, drawn, strict=True):
         curve.draw(axes, time, look.factor * channels[one.channel][one.part])
-    axes.set_title(f"{one.before.file}: {look.words}", loc="left", pad=3)
+    axes.set_title(literal(f"{one.before.file}: {look.words}"), loc="left", pad=3)
     axes.set_ylabel(look.axis)
     axes.set_xlim(time[0], time[-1])
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), borderpad=0.1, handlelength=1.3, handletextpad=0.4)

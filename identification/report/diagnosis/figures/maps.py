@@ -13,7 +13,7 @@ from identification.report.page_style import PageStyle
 from identification.report.rows import recorded
 from identification.result.result import RecordFit
 from identification.wording.numbers import significant
-from vibrojax.drawing import GREY, WIDTH, new_figure
+from vibrojax.drawing import GREY, WIDTH, literal, new_figure
 
 _MOST = 6
 _COLUMNS = 3
@@ -97,7 +97,7 @@ def _panel(axes: Axes, diagnosis: Diagnosis, record: RecordFit, values: np.ndarr
     axes.set_xlabel("phase φ (°)" if driven else "time within the row")
     axes.tick_params(labelbottom=driven)
     share = where.records.get(record.file) if where is not None else None
-    name = record.file if len(record.file) <= 18 else "…" + record.file[-17:]
+    name = literal(record.file if len(record.file) <= 18 else "…" + record.file[-17:])
     axes.set_title(name if share is None else f"{name}: {100 * share:.0f} %", pad=4, fontsize=8)
     if where is not None and where.time is not None and where.record in (None, record.file):
         axes.axhline(where.time, color="black", linewidth=0.9, linestyle=(0, (4, 2)))

@@ -11,7 +11,7 @@ from identification.report.figures.base import LINK, Picture
 from identification.report.page_style import PageStyle
 from identification.wording.channel_labels import spoken
 from identification.wording.numbers import significant
-from vibrojax.drawing import new_figure
+from vibrojax.drawing import literal, new_figure
 
 _MOST = 16
 _NICE = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
@@ -73,7 +73,7 @@ def _drawn(shown: list[tuple[str, str, float, float]], same: bool, style: PageSt
     axes.xaxis.set_major_locator(FixedLocator(_NICE if np.nanmax(everything) > 4.0 else _NICE_CLOSE))
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_yticks(places, [f"{_short(file)}: {spoken(channel)}" for file, channel, *_ in shown])
+    axes.set_yticks(places, [literal(f"{_short(file)}: {spoken(channel)}") for file, channel, *_ in shown])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(places[-1] - 0.7, 0.7)
     axes.set_xlabel("rms residual / noise")
