@@ -38,7 +38,7 @@ class _Jerks:
     """Sampling interval, s."""
     half_widths: tuple[int, ...]
     """Of the test functions, in samples."""
-    jerks: dict[str, list[np.ndarray]]
+    by_channel: dict[str, list[np.ndarray]]
 
 
 def lags(records: Sequence[Record]) -> dict[str, float]:
@@ -49,15 +49,15 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
     correlation is largest. Two channels alone do not identify the late one, so that both get the delay. A channel is absent where it agrees
     with another without delay, and where most records, or the other channels, do not agree on one delay.
     """
-    records_jerks = [_jerks(record) for record in records if record.kind != "prescribed"]
+    of_records = [_jerks(record) for record in records if record.kind != "prescribed"]
     against: dict[str, list[float]] = {name: [] for name in _DERIVATIVES}
     for late, early in combinations(_DERIVATIVES, 2):
-        found = [_delay(jerks, late, early) for jerks in records_jerks if late in jerks.jerks and early in jerks.jerks]
+        found = [_delay(jerks, late, early) for jerks in of_records if late in jerks.by_channel and early in jerks.by_channel]
         if informed := [delay for delay in found if delay is not None]:
-            delay = _agreed(informed, records_jerks)
+            delay = _agreed(informed, of_records)
             against[late].append(delay)
             against[early].append(-delay)
-    agreed = {name: _agreed(delays, records_jerks) for name, delays in against.items() if delays and all(delays)}
+    agreed = {name: _agreed(delays, of_records) for name, delays in against.items() if delays and all(delays)}
     return {name: delay for name, delay in agreed.items() if delay}
 
 
@@ -67,16 +67,16 @@ def is_recorded(effect: AbstractEffect, scales: ProbeScales) -> bool:
     return bool(delay) and bool(getattr(effect, delay) == scales.lags.get(effect.channel or ""))
 
 
-def _agreed(delays: list[float], records_jerks: list[_Jerks]) -> float:
+def _agreed(delays: list[float], of_records: list[_Jerks]) -> float:
     """Median delay if most delays are near it; else 0."""
     middle = float(np.median(delays))
-    near = np.abs(np.array(delays) - middle) <= max(_ALIKE * abs(middle), _SHORTEST * max(jerks.dt for jerks in records_jerks))
+    near = np.abs(np.array(delays) - middle) <= max(_ALIKE * abs(middle), _SHORTEST * max(jerks.dt for jerks in of_records))
     return middle if near.sum() > 0.5 * len(delays) else 0.0
 
 
 def _delay(jerks: _Jerks, late: str, early: str) -> float | None:
     """Delay of one channel against another, s; 0 where it is not significant, None where the channels are not correlated."""
-    pairs = zip(jerks.jerks[late], jerks.jerks[early], jerks.half_widths, strict=True)
+    pairs = zip(jerks.by_channel[late], jerks.by_channel[early], jerks.half_widths, strict=True)
     found = [(half, *_best(one, other, half)) for one, other, half in pairs]
     _, common, drop, samples = max(found, key=lambda one: one[1], default=(0, 0.0, 0.0, 0))
     if common < _CLEARLY:
@@ -102,7 +102,7 @@ def _jerks(record: Record) -> _Jerks:
     """Resampled, differentiated channels of a record; none where the record pauses for long."""
     dt, span = float(np.median(np.diff(record.time))), float(record.time[-1] - record.time[0])
     if span > _PAUSES * dt * len(record.time):
-        return _Jerks(dt=dt, half_widths=(), jerks={})
+        return _Jerks(dt=dt, half_widths=(), by_channel={})
     even = record.time[0] + dt * np.arange(int(span / dt) + 1)
     widest = min(max(_WIDEST, int(_LONGEST / dt)), (len(even) - 1) // 4)
     half_widths, jerks = tuple(_NARROWEST * 2**octave for octave in range((max(widest, 1) // _NARROWEST).bit_length())), {}
@@ -111,7 +111,7 @@ def _jerks(record: Record) -> _Jerks:
         values = bridged(record.time, record.channels[name])
         shown = np.interp(even, record.time, values - values.mean())
         jerks[name] = [sign * fftconvolve(shown, _test_function(half, order), mode="valid") for half in half_widths]
-    return _Jerks(dt=dt, half_widths=half_widths, jerks=jerks)
+    return _Jerks(dt=dt, half_widths=half_widths, by_channel=jerks)
 
 
 def _test_function(half: int, order: int) -> Float[np.ndarray, " samples"]:
