@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from identification.least_squares import block_arrow
 from identification.least_squares.block_arrow import Equations
@@ -11,8 +11,9 @@ from identification.least_squares.fit import bounds, free_unknowns, integrator_f
 from identification.least_squares.levenberg_marquardt import off_the_bounds
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised, linearised
-from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise, white_answer, without_force
-from identification.likelihood.random_force import force_response
+from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise, without_force
+from identification.likelihood.random_force import force_response, hats
+from identification.likelihood.response import force_responses
 from identification.likelihood.variances import Linear, Variances, equations
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared
@@ -119,16 +120,15 @@ class Point:
 
     def renewed(self) -> "Point":
         """The same point with the response to the random force recomputed."""
-        answer = white_answer(self.at, self._answer(), self.variances.noise)
+        answer = _answer(self.prepared, self.at, self.variances)
         return _weighed(self.prepared, self.estimate, self.at, answer, self.variances, None)
 
     def without_force(self) -> Linearised:
         """The windows with residuals as without the random force, to first order."""
-        lowered = np.einsum("lktc,lk->ltc", self._answer(), self.estimate.force)
+        force = np.where(_free(self.prepared)[:, None], self.estimate.force, 0.0)
+        acting = np.einsum("lk,lkt->lt", force, hats(self.at, self.variances.places))
+        lowered = force_responses(self.at, float(self.prepared.model.mass), acting[:, None])[:, 0]
         return dataclasses.replace(self.at, residual=self.at.residual - lowered)
-
-    def _answer(self) -> Float[np.ndarray, "windows knots time channels"]:
-        return _answer(self.prepared, self.at, self.variances)
 
 
 def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like: "Point | None" = None, refinement: float = 1.0) -> Point:
@@ -145,15 +145,19 @@ def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like:
     if like is not None and like.variances.noise is variances.noise:
         answer, known = like.answer, like.inner.force if np.array_equal(like.at.finite, at.finite) else None
     else:
-        answer, known = white_answer(at, _answer(prepared, at, variances), variances.noise), None
+        answer, known = _answer(prepared, at, variances), None
     return _weighed(prepared, estimate, at, answer, variances, known)
 
 
-def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[np.ndarray, "windows knots time channels"]:
-    """Response of the residuals to 1 N at each knot; zero where the hammer follows a prescribed motion."""
-    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
-    found = force_response(at, float(prepared.model.mass), variances.places)
-    found[~free] = 0.0
+def _free(prepared: Prepared) -> Bool[np.ndarray, " windows"]:
+    """Windows whose hammer moves under the forces that act on it, not along a prescribed motion."""
+    return np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
+
+
+def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[np.ndarray, "windows knots samples"]:
+    """Whitened response of the residuals to 1 N at each knot; zero where the hammer follows a prescribed motion."""
+    found = force_response(at, float(prepared.model.mass), variances.places, variances.noise)
+    found[~_free(prepared)] = 0.0
     return found
 
 

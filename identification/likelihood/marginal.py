@@ -40,13 +40,6 @@ def over_noise(
     return found
 
 
-def white_answer(
-    at: Linearised, answer: Float[np.ndarray, "windows knots time channels"], noise: Mapping[str, Autoregression]
-) -> Float[np.ndarray, "windows knots samples"]:
-    """Response Z to the random force, whitened by the noise."""
-    return over_noise(answer, at, noise).reshape(*answer.shape[:2], -1)
-
-
 def grams(
     at: Linearised, answer: Float[np.ndarray, "windows knots samples"], noise: Mapping[str, Autoregression], force: np.ndarray | None = None
 ) -> Grams:
@@ -54,7 +47,7 @@ def grams(
 
     Args:
         at: residuals and Jacobian.
-        answer: from `white_answer`.
+        answer: response Z to the random force, whitened by the noise.
         noise: by channel.
         force: inner product of Z with itself, if available.
     """

@@ -1,11 +1,16 @@
 """Random force on the hammer (process noise): a Gaussian process with exponential autocorrelation, given at knots."""
 
 import dataclasses
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from jaxtyping import Float
 
 from identification.likelihood.linearised import Linearised
+from identification.likelihood.marginal import over_noise
+from identification.likelihood.noise import Autoregression
 from identification.likelihood.response import force_responses
 
 KNOTS_PER_PERIOD = 28
@@ -62,12 +67,23 @@ def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
     return spacing * np.arange(int(np.ceil(span / spacing * (1.0 - 1e-12))) + 1)
 
 
-def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "windows knots time channels"]:
-    """First-order response of the residuals to a force of 1 N at each knot, falling linearly to 0 at the next ones."""
+def hats(at: Linearised, places: Float[np.ndarray, " knots"], chosen: slice = slice(None)) -> Float[np.ndarray, "windows chosen time"]:
+    """Forces of 1 N at each of some knots, falling linearly to 0 at the next ones."""
     since, spacing = at.ts - at.ts[:, :1], places[1] - places[0] if len(places) > 1 else 1.0
-    found = np.moveaxis(np.empty((len(at.u), len(places), *at.residual.shape[:0:-1])), -2, -1)
-    for first in range(0, len(places), _AT_ONCE):
-        chosen = places[first : first + _AT_ONCE]
-        hats = np.clip(1.0 - np.abs(since[:, None] - chosen[:, None]) / spacing, 0.0, None)
-        found[:, first : first + _AT_ONCE] = force_responses(at, mass, hats)
-    return found
+    return np.clip(1.0 - np.abs(since[:, None] - places[chosen][:, None]) / spacing, 0.0, None)
+
+
+def force_response(
+    at: Linearised, mass: float, places: Float[np.ndarray, " knots"], noise: Mapping[str, Autoregression]
+) -> Float[np.ndarray, "windows knots samples"]:
+    """First-order response Z of the residuals to each of the `hats`, whitened by the noise; a few knots at a time, on all cores."""
+    found = np.empty((len(at.u), len(places), *at.residual.shape[:0:-1]))
+
+    def some(first: int) -> None:
+        chosen = slice(first, first + _AT_ONCE)
+        found[:, chosen] = over_noise(force_responses(at, mass, hats(at, places, chosen)), at, noise)
+
+    some(0)  # with what all of them share
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        list(threads.map(some, range(_AT_ONCE, len(places), _AT_ONCE)))
+    return found.reshape(*found.shape[:2], -1)

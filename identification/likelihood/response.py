@@ -1,7 +1,7 @@
 """First-order response of the channels to a small perturbation: variation of constants along the fitted motion."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -36,15 +36,15 @@ def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[n
     rates = at.kick * force[..., None]
     rates[..., 1] -= p.base_acceleration
     shown = _shown(at, mass, rates[:, None], force[:, None])
-    shown["impact_force"] = shown["impact_force"] - moved_stop[:, None]
-    for name, added in (
+    added = dict(p.readings)
+    for name, one in (
+        ("impact_force", -moved_stop),
         ("hammer_displacement", p.base_displacement),
         ("cart_displacement", p.base_displacement),
         ("cart_acceleration", p.base_acceleration),
     ):
-        shown[name] = shown[name] + added[:, None]
-    for name, added in p.readings.items():
-        shown[name] = shown[name] + added[:, None]
+        added[name] = added.get(name, 0.0) + one
+    shown |= {name: shown[name] + one[:, None] for name, one in added.items() if name in shown}
     return _residual(at, shown)[:, 0]
 
 
@@ -58,7 +58,10 @@ def force_responses(
 def _shown(
     at: Linearised, mass: float, rates: Float[np.ndarray, "windows rows time states"], force: Float[np.ndarray, "windows rows time"]
 ) -> dict[str, np.ndarray]:
-    """First-order change of every channel, (windows, rows or 1, time), due to added rates of the state, which include those of `force`."""
+    """First-order change of every recorded channel, (windows, rows or 1, time), due to added rates of the state.
+
+    The rates include those of `force`.
+    """
     states = range(rates.shape[-1])
     pushed = [j for j in states if rates[..., j].any()]
     constants = [_integrated(at, rates, i, pushed) for i in states]
@@ -68,16 +71,19 @@ def _shown(
         parts = [by[:, None, :, i] * moved[i] for i in states if by[..., i].any()]
         return np.asarray(sum(parts)) if parts else np.zeros((len(by), 1, by.shape[1]))
 
-    cart, acceleration = seen(at.cart_by[..., 0, :]), seen(at.restoring) + force / mass
-    return {
-        "relative_displacement": moved[0],
-        "hammer_displacement": moved[0] + cart,
-        "cart_displacement": cart,
+    def acceleration() -> np.ndarray:
+        return seen(at.restoring) + force / mass
+
+    channels: dict[str, Callable[[], np.ndarray]] = {
+        "relative_displacement": lambda: moved[0],
+        "hammer_displacement": lambda: moved[0] + seen(at.cart_by[..., 0, :]),
+        "cart_displacement": lambda: seen(at.cart_by[..., 0, :]),
         "hammer_acceleration": acceleration,
-        "cart_acceleration": seen(at.cart_by[..., 1, :]),
-        "impact_force": seen(at.push_by),
-        "reaction_force": -mass * acceleration,
+        "cart_acceleration": lambda: seen(at.cart_by[..., 1, :]),
+        "impact_force": lambda: seen(at.push_by),
+        "reaction_force": lambda: -mass * acceleration(),
     }
+    return {name: channels[name]() for name in at.channels}
 
 
 def _residual(at: Linearised, shown: dict[str, np.ndarray]) -> Float[np.ndarray, "windows rows time channels"]:

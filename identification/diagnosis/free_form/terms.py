@@ -123,16 +123,16 @@ def _settling(by: Projector, courses: tuple[Course, ...], mass: float, channel: 
 
 
 def _group(by: Projector, courses: tuple[Course, ...], mass: float, member: FreeForm, searched: int, shape: str = "") -> Group:
-    return Group(members=(member,), columns=(column(by, courses, mass, member),), searched=searched, shape=shape)
+    return Group(members=(member,), columns=tuple(columns_of(by, courses, mass, (member,))), searched=searched, shape=shape)
 
 
 def _powered(base: str, power: int) -> str:
     return base if power == 1 else f"{base}^{power}"
 
 
-def column(by: Projector, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> Reduced:
-    """Score-test column of an effect: the change of the residual, orthogonal to the fit."""
-    return reduced(by, change(by.at, courses, mass, effect))
+def columns_of(by: Projector, courses: tuple[Course, ...], mass: float, effects: Sequence[FreeForm]) -> list[Reduced]:
+    """Score-test column of each effect: the change of the residual, orthogonal to the fit."""
+    return reduced(by, np.stack([change(by.at, courses, mass, effect) for effect in effects], axis=1))
 
 
 def change(at: Linearised, courses: tuple[Course, ...], mass: float, effect: FreeForm) -> np.ndarray:
@@ -194,19 +194,8 @@ def lines(prepared: Prepared, by: Projector, courses: tuple[Course, ...], mass: 
 def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, frequency: float, searched: int) -> Group:
     """Sine and cosine of one frequency as columns, one per record."""
     members = tuple(FreeForm(terms=(term,), c1=1.0, f1_hz=frequency, p1=phase) for phase in (0.0, 0.5 * np.pi))
-    columns = []
-    for member in members:
-        whole = column(by, courses, mass, member)
-        for record in range(len(courses)):
-            chosen = by.at.record == record
-            columns.append(
-                Reduced(
-                    scores=whole.scores * chosen,
-                    cross=whole.cross * chosen[:, None],
-                    column=whole.column * chosen[:, None],
-                    on_states=whole.on_states * chosen[:, None],
-                )
-            )
+    whole = columns_of(by, courses, mass, members)
+    columns = [one.of(by.at.record == record) for one in whole for record in range(len(courses))]
     return Group(members=members, columns=tuple(columns), searched=searched, shape="sine")
 
 
@@ -222,7 +211,7 @@ def _gains(by: Projector, line: Group) -> tuple[float, float]:
 def common_amplitude(line: Group, factors: np.ndarray) -> float:
     """Common amplitude of a line: the mean of the records' amplitudes, weighted with their information."""
     sine, cosine = factors.reshape(2, -1)
-    known = np.array([np.sum(column.column**2) for column in line.columns]).reshape(2, -1).sum(axis=0)
+    known = np.array([column.squared for column in line.columns]).reshape(2, -1).sum(axis=0)
     return float(np.sum(known * np.hypot(sine, cosine)) / max(known.sum(), 1e-300))
 
 
@@ -271,7 +260,7 @@ def _expected_gains(by: Projector, groups: Sequence[Group], samples: int) -> _Ex
     total, matrix = information(by, columns)
     begin = np.cumsum([0, *(len(group.columns) for group in groups)])
     index = [np.arange(a, b) for a, b in itertools.pairwise(begin)]
-    raw = np.array([np.sum(column.column**2) for column in columns])
+    raw = np.array([column.squared for column in columns])
     prices = np.array(
         [len(i) * np.log(samples) + 2.0 * np.log(g.searched) + bool(g.shape) * np.log(samples) for g, i in zip(groups, index, strict=True)]
     )

@@ -1,4 +1,4 @@
-"""Whitening of residuals and their derivatives by the full covariance of noise and random force."""
+"""Inner products of residuals and their derivatives by the full covariance of noise and random force."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -13,48 +13,70 @@ from identification.likelihood.noise import Autoregression
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Metric:
-    """Whitening x -> w^(1/2) V^(-1/2) x of every window, with V = R + Z S Z' its covariance and w its weight.
+class Rows:
+    """Rows x of every window, prepared for the inner product w x' V^-1 y, with w the window's weight and V = R + Z S Z' its covariance.
 
-    After R^(-1/2) the covariance is 1 + B B' with B B' = U diag(d^2) U', so that V^(-1/2) = 1 - U diag(1 - 1 / sqrt(1 + d^2)) U'.
+    Attributes:
+        white: w^(1/2) R^(-1/2) x; (windows, rows, samples).
+        along: its coordinates b along the random force, so that the product is white . white - along . along; (windows, rows, knots).
+    """
+
+    white: np.ndarray
+    along: np.ndarray
+
+    def __getitem__(self, index: slice) -> "Rows":
+        """Some of the rows."""
+        return Rows(white=self.white[:, index], along=self.along[:, index])
+
+    def of(self, chosen: np.ndarray) -> "Rows":
+        """The same rows, zero in all windows but those chosen, (windows,)."""
+        return Rows(white=self.white * chosen[:, None, None], along=self.along * chosen[:, None, None])
+
+    def inner(self, other: "Rows") -> Float[np.ndarray, "windows rows others"]:
+        """Inner product of each row with each row of another set, by window."""
+        found = self.white @ other.white.transpose(0, 2, 1)
+        found -= self.along @ other.along.transpose(0, 2, 1)
+        return found
+
+    def total(self, other: "Rows") -> float:
+        """Sum of the inner products of equal rows over all windows."""
+        return float(np.vdot(self.white, other.white)) - float(np.vdot(self.along, other.along))
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Metric:
+    """Inner product of the likelihood at a point of the fit.
+
+    After R^(-1/2) the covariance is 1 + B B' with B the whitened response Z times a root of S. With B' B = U diag(d^2) U', the coordinates
+    along the force are b = diag(1 + d^2)^(-1/2) U' B' x (Woodbury).
 
     Attributes:
         at: the windows.
         noise: by channel.
-        turned: B times the eigenvectors of B' B; (windows, samples of all channels, knots).
-        shrink: (1 - 1 / sqrt(1 + d^2)) / d^2; (windows, knots).
-        root_weight: (windows,).
+        turned: B U diag(1 + d^2)^(-1/2); (windows, samples of all channels, knots).
+        root_weight: w^(1/2); (windows,).
     """
 
     at: Linearised
     noise: Mapping[str, Autoregression]
     turned: np.ndarray
-    shrink: np.ndarray
     root_weight: np.ndarray
 
-    def __call__(self, values: Float[np.ndarray, "windows *rows time channels"]) -> Float[np.ndarray, "windows *rows time channels"]:
-        """Whitened rows; zero where samples do not count."""
+    def __call__(self, values: Float[np.ndarray, "windows rows time channels"]) -> Rows:
+        """The rows in this metric; samples that do not count are left out."""
         white = over_noise(values, self.at, self.noise)
-        flat = white.reshape(len(white), -1, white.shape[-2] * white.shape[-1])
-        along = (flat @ self.turned) * self.shrink[:, None]
-        flat = flat - along @ self.turned.transpose(0, 2, 1)
-        return np.moveaxis((flat * self.root_weight[:, None, None]).reshape(white.shape), -2, -1)
+        white *= self.root_weight[:, None, None, None]
+        white = white.reshape(*white.shape[:2], -1)
+        return Rows(white=white, along=white @ self.turned)
 
 
 def metric(point: Point) -> Metric:
-    """Whitening of the likelihood at a point of the fit."""
+    """Inner product of the likelihood at a point of the fit."""
     at, root = point.at, point.variances.root
     values, vectors = np.linalg.eigh(root.T @ point.inner.force @ root)
-    size = np.maximum(values, 1e-12 * np.maximum(values[:, -1:], 1e-300))
     return Metric(
         at=at,
         noise=point.variances.noise,
-        turned=point.answer.transpose(0, 2, 1) @ (root @ vectors),
-        shrink=(1.0 - 1.0 / np.sqrt(1.0 + size)) / size,
+        turned=point.answer.transpose(0, 2, 1) @ (root @ vectors / np.sqrt(1.0 + np.maximum(values, 0.0))[:, None]),
         root_weight=np.sqrt(point.weight * at.finite),
     )
-
-
-def in_metric(at: Linearised, by: Metric) -> Linearised:
-    """Windows with whitened residual and Jacobian."""
-    return dataclasses.replace(at, residual=by(at.residual), jacobian=by(at.jacobian))

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from identification.diagnosis.score.metric import Metric, in_metric
+from identification.diagnosis.score.metric import Metric, Rows
 from identification.diagnosis.score.metric import metric as metric_of
 from identification.diagnosis.score.signature import Course, signatures
 from identification.least_squares import block_arrow
@@ -50,8 +50,8 @@ class Projector:
 
     at: Linearised
     """Windows with residuals as without the random force."""
-    white: Linearised
-    """The same with whitened residual and Jacobian."""
+    fit: Rows
+    """Their residual and Jacobian, in this order."""
     metric: Metric
     state_gradient: np.ndarray
     """(windows, states): gradient of the fit's own cost."""
@@ -64,7 +64,8 @@ class Projector:
 
     def lightened(self) -> "Projector":
         """Without the large arrays that only further columns need."""
-        return dataclasses.replace(self, white=self.at, metric=dataclasses.replace(self.metric, turned=np.zeros((0, 0, 0))))
+        nothing = np.zeros((0, 0, 0))
+        return dataclasses.replace(self, fit=Rows(white=nothing, along=nothing), metric=dataclasses.replace(self.metric, turned=nothing))
 
     @property
     def inverse(self) -> Float[np.ndarray, "windows states states"]:
@@ -82,7 +83,7 @@ def projector(fitted: Fitted) -> Projector:
     metric, layout, at = metric_of(fitted.point), fitted.prepared.layout, fitted.point.without_force()
     return Projector(
         at=at,
-        white=in_metric(at, metric),
+        fit=metric(np.concatenate([at.residual[:, None], at.jacobian], axis=1)),
         metric=metric,
         state_gradient=fitted.posterior.equations.gradient[:, layout.size - layout.states :],
         normal=fitted.posterior.reduced,
@@ -99,33 +100,38 @@ class Reduced:
     """(windows,): contribution of each window to the score."""
     cross: np.ndarray
     """(windows, unknowns of a window): coupling with the fitted unknowns."""
-    column: np.ndarray
-    """(windows, time * channels)"""
+    column: Rows
+    """The column itself: one row."""
     on_states: np.ndarray
     """(windows, states)"""
 
+    @property
+    def squared(self) -> float:
+        """Squared norm of the column."""
+        return self.column.total(self.column)
 
-def reduced(by: Projector, column: Float[np.ndarray, "windows time channels"]) -> Reduced:
-    """Project the window states out of a column of the residual's derivative, (windows, time, channels)."""
-    return reduced_all(by, column[:, None])[0]
+    def of(self, chosen: Bool[np.ndarray, " windows"]) -> "Reduced":
+        """The column restricted to some windows."""
+        return Reduced(
+            scores=self.scores * chosen,
+            cross=self.cross * chosen[:, None],
+            column=self.column.of(chosen),
+            on_states=self.on_states * chosen[:, None],
+        )
 
 
-def reduced_all(by: Projector, columns: Float[np.ndarray, "windows columns time channels"]) -> list[Reduced]:
-    """Project the window states out of several columns at once."""
-    flat = by.metric(columns).reshape(*columns.shape[:2], -1)
-    return [_reduced(by, flat[:, index]) for index in range(flat.shape[1])]
-
-
-def _reduced(by: Projector, flat: Float[np.ndarray, "windows samples"]) -> Reduced:
-    at, lanes = by.white, len(flat)
-    residual = at.residual.reshape(lanes, -1)
-    with_fit = np.einsum("lis,ls->li", at.jacobian.reshape(lanes, at.jacobian.shape[1], -1), flat)
-    count = at.jacobian.shape[1] - by.inverse.shape[1]
-    on_states = with_fit[:, count:]
-    pulled = np.einsum("lst,lt->ls", by.inverse, on_states)
-    scores = np.einsum("ls,ls->l", flat, residual) - np.einsum("ls,ls->l", pulled, by.state_gradient)
-    cross = with_fit[:, :count] - np.einsum("lsi,ls->li", by.coupling, pulled)
-    return Reduced(scores=scores, cross=cross, column=flat, on_states=on_states)
+def reduced(by: Projector, columns: Float[np.ndarray, "windows columns time channels"]) -> list[Reduced]:
+    """Project the window states out of columns of the residual's derivative."""
+    rows = by.metric(columns)
+    with_fit = rows.inner(by.fit)
+    count = with_fit.shape[2] - by.inverse.shape[1]
+    on_states = with_fit[..., count:]
+    pulled = on_states @ by.inverse
+    scores = with_fit[..., 0] - np.einsum("lcs,ls->lc", pulled, by.state_gradient)
+    cross = with_fit[..., 1:count] - pulled @ by.coupling
+    return [
+        Reduced(scores=scores[:, c], cross=cross[:, c], column=rows[c : c + 1], on_states=on_states[:, c]) for c in range(columns.shape[1])
+    ]
 
 
 def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
@@ -135,9 +141,10 @@ def information(by: Projector, columns: Sequence[Reduced]) -> tuple[Float[np.nda
         np.add.at(row, by.columns, one.cross)
     onto = coupling @ by.hessian_inverse
     scores = np.stack([one.scores for one in columns]).sum(axis=1) - onto @ by.normal.gradient
-    matrix = np.array(
-        [[np.sum(a.column * b.column) - np.einsum("ls,lst,lt->", a.on_states, by.inverse, b.on_states) for b in columns] for a in columns]
-    )
+    matrix = np.zeros((len(columns), len(columns)))
+    for i, a in enumerate(columns):
+        for j, b in enumerate(columns[: i + 1]):
+            matrix[i, j] = matrix[j, i] = a.column.total(b.column) - np.einsum("ls,lst,lt->", a.on_states, by.inverse, b.on_states)
     return scores, matrix - onto @ coupling.T
 
 
@@ -149,7 +156,7 @@ def score(
 
     def tested(batch: list[tuple[AbstractEffect, ...]]) -> list[Candidate]:
         perturbed = signatures(at, courses, files, [member for candidate in batch for member in candidate])
-        columns = iter(reduced_all(by, np.stack([response(at, mass, one) for one in perturbed], axis=1)))
+        columns = iter(reduced(by, np.stack([response(at, mass, one) for one in perturbed], axis=1)))
         return [_candidate(by, candidate, [next(columns) for _ in candidate]) for candidate in batch]
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
@@ -161,7 +168,7 @@ def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list
     per_record = any(p.per_record for p in members[0].parameters)
     if per_record:
         records = np.unique(by.at.record)
-        columns = [_only(column, by.at.record == record) for column in columns for record in records]
+        columns = [column.of(by.at.record == record) for column in columns for record in records]
     total, matrix = information(by, columns)
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     fine = scale > 0
@@ -173,16 +180,6 @@ def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list
     if len(total) == 1 and factors[0] < 0 and not members[0].probe.either_sign:
         gain, factors = 0.0, np.zeros(1)
     return Candidate(members=members, factors=factors, gain=gain, degrees=int(fine.sum()))
-
-
-def _only(column: Reduced, chosen: np.ndarray) -> Reduced:
-    """The column restricted to some windows."""
-    return Reduced(
-        scores=column.scores * chosen,
-        cross=column.cross * chosen[:, None],
-        column=column.column * chosen[:, None],
-        on_states=column.on_states * chosen[:, None],
-    )
 
 
 def _alike(candidates: Sequence[tuple[AbstractEffect, ...]]) -> list[list[tuple[AbstractEffect, ...]]]:

@@ -13,7 +13,6 @@ from identification.likelihood import joint
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.joint import Point
 from identification.likelihood.linearised import Linearised
-from identification.likelihood.marginal import white_answer
 from identification.likelihood.noise import Autoregression, white
 from identification.likelihood.random_force import RandomForce, force_response
 from identification.likelihood.variances import posterior
@@ -39,7 +38,7 @@ def fitted(
         weight=np.ones(len(at.record)),
         degrees=degrees,
     )
-    answer = white_answer(at, force_response(at, mass, variances.places), variances.noise)
+    answer = force_response(at, mass, variances.places, variances.noise)
     here = joint._weighed(like.prepared, like.estimate, at, answer, variances, None)
     return Fitted(point=here, posterior=posterior(here.linear, here.inner, variances), to_go=0.0)
 

@@ -9,7 +9,8 @@ from scipy.linalg import block_diag, expm
 from identification.likelihood.linearised import Linearised
 from identification.likelihood.marginal import marginal
 from identification.likelihood.noise import white
-from identification.likelihood.random_force import RandomForce, force_response
+from identification.likelihood.random_force import RandomForce, hats
+from identification.likelihood.response import force_responses
 from identification.likelihood.variances import (
     Linear,
     Variances,
@@ -282,7 +283,7 @@ def test_marginal_likelihood_is_that_of_a_kalman_filter(method, relative, absolu
     record = rig.record(np.zeros(2), 0)
     at = rig.windows(record)
     by = [rig.variances(at, std) for std in SIZES]
-    inner = made_grams(at, force_response(at, rig.mass, by[0].places), by[0].noise)
+    inner = made_grams(at, force_responses(at, rig.mass, hats(at, by[0].places)), by[0].noise)
     integrated = [marginal(inner, one.root) for one in by]
     found = [-0.5 * float(one.deviation[0] + one.log_determinant[0]) for one in integrated]
     expected = [rig.filtered(record, getattr(rig, method)(std), std, np.zeros(2)) for std in SIZES]
@@ -298,7 +299,7 @@ def test_restricted_likelihood_is_that_of_a_kalman_filter_that_knows_no_initial_
     records = [rig.record(np.array([5e-4, -0.01]), 1), rig.record(np.array([-2e-4, 0.02]), 2)]
     at = rig.windows(*records)
     by = [rig.variances(at, std) for std in SIZES]
-    inner = made_grams(at, force_response(at, rig.mass, by[0].places), by[0].noise)
+    inner = made_grams(at, force_responses(at, rig.mass, hats(at, by[0].places)), by[0].noise)
     found = [restricted_likelihood(rig.linear(at), inner, one) for one in by]
     expected = [sum(rig.filtered(record, getattr(rig, method)(std), std, WIDE) for record in records) for std in SIZES]
     np.testing.assert_allclose(np.diff(found), np.diff(expected), rtol=relative, atol=absolute)
@@ -310,7 +311,7 @@ def test_size_and_memory_of_the_force_come_back():
     at = rig.windows(*(rig.record(np.array([5e-4, -0.01]), seed) for seed in range(30)))
     start = rig.variances(at, 1.0, every=6)
     start = dataclasses.replace(start, force=RandomForce(std=1.0, memory=0.01))
-    inner = made_grams(at, force_response(at, rig.mass, start.places), start.noise)
+    inner = made_grams(at, force_responses(at, rig.mass, hats(at, start.places)), start.noise)
     found, _ = estimated(rig.linear(at), inner, start)
     assert found.force.std == pytest.approx(rig.truth, rel=0.1)
     assert found.force.memory == pytest.approx(rig.memory, rel=0.25)

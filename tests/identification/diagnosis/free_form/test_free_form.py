@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis.free_form.formula import bracketed, common_phase, formula
 from identification.diagnosis.free_form.free_form import learn, strongest_line
-from identification.diagnosis.free_form.terms import column, force_groups, reading_groups, select
+from identification.diagnosis.free_form.terms import columns_of, force_groups, reading_groups, select
 from identification.diagnosis.score.score import information, projector
 from identification.diagnosis.score.scored import score_all
 from vibrojax.effects.free_form import FreeForm
@@ -78,9 +78,8 @@ def test_learns_nothing_from_noise(motion):
 
 def test_columns_are_linear(motion):
     by = projector(motion.fitted(motion.shown()))
-    one = column(by, motion.courses, motion.mass, FreeForm(terms=("u^3",), c1=1.0))
-    two = column(by, motion.courses, motion.mass, FreeForm(terms=("u^3",), c1=2.0))
-    _, matrix = information(by, [one, two])
+    two = tuple(FreeForm(terms=("u^3",), c1=value) for value in (1.0, 2.0))
+    _, matrix = information(by, columns_of(by, motion.courses, motion.mass, two))
     assert matrix[1, 1] == pytest.approx(4.0 * matrix[0, 0], rel=1e-6)
 
 

@@ -11,8 +11,8 @@ from identification.diagnosis.score.signature import signatures
 from identification.least_squares.fit import as_arrays, integrator_for, on_device
 from identification.least_squares.residual import residuals
 from identification.likelihood.linearised import linearised
-from identification.likelihood.random_force import force_response
-from identification.likelihood.response import response
+from identification.likelihood.random_force import hats
+from identification.likelihood.response import force_responses, response
 from identification.windows.layout import Estimate, layout_of
 from tests.effects.start import at_start
 from tests.identification.conftest import TRUTH
@@ -79,7 +79,8 @@ def test_the_answer_to_a_force_is_that_of_the_integrated_motion(motion, name):
     none = np.zeros((len(prepared.record), len(places)))
     start = dataclasses.replace(prepared.start if name != "none" else motion.estimate, force=none)
     integrator = integrator_for(prepared)
-    predicted = force_response(linearised(prepared, integrator, start, places), mass, places)[:, 5]
+    at = linearised(prepared, integrator, start, places)
+    predicted = force_responses(at, mass, hats(at, places))[:, 5]
     pushed = none.copy()
     pushed[:, 5] = 1e-5
     after, before = (linearised(prepared, integrator, dataclasses.replace(start, force=f), places) for f in (pushed, -pushed))

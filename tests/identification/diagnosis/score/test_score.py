@@ -11,8 +11,8 @@ from identification.diagnosis.score.signature import signatures
 from identification.least_squares.fit import integrator_for
 from identification.likelihood.linearised import linearised
 from identification.likelihood.noise import autoregression, white
-from identification.likelihood.random_force import RandomForce, force_response
-from identification.likelihood.response import response
+from identification.likelihood.random_force import RandomForce, hats
+from identification.likelihood.response import force_responses, response
 from tests.effects.start import at_start
 from vibrojax.effects import EFFECTS
 
@@ -49,7 +49,7 @@ def drawn(motion, rng, *, force: RandomForce | None, coloured: bool):
     if force is not None:
         places = motion.point.variances.places
         at_knots = rng.standard_normal((len(residual), len(places))) @ force.root(places).T
-        residual = residual + np.einsum("lk,lktc->ltc", at_knots, force_response(motion.at, motion.mass, places))
+        residual = residual + np.einsum("lk,lktc->ltc", at_knots, force_responses(motion.at, motion.mass, hats(motion.at, places)))
     return dataclasses.replace(motion.at, residual=residual)
 
 
@@ -62,7 +62,7 @@ def test_what_the_likelihood_knows_of_gives_gains_of_chi_square(unpulled, column
     for _ in range(DRAWS):
         fitted = unpulled.fitted(drawn(unpulled, rng, force=force, coloured=coloured), force=force, noise=noise)
         by = projector(fitted)
-        total, matrix = information(by, [reduced(by, column)])
+        total, matrix = information(by, reduced(by, column[:, None]))
         gains.append(total[0] ** 2 / matrix[0, 0])
     assert kstest(gains, "chi2", args=(1,)).pvalue > 0.01
 
@@ -72,7 +72,7 @@ def test_a_force_and_colour_that_the_likelihood_does_not_know_of_pass_for_an_eff
     """Control of the test above."""
     at = drawn(unpulled, np.random.default_rng(11), force=RANDOM, coloured=coloured)
     by = projector(unpulled.fitted(at))
-    total, matrix = information(by, [reduced(by, column)])
+    total, matrix = information(by, reduced(by, column[:, None]))
     assert total[0] ** 2 / matrix[0, 0] > 30.0
 
 
