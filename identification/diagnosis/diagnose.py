@@ -21,7 +21,7 @@ from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search import BUDGET, FAILED, MOST, Search, search
+from identification.diagnosis.search.search import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
 from identification.estimation.nominal import nominal_fit
@@ -177,7 +177,7 @@ def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side
 
 def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
     """Every fitted record with its prediction, without random force."""
-    prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)
+    prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)[0]
     return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
 
 

@@ -38,6 +38,11 @@ class Scored:
         """The windows, with residuals as without the random force."""
         return self.by.at
 
+    @property
+    def largest_gain(self) -> float:
+        """Largest expected gain of the significant candidates."""
+        return max((candidate.gain for candidate in self.significant.values()), default=0.0)
+
 
 def score_all(fitted: Fitted) -> Scored:
     """Score every listed effect that the model does not contain."""

@@ -8,7 +8,7 @@ from identification.diagnosis.score.probe_scales import probe_scales
 from identification.diagnosis.score.score import Candidate, projector
 from identification.diagnosis.score.scored import Scored, significant
 from identification.diagnosis.score.signature import Course
-from identification.diagnosis.search import Alternative
+from identification.diagnosis.search.alternatives import Alternative
 from identification.likelihood import joint
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.joint import Point

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.from_loops import from_loops
+from identification.diagnosis.search.from_loops import from_loops
 from identification.windows.layout import NUISANCES
 from tests.identification.diagnosis import made_fit
 from tests.identification.diagnosis.made_loops import FRONT, with_loops

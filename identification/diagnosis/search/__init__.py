@@ -1,0 +1,1 @@
+"""Forward search for the effects that the model leaves out."""
