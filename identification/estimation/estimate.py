@@ -9,6 +9,7 @@ import numpy as np
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits
 from identification.estimation.multistart import Multistart
+from identification.estimation.nominal import likelihood_fit, on_ordinary_windows
 from identification.estimation.records import record_fits
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
@@ -16,7 +17,7 @@ from identification.least_squares.fit import bounds, fit, free_unknowns, integra
 from identification.least_squares.levenberg_marquardt import Outcome
 from identification.least_squares.settling import settled_without_force
 from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
-from identification.likelihood.fitted import Fitted, first_point, fitted
+from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.variances import equations, posterior
 from identification.result.result import (
@@ -33,6 +34,7 @@ from identification.result.result import (
 from identification.result.unrest import Unrest, unrest
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared, prepare
+from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 DERIVED = {"k": "N/m", "c": "N s/m"}
@@ -59,11 +61,11 @@ def fit_experiment(
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
     clock.lap("prepare")
-    active = free_unknowns(prepared)
+    outcome, tried = _optimum(prepared, starts, seed, clock, progress)
+    found = _most_likely(prepared, outcome, progress)
+    shortened = len(found.prepared.record) > len(prepared.record)
+    prepared, active = found.prepared, free_unknowns(found.prepared)
     degrees = degrees_of_freedom(prepared, active)
-    outcome, tried = _optimum(prepared, degrees, starts, seed, clock, progress)
-    progress("estimating sensor noise and random force")
-    found = fitted(first_point(prepared, outcome.estimate), iterations=25)
     clock.lap("likelihood")
     progress("standard errors and intervals")
     spread = uncertainty(found.posterior.equations, found.estimate, active)
@@ -72,7 +74,7 @@ def fit_experiment(
     clock.lap("errors")
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
-    shown = settled_without_force(prepared, found.estimate)
+    shown, cost = settled_without_force(prepared, found.estimate)
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
     values = prepared.layout.physical(found.estimate.shared)
@@ -89,14 +91,14 @@ def fit_experiment(
         derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=2.0 * outcome.cost / max(degrees, 1),
+        chi2_reduced=2.0 * float(cost[np.isfinite(cost)].sum()) / max(degrees, 1),
         degrees=degrees,
         records=records,
         starts=tried,
-        converged=outcome.converged and found.converged,
-        iterations=outcome.iterations,
+        converged=found.converged,
+        iterations=0 if outcome is None else outcome.iterations,
         discretisation=shift,
-        warnings=(*_warnings(outcome, restless, shift), *_implausible_gaps(prepared)),
+        warnings=(*_warnings(found, restless, shift, cost, shortened=shortened), *_implausible_gaps(prepared)),
         unrest=restless,
         noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
         seed=seed,
@@ -106,12 +108,16 @@ def fit_experiment(
 
 
 def _optimum(
-    prepared: Prepared, degrees: int, starts: int | None, seed: int, clock: "_Clock", progress: Progress
-) -> tuple[Outcome, tuple[StartOutcome, ...]]:
-    """The fit from the first guesses; where it has a misfit, or several starts are requested, the best of several starts."""
+    prepared: Prepared, starts: int | None, seed: int, clock: "_Clock", progress: Progress
+) -> tuple[Outcome | None, tuple[StartOutcome, ...]]:
+    """The least-squares fit from the first guesses; where it has a misfit, or several starts are requested, the best of several starts.
+
+    None where no start can be integrated.
+    """
     outcome = _fitted(prepared, progress)
     clock.lap("fit")
-    misfit = not outcome.converged or 2.0 * outcome.cost / max(degrees, 1) > chi2_limit(degrees, OVERALL)
+    degrees = degrees_of_freedom(prepared, free_unknowns(prepared))
+    misfit = outcome is None or not outcome.converged or 2.0 * outcome.cost / max(degrees, 1) > chi2_limit(degrees, OVERALL)
     if starts is None and not misfit:
         return outcome, ()
     search = Multistart() if starts is None else Multistart(count=starts)
@@ -120,21 +126,34 @@ def _optimum(
     return found
 
 
-def _fitted(prepared: Prepared, progress: Progress) -> Outcome:
-    """The staged fit; reports the progress of each step."""
-    return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
+def _fitted(prepared: Prepared, progress: Progress) -> Outcome | None:
+    """The staged fit; reports the progress of each step. None where it cannot be integrated."""
+    try:
+        return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
+    except NoConvergenceError:
+        return None
 
 
 def _from_other_starts(
-    prepared: Prepared, outcome: Outcome, search: Multistart, seed: int, progress: Progress
-) -> tuple[Outcome, tuple[StartOutcome, ...]]:
+    prepared: Prepared, outcome: Outcome | None, search: Multistart, seed: int, progress: Progress
+) -> tuple[Outcome | None, tuple[StartOutcome, ...]]:
     """The present fit, or a better one from another start, with the outcomes of all starts."""
     progress("trying other starts on single impacts")
     other, tried = search(prepared, seed=seed)
     if other is None:
         return outcome, tried
     again = _fitted(dataclasses.replace(prepared, candidates={"multistart": other}), progress)
-    return min(outcome, again, key=lambda found: found.cost), tried
+    return min((found for found in (outcome, again) if found is not None), key=lambda found: found.cost, default=None), tried
+
+
+def _most_likely(prepared: Prepared, outcome: Outcome | None, progress: Progress) -> Fitted:
+    """The fit under the full likelihood, as `vibrojax diagnose` finds it, where possible on ordinary windows."""
+    start = outcome.estimate if outcome is not None and outcome.converged else None
+    found = likelihood_fit(prepared, start, progress)
+    if len(found.prepared.record) > len(prepared.record):
+        progress("fitting the nominal model to ordinary windows again")
+        found = on_ordinary_windows(prepared, found) or found
+    return found if found.converged else fitted(found.point, iterations=25)
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
@@ -221,11 +240,18 @@ def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) ->
     return np.where(active.nuisances, errors, np.nan)
 
 
-def _warnings(outcome: Outcome, restless: Unrest | None, shift: float) -> tuple[str, ...]:
-    """Warnings beside the result: no convergence, random force, step size."""
+def _warnings(of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarray, *, shortened: bool) -> tuple[str, ...]:
+    """Warnings beside the result: no convergence, lost or short windows, random force, step size."""
     found = []
-    if not outcome.converged:
-        found.append(f"the iteration stopped after {outcome.iterations} steps without converging")
+    if not of.converged:
+        found.append("the iteration stopped before it had converged")
+    if lost := int(np.sum(~np.isfinite(cost))):
+        found.append(f"{lost} of {len(cost)} windows could not be integrated and do not count")
+    if shortened:
+        found.append(
+            "the model follows the records over short windows only, each with an initial state of its own; `vibrojax diagnose` asks what it"
+            " leaves out"
+        )
     if restless is not None:
         found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause.")
     if shift > 0.1:

@@ -1,5 +1,6 @@
 """Fit of the nominal model under the full likelihood, on windows of ordinary length or, where that diverges, on short ones."""
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -8,6 +9,7 @@ from identification.estimation.short_windows import robust_estimate
 from identification.experiment import Experiment
 from identification.least_squares.fit import bounds, evaluator, fit, free_unknowns, integrator_for
 from identification.least_squares.levenberg_marquardt import LevenbergMarquardt
+from identification.least_squares.settling import settled_gradually
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import Point
 from identification.windows.layout import Estimate
@@ -32,7 +34,15 @@ def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Cal
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
     progress("fitting the nominal model")
-    start = ordinary(prepared)
+    return likelihood_fit(prepared, ordinary(prepared), progress)
+
+
+def likelihood_fit(prepared: Prepared, start: Estimate | None, progress: Callable[[str], None]) -> Fitted:
+    """Fit under the full likelihood from a least-squares estimate; on short windows where there is none, or where it is not near.
+
+    Raises:
+        NoConvergenceError: the model cannot be integrated in any window.
+    """
     progress("estimating sensor noise and random force")
     found = None if start is None else if_near(first_point(prepared, start))
     if found is not None:
@@ -40,6 +50,14 @@ def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Cal
     progress("fitting the nominal model to short windows")
     short, estimate = robust_estimate(prepared)
     return fitted(first_point(short, estimate))
+
+
+def on_ordinary_windows(prepared: Prepared, found: Fitted) -> Fitted | None:
+    """A fit on ordinary windows that starts from one on short windows; None where it does not get near the recorded motion."""
+    begin = dataclasses.replace(prepared.start, shared=found.estimate.shared, nuisances=found.estimate.nuisances)
+    whole = dataclasses.replace(prepared, start=begin)
+    estimate, cost = settled_gradually(whole, integrator_for(whole))
+    return if_near(first_point(whole, estimate)) if np.isfinite(cost).all() else None
 
 
 def if_near(start: Point) -> Fitted | None:

@@ -34,7 +34,10 @@ def _beginning(group: Windows, share: float) -> Windows:
     return dataclasses.replace(group, lengths=lengths, weight=np.where(counts[..., None], group.weight, 0.0))
 
 
-def settled_without_force(prepared: Prepared, estimate: Estimate) -> Estimate:
-    """The same parameters with the window states that fit best without random force: the prediction of the model itself."""
+def settled_without_force(prepared: Prepared, estimate: Estimate) -> tuple[Estimate, np.ndarray]:
+    """The same parameters with the window states that fit best without random force, and the windows' costs, (windows,).
+
+    Its motion is the prediction of the model itself.
+    """
     without = dataclasses.replace(estimate, force=np.zeros((0, 0)))
-    return settle(evaluator(prepared, integrator_for(prepared)), without, iterations=4)[0]
+    return settle(evaluator(prepared, integrator_for(prepared)), without, iterations=4)

@@ -7,11 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from identification.estimation import estimate
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption, load_experiment
 from identification.result.result import FIXED, NOT_IDENTIFIABLE, OK
 from identification.windows.simulate import simulate_record
 from tests.identification.conftest import TRUTH, cropped
+from vibrojax.errors import NoConvergenceError
 
 COMPLETE = ("case-03", "case-05", "case-16")
 
@@ -135,3 +137,28 @@ def test_complete_models_are_recovered_from_concealed_cases(case, shared):
         predicted = simulate_record(result.model, record)
         for name, values in record.channels.items():
             assert np.sqrt(np.mean((predicted[name] - values) ** 2)) < 0.02 * np.std(values)
+
+
+def test_a_fit_that_cannot_be_integrated_from_the_first_guess_starts_again_on_short_windows(small, truth, monkeypatch):
+    """The parameters found there lead to ordinary windows, where the fit ends as ever."""
+
+    def lost(*given, **more):
+        raise NoConvergenceError("the model cannot be integrated from the first guess")
+
+    usual = fit_experiment(small, starts=1)
+    monkeypatch.setattr(estimate, "fit", lost)
+    found = fit_experiment(small, starts=1)
+    assert found.converged and found.warnings == ()
+    assert found.degrees == usual.degrees
+    assert found.chi2_reduced == pytest.approx(usual.chi2_reduced, abs=1e-3)
+    for one, other in zip(found.parameters, usual.parameters, strict=True):
+        assert one.value == pytest.approx(other.value, abs=0.1 * one.stderr)
+        assert one.stderr == pytest.approx(other.stderr, rel=0.01)
+
+
+def test_a_fit_that_gets_near_on_short_windows_only_says_so(small, monkeypatch):
+    monkeypatch.setattr(estimate, "fit", lambda *given, **more: (_ for _ in ()).throw(NoConvergenceError("lost")))
+    monkeypatch.setattr(estimate, "on_ordinary_windows", lambda prepared, found: None)
+    found = fit_experiment(small, starts=1)
+    assert any("over short windows only" in warning for warning in found.warnings)
+    assert found.chi2_reduced == pytest.approx(1.0, abs=0.05)
