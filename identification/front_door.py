@@ -6,7 +6,7 @@ The first needs no JAX; the others compute in double precision, which is the cal
 import abc
 import dataclasses
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -15,6 +15,7 @@ from rich.console import Console, RenderableType
 from identification.commands.run import check_converged, write_diagnosed, write_fit
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
+from identification.diagnosis.search.among import among_effects
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.report import fit_summary
@@ -174,6 +175,8 @@ def diagnose(
     experiment: Experiment | Path | str,
     *,
     law: str | None = None,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
     budget_minutes: float = 5.0,
     progress: Progress = lambda stage: None,
 ) -> Diagnosed:
@@ -182,17 +185,20 @@ def diagnose(
     Args:
         experiment: loaded, or the path of its folder or `experiment.toml`.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        only: names of effects; no others are looked for. Left out: all that are listed.
+        without: names of effects that are not looked for.
         budget_minutes: no new search step is begun after so long; the verdict then says that it was not finished.
         progress: called with a line of text at each stage.
 
     Raises:
-        InputError: JAX computes in single precision, or the experiment cannot be used.
+        InputError: JAX computes in single precision, the experiment cannot be used, or a name is unknown.
         NoConvergenceError: the nominal model cannot be integrated in any window.
     """
     check_precision()
     if not budget_minutes > 0.0:
         raise InputError(f"budget_minutes is {budget_minutes:g}: expected minutes, above 0")
-    return Diagnosed(diagnose_experiment(_loaded(experiment), law=law, budget_minutes=budget_minutes, progress=progress))
+    among = among_effects(only, without)
+    return Diagnosed(diagnose_experiment(_loaded(experiment), law=law, among=among, budget_minutes=budget_minutes, progress=progress))
 
 
 def simulate(model: Model, experiment: Experiment | Path | str, *, as_recorded: bool = False) -> dict[str, xr.Dataset]:

@@ -1,6 +1,6 @@
 """What the commands do, from paths to files; nothing here prints."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ from rich.console import RenderableType
 
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
+from identification.diagnosis.search.among import among_effects
 from identification.estimation.estimate import DERIVED, fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary, write_report
@@ -77,6 +78,8 @@ def run_diagnose(
     experiment: Path,
     folder: Path,
     *,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
     budget_minutes: float = 5.0,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
@@ -86,8 +89,9 @@ def run_diagnose(
     Returns the summary for a terminal. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `NoConvergenceError` where the nominal model cannot be fitted.
     """
+    among = among_effects(only, without)
     progress("reading the records")
-    diagnosis = diagnose_experiment(load_experiment(experiment), budget_minutes=budget_minutes, progress=progress)
+    diagnosis = diagnose_experiment(load_experiment(experiment), among=among, budget_minutes=budget_minutes, progress=progress)
     progress("drawing the report")
     write_diagnosed(diagnosis, folder, style)
     return diagnosis_summary(diagnosis)

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -21,6 +21,7 @@ from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
+from identification.diagnosis.search.among import limits
 from identification.diagnosis.search.search import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
@@ -32,6 +33,7 @@ from identification.least_squares.settling import settled_without_force
 from identification.likelihood.fitted import Fitted
 from identification.result.result import RecordFit
 from identification.result.unrest import unrest
+from vibrojax.effects import EFFECTS
 
 Progress = Callable[[str], None]
 _ENDED = {
@@ -67,13 +69,19 @@ class _Course:
 
 
 def diagnose_experiment(
-    experiment: Experiment, *, law: str | None = None, budget_minutes: float = 5.0, progress: Progress = lambda stage: None
+    experiment: Experiment,
+    *,
+    law: str | None = None,
+    among: Collection[str] = EFFECTS,
+    budget_minutes: float = 5.0,
+    progress: Progress = lambda stage: None,
 ) -> Diagnosis:
     """Fit the nominal model, search for missing effects and return the verdict. The procedure uses no random numbers.
 
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        among: names of the effects that may be added to the model, all listed ones if left out.
         budget_minutes: time after which no search step begins; the verdict then states that the search was not finished.
         progress: called with a line of text at each stage.
 
@@ -84,10 +92,10 @@ def diagnose_experiment(
     with course.stage("nominal"):
         start = nominal_fit(experiment, law=law, progress=progress)
     with course.stage("search"):
-        found = search(start, deadline=course.deadline, progress=progress)
+        found = search(start, deadline=course.deadline, among=among, progress=progress)
     with course.stage("model"):
         term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
-    return _concluded(experiment, found, _cause(found, term), course)
+    return _concluded(experiment, found, _cause(found, term), among, course)
 
 
 def _cause(found: Search, term: Learned | None) -> _Cause:
@@ -103,7 +111,7 @@ def _cause(found: Search, term: Learned | None) -> _Cause:
     return _Cause(verdict=RESTLESS if unrest(model, alpha=ALPHA) else ADEQUATE, fitted=model)
 
 
-def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Course) -> Diagnosis:
+def _concluded(experiment: Experiment, found: Search, cause: _Cause, among: Collection[str], course: _Course) -> Diagnosis:
     """The verdict with its evidence: held-out errors, alternatives, location of the misfit, next experiment."""
     start, verdict, after = found.first.fitted, cause.verdict, cause.fitted
     with course.stage("evidence"):
@@ -119,7 +127,19 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Co
         lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         restless = unrest(after, alpha=ALPHA)
         finished = found.ended not in (BUDGET, FAILED)
-        said = sentences(verdict, named, ambiguous, location, shown_before, shown_after, cause.formula, restless, lost, finished=finished)
+        said = sentences(
+            verdict,
+            named,
+            ambiguous,
+            location,
+            shown_before,
+            shown_after,
+            cause.formula,
+            restless,
+            lost,
+            finished=finished,
+            limited=bool(limits(among)),
+        )
     return Diagnosis(
         experiment=experiment,
         verdict=verdict,
@@ -133,7 +153,7 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, course: _Co
         augmented=shown_after,
         unrest=restless,
         next_experiment=advice,
-        warnings=_warnings(found, after, shown_after),
+        warnings=(*_warnings(found, after, shown_after), *limits(among)),
         seconds=course.seconds,
     )
 

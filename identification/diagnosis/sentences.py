@@ -27,10 +27,12 @@ def sentences(
     restitution: Restitution | None = None,
     *,
     finished: bool = True,
+    limited: bool = False,
 ) -> tuple[str, ...]:
     """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
-    `unrest`: random force beside the final model. `restitution`: measured coefficient that departs from the nominal model's.
+    `unrest`: random force beside the final model. `restitution`: measured coefficient that departs from the nominal model's. `limited`:
+    not all listed effects were looked for.
     """
     unseen = "windows left out of the fit"
     if before.held_back:
@@ -63,7 +65,7 @@ def sentences(
         first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
         doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()
         return (first, *where, falls, *restless, *doubt, *_varying(after))
-    first = "Something real is missing, and no listed effect explains it."
+    first = f"Something real is missing, and no {'effect that was looked for' if limited else 'listed effect'} explains it."
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
     kinks = (_kink_sentence(location.kink),) if location is not None and location.kink is not None else ()

@@ -15,6 +15,7 @@ from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.cli import main
 from vibrojax.data_files import data_path
+from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 from vibrojax.model_file import read_model
 
@@ -24,8 +25,9 @@ def engine(monkeypatch, tmp_path):
     """Stands in for the search: records what it was asked for, returns a diagnosis made by hand or raises what it is told to."""
     module = SimpleNamespace(calls=[], error=None, verdict="missing")
 
-    def diagnose_experiment(experiment, *, budget_minutes=5.0, progress=lambda stage: None):
+    def diagnose_experiment(experiment, *, among=EFFECTS, budget_minutes=5.0, progress=lambda stage: None):
         module.calls.append((experiment.name, budget_minutes))
+        module.among = among
         progress("scoring all candidates")
         if module.error is not None:
             raise module.error
@@ -58,6 +60,25 @@ def test_everything_is_written_and_told(engine, monkeypatch, capsys, tmp_path):
     assert "scoring all candidates" in captured.err
     assert captured.out.startswith("Missing: dry friction in the suspension\n")
     assert "results/report.html" in captured.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "among"),
+    [
+        ((), tuple(EFFECTS)),
+        (("--only", "hysteresis", "--only", "coulomb_friction"), ("coulomb_friction", "hysteresis")),
+        (("--without", "hysteresis"), tuple(name for name in EFFECTS if name != "hysteresis")),
+    ],
+)
+def test_the_search_is_limited_on_request(engine, monkeypatch, arguments, among):
+    assert call(monkeypatch, str(data_path("example")), "--out", "results", *arguments) == 0
+    assert engine.among == among
+
+
+def test_an_unknown_effect_is_refused_before_any_record_is_read(engine, monkeypatch, capsys, tmp_path):
+    assert call(monkeypatch, str(data_path("example")), "--out", "results", "--only", "coulomb_frction") == 2
+    assert capsys.readouterr().err.splitlines()[-1] == "error: no effect is called 'coulomb_frction': did you mean 'coulomb_friction'?"
+    assert engine.calls == [] and not (tmp_path / "results").exists()
 
 
 def test_without_an_experiment_the_example_is_taken_and_names_the_folder(engine, monkeypatch, capsys, tmp_path):

@@ -37,6 +37,8 @@ def diagnose(
             callback=_above_zero,
         ),
     ] = 5.0,
+    only: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Effect to look for, no others; may be repeated.")] = None,
+    without: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Effect not to look for; may be repeated.")] = None,
     recipe: Recipe = None,
     data: Data = None,
     style: Style = "screen",
@@ -62,7 +64,9 @@ def diagnose(
             from identification.report.page_style import STYLES
 
         progress = interruption.watched(say)
-        summary = run_diagnose(source, folder, budget_minutes=budget_minutes, style=STYLES[style], progress=progress)
+        summary = run_diagnose(
+            source, folder, only=only or (), without=without or (), budget_minutes=budget_minutes, style=STYLES[style], progress=progress
+        )
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

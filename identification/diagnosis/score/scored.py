@@ -1,7 +1,7 @@
 """Score test of all candidates beside one fitted model, under its full likelihood."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from identification.diagnosis.calibration import ALPHA
 from identification.diagnosis.score.probe_scales import probe_scales
@@ -44,11 +44,11 @@ class Scored:
         return max((candidate.gain for candidate in self.significant.values()), default=0.0)
 
 
-def score_all(fitted: Fitted) -> Scored:
-    """Score every listed effect that the model does not contain."""
+def score_all(fitted: Fitted, among: Collection[str] = EFFECTS) -> Scored:
+    """Score every listed effect, or those named in `among`, that the model does not contain."""
     prepared, estimate, at = fitted.prepared, fitted.estimate, fitted.point.at
     along, scales, by = courses(prepared, at, estimate), probe_scales(prepared, at, estimate), projector(fitted)
-    probes = [kind.probe for name, kind in EFFECTS.items() if name not in fitted.names]
+    probes = [kind.probe for name, kind in EFFECTS.items() if name in among and name not in fitted.names]
     candidates = [one for probe in probes for one in probe.candidates(scales)]
     found = score(prepared, by, along, candidates, scales.mass)
     return Scored(fitted=fitted, scales=scales, by=by, courses=along, found=found, significant=significant(found))

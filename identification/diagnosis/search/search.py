@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from collections.abc import Collection
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from identification.estimation.nominal import is_near
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation, variations, with_variation
+from vibrojax.effects import EFFECTS
 
 COMPLETE, MOST, BUDGET, FAILED = "no further effect is significant", "as many effects as are fitted together", "budget", "failed fit"
 
@@ -58,19 +60,20 @@ class Search:
         return self.steps[0].scored if self.steps else self.last
 
 
-def search(start: Fitted, *, deadline: float, progress: Progress = lambda stage: None) -> Search:
+def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, progress: Progress = lambda stage: None) -> Search:
     """Forward search: add effects to a model until no candidate is significant and relevant, or there are `MOST_EFFECTS`.
 
     Args:
         start: the nominal model, fitted.
         deadline: `time.monotonic()` after which no further step begins.
+        among: names of the effects that may be added.
         progress: called with a line of text at each stage.
     """
     steps: list[Step] = []
     model = start
     while True:
         progress(f"scoring all candidates beside {model.title}")
-        scored = score_all(model)
+        scored = score_all(model, among)
         if len(model.names) >= MOST_EFFECTS:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
         if time.monotonic() > deadline:
