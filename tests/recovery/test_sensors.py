@@ -1,0 +1,15 @@
+"""Effects of the sensors and the actuator are named, each in a small rig that conceals it."""
+
+import pytest
+
+from tests.recovery.concealed import SENSORS, STOP_AND_CART, SUSPENSION, assert_recovered
+from vibrojax.effects import EFFECTS
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_the_effect_is_named_alone(name, tmp_path):
+    assert_recovered(name, tmp_path)
+
+
+def test_every_listed_effect_is_among_those_recovered():
+    assert sorted((*SUSPENSION, *STOP_AND_CART, *SENSORS)) == sorted(EFFECTS)
