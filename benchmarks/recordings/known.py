@@ -58,6 +58,13 @@ KNOWN = (
         cannot="How much of the drag is the air's and how much the bearing's: the authors measured neither alone.",
     ),
     Known(
+        recipe="free_swing",
+        question="The arm of a rotary pendulum swings freely; viscous damping is fitted, as its author did. What brakes it besides?",
+        truth="the decay becomes linear and the arm stops: dry friction of the bearing",
+        expected=(("coulomb_friction",),),
+        cannot="How the friction depends on the load of the bearing, which changes with the arm's speed.",
+    ),
+    Known(
         recipe="cyberdiver_threshold_5",
         question="A programmed spring is taken for a linear one without an end. Where does its force depart from that?",
         truth=f"{_SPRING} up to 5 N and constant beyond; hard stop at 6.2 mm",

@@ -9,7 +9,18 @@ from scipy.io import savemat
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ExperimentError, load_experiment
-from identification.recipes import RAW_READERS, Cut, Recipe, air_track, cyberdiver, friction_backlash, pcb_shock, pendulum, silverbox
+from identification.recipes import (
+    RAW_READERS,
+    Cut,
+    Recipe,
+    air_track,
+    cyberdiver,
+    free_swing,
+    friction_backlash,
+    pcb_shock,
+    pendulum,
+    silverbox,
+)
 from identification.recipes.load import load_recipe, read_recipe, recipe_names
 from identification.recipes.prepare import recipe_experiment
 from identification.recipes.recordings import find_recordings
@@ -193,6 +204,15 @@ def test_one_swing_is_read_from_its_own_structure(tmp_path):
     columns = pendulum.read(tmp_path, cut("swing.mat", 60.0, 61.0, every=2))
     np.testing.assert_allclose(columns["angle"], 0.1 * (60.0 + columns["time"]), atol=1e-9)
     assert len(columns["time"]) == 50
+
+
+def test_a_swing_is_read_from_its_lines(tmp_path):
+    (tmp_path / "swing.txt").write_text(
+        "trigger_start_deg, sample_rate, duration_sec\n90, 500, 1 \n" + "".join(f"{0.5 * i}\n" for i in range(500))
+    )
+    columns = free_swing.read(tmp_path, cut("swing.txt", 0.1, 0.2))
+    np.testing.assert_allclose(columns["angle"], 25.0 + 0.5 * np.arange(51))
+    np.testing.assert_allclose(columns["time"], 0.002 * np.arange(51), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", RECIPES)
