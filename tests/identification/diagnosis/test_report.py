@@ -74,6 +74,15 @@ def test_in_black_and_white_nothing_has_a_hue(made, verdict, tmp_path):
     assert not re.search(r"\b(blue|orange)\b", read(written[0]).text)
 
 
+def test_further_candidates_are_folded_on_screen_and_open_on_paper(pages, made, tmp_path):
+    """A page in colours opens them through its rule for print."""
+    on_screen = pages[MISSING][0].read_text(encoding="utf-8")
+    on_paper = write_diagnosis_report(made[MISSING], tmp_path, style=PRINT)[0].read_text(encoding="utf-8")
+    assert "<details><summary>4 further candidates" in on_screen
+    assert "details::details-content { content-visibility: visible; }" in on_screen.partition("@media print")[2]
+    assert "<details open><summary>4 further candidates" in on_paper
+
+
 def test_a_stretch_can_be_widened_to_its_whole_record(pages, made):
     """With both models, and the residuals of either."""
     (zoom, samples), *_ = read(pages[MISSING][0]).zooms
