@@ -24,11 +24,11 @@ def rubbing(motion, friction):
 
 
 def test_no_step_begins_after_the_deadline(rubbing):
-    told = []
-    found = search(rubbing, deadline=time.monotonic() - 1.0, progress=told.append)
+    stages = []
+    found = search(rubbing, deadline=time.monotonic() - 1.0, progress=stages.append)
     assert (found.ended, found.steps, found.refused) == (BUDGET, (), ())
     assert found.fitted is rubbing and found.first is found.last
-    assert told == ["scoring all candidates beside the nominal model"]
+    assert stages == ["scoring all candidates beside the nominal model"]
 
 
 def test_no_step_begins_with_as_many_effects_as_are_fitted_together(rubbing, monkeypatch):
@@ -84,7 +84,7 @@ def made(kind, **known):
 
 
 def alternative(name="coulomb_friction", *, gain=0.0, expected=0.0, **known):
-    """One that was fitted, as much of it as the choice looks at."""
+    """One that was fitted, as much of it as the choice uses."""
     found = made(
         Fitted, **{"chi2_reduced": 5.0, "criterion": -gain, "to_go": 0.0, "title": name, "continued": name, "variances": None} | known
     )
