@@ -1,6 +1,7 @@
 import gc
 import io
 import itertools
+import logging
 
 import matplotlib
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from vibrojax.drawing import COLOURS, few_ticks, footnote, new_figure, png, save, style
+from vibrojax import drawing
+from vibrojax.drawing import COLOURS, drawable, few_ticks, footnote, literal, new_figure, pdf, png, save, style
 
 
 def _lines():
@@ -76,3 +78,38 @@ def test_a_footnote_adds_height_and_changes_no_panel():
     assert note.get_text().count("\n") >= 3 and "$odd$" in note.get_text()
     assert note.get_window_extent().x1 <= figure.bbox.x1
     assert note.get_window_extent().y1 <= figure.axes[0].get_tightbbox().y0
+
+
+@pytest.fixture
+def only_dejavu(monkeypatch):
+    """As on a machine without further fonts."""
+    monkeypatch.setattr(drawing, "FAMILIES", ["DejaVu Sans"])
+    monkeypatch.setitem(drawing.STYLE, "font.family", ["DejaVu Sans"])
+    for remembered in (drawing._has_glyph, drawing._warn_of_letters):
+        remembered.cache_clear()
+    yield
+    for remembered in (drawing._has_glyph, drawing._warn_of_letters):
+        remembered.cache_clear()
+
+
+def test_letters_without_a_glyph_are_written_as_codes_and_the_log_says_so_once(only_dejavu, caplog):
+    """Matplotlib would warn, which is an error here, and draw boxes."""
+    with caplog.at_level(logging.WARNING), style():
+        figure = _lines()
+        figure.axes[0].set_title(literal("试-$1.csv"))
+        footnote(figure, "Prüfstand 测 \U0001f9ea")
+        assert png(figure) and pdf(figure)
+    assert figure.axes[0].get_title() == r"\u8bd5-\$1.csv"
+    assert figure.texts[0].get_text() == r"Prüfstand \u6d4b \U0001f9ea"
+    assert [record.message.partition(":")[0] for record in caplog.records] == ["no installed font has all letters of the names"]
+
+
+def test_arabic_and_accents_are_drawn(only_dejavu, caplog):
+    assert drawable("منصة Prüfstand ŝ\n") == "منصة Prüfstand ŝ\n"
+    assert not caplog.records
+
+
+def test_further_fonts_are_installed_ones():
+    """Matplotlib warns of a family that it does not find."""
+    installed = {font.name for font in matplotlib.font_manager.fontManager.ttflist}
+    assert drawing.FAMILIES[0] == "DejaVu Sans" and set(drawing.FAMILIES) <= installed

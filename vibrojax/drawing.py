@@ -1,7 +1,9 @@
 """How every figure of the program looks and becomes a file: no window, no global state, colours that the colour-blind can tell apart."""
 
+import functools
 import gc
 import io
+import logging
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, fontManager, get_font
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
@@ -23,6 +26,7 @@ COLOURS = (BLUE, ORANGE, GREEN, PINK, AMBER, SKY, GREY)
 """For one curve after another: Okabe and Ito's, and a grey."""
 WIDTH = 6.2
 """Inches: of a column on paper, and wide enough for a phone held upright."""
+_LOG = logging.getLogger(__name__)
 _PAGE_DPI, _FILE_DPI = 130, 150
 _FEW_COLOURS, _ALMOST_WHITE = 64, 248
 _STEPS = [1, 2, 2.5, 5, 10]
@@ -30,8 +34,23 @@ _NOTE_SIZE, _NOTE_LINE, _NOTE_LETTER = 7.0, 0.145, 0.062
 """Of a line below a figure: points, and inches a line and a letter."""
 DENSE_DPI = 200
 """At which series of many points become images inside a vector figure."""
+_INSTALLED = frozenset(font.name for font in fontManager.ttflist)
+FAMILIES = [
+    "DejaVu Sans",
+    *(
+        family
+        for family in (
+            *("Noto Sans CJK JP", "Noto Sans CJK SC", "WenQuanYi Micro Hei", "WenQuanYi Zen Hei"),  # Linux
+            *("Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Segoe UI Symbol", "Nirmala UI", "Arial Unicode MS"),  # Windows
+            *("PingFang SC", "Hiragino Sans", "Apple SD Gothic Neo", "Apple Symbols"),  # macOS
+            *("Noto Sans Arabic", "Noto Sans Devanagari", "Noto Sans Symbols2", "Noto Emoji", "Symbola", "FreeSans"),
+        )
+        if family in _INSTALLED
+    ),
+]
+"""Fonts of every figure: a letter that one lacks is taken from the next. Those after the first only where they are installed."""
 STYLE: Any = {
-    "font.family": "DejaVu Sans",
+    "font.family": FAMILIES,
     "font.size": 9.0,
     "axes.titlesize": 9.0,
     "axes.titley": 1.0,  # here and below, a fixed place spares Matplotlib measuring every tick
@@ -88,8 +107,32 @@ def new_figure(height: float, width: float = WIDTH, *, layout: Literal["constrai
 
 
 def literal(text: str) -> str:
-    """Text from the user, such as a file name, without formulas: a dollar sign stays one."""
-    return text.replace("$", r"\$")
+    """Text from the user, such as a file name, without formulas (a dollar sign stays one) and without letters that no font has."""
+    return drawable(text).replace("$", r"\$")
+
+
+def drawable(text: str) -> str:
+    r"""Text in which each letter that no font of `FAMILIES` has is its code, such as `\u6d4b`; the log says so once.
+
+    Example:
+        >>> drawable("Prüfstand 3")
+        'Prüfstand 3'
+    """
+    letters = [letter if _has_glyph(letter) else letter.encode("ascii", "backslashreplace").decode("ascii") for letter in text]
+    if len(written := "".join(letters)) > len(text):
+        _warn_of_letters()
+    return written
+
+
+@functools.cache
+def _has_glyph(letter: str) -> bool:
+    return letter.isspace() or any(get_font(findfont(family)).get_char_index(ord(letter)) for family in FAMILIES)
+
+
+@functools.cache
+def _warn_of_letters() -> None:
+    """Once in a process."""
+    _LOG.warning("no installed font has all letters of the names: figures show the codes of those that lack; Noto Sans CJK has most")
 
 
 def few_ticks(axes: Axes, x: int = 5, y: int = 4) -> None:
@@ -102,7 +145,7 @@ def few_ticks(axes: Axes, x: int = 5, y: int = 4) -> None:
 def footnote(figure: Figure, text: str) -> None:
     """Write a small line below everything; the figure grows by its height, and every panel keeps its size."""
     width, height = figure.get_size_inches()
-    lines = textwrap.wrap(text, int((width - 0.1) / _NOTE_LETTER))
+    lines = textwrap.wrap(drawable(text), int((width - 0.1) / _NOTE_LETTER))
     added = _NOTE_LINE * len(lines) + 0.06
     for axes in figure.axes:
         place = axes.get_position(original=True)

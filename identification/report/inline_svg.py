@@ -18,7 +18,9 @@ from vibrojax.drawing import DENSE_DPI
 
 _XLINK = "{http://www.w3.org/1999/xlink}href"
 _FONTS = "'DejaVu Sans',Verdana,sans-serif"
-_OWN_FAMILY = re.compile(r"font-family: '?DejaVu Sans'?(?:; ?)?")
+_OWN_FAMILY = re.compile(r"font-family: '?DejaVu Sans'?(?:, [^;]*)?(?:; ?)?")
+_CODE = re.compile(r"\\u((?!d[89a-f])[0-9a-f]{4})|\\U000([0-9a-f]{5})")
+"""A letter that Matplotlib's fonts lack, as `drawable` writes it; a browser may have it."""
 _LOCAL = re.compile(r"#([\w.-]+)")
 _STEP = re.compile(r"([MLz])([^MLz]*)")
 _NUMBER = re.compile(r"-?\d+\.\d+")
@@ -62,13 +64,13 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
 
 
 def _plain(element: ElementTree.Element) -> None:
-    """No namespaces, no line breaks."""
+    """No namespaces, no line breaks, no codes for letters."""
     element.tag = element.tag.rpartition("}")[2]
     if (target := element.attrib.pop(_XLINK, None)) is not None:
         element.attrib["href"] = target
     element.tail = None
-    if element.tag not in ("text", "tspan"):
-        element.text = None
+    is_text = element.tag in ("text", "tspan")
+    element.text = _CODE.sub(lambda found: chr(int(found[1] or found[2], 16)), element.text or "") if is_text else None
 
 
 def _drop_styles(root: ElementTree.Element) -> None:

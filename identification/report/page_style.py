@@ -2,6 +2,7 @@
 
 import dataclasses
 
+from identification.wording.style_names import ON_PAPER, ON_SCREEN, STYLE_NAMES
 from vibrojax.drawing import BLUE, COLOURS, GREY, ORANGE
 
 
@@ -53,7 +54,7 @@ DASHES = ("-", DASHED, (0.0, (1.0, 1.2)), (0.0, (6.0, 2.0, 1.0, 2.0)), (0.0, (3.
 """Of several curves of one kind."""
 
 SCREEN = PageStyle(
-    name="screen",
+    name=ON_SCREEN,
     measured=Ink(colour="#8a8a8a", word="grey"),
     dots=Ink(colour=GREY, word="grey"),
     accent=Ink(colour=BLUE, word="blue"),
@@ -68,7 +69,7 @@ SCREEN = PageStyle(
     hatch=None,
 )
 PRINT = PageStyle(
-    name="print",
+    name=ON_PAPER,
     measured=Ink(colour="#acacac", word="grey"),
     dots=Ink(colour="#808080", word="grey"),
     accent=Ink(colour="#707070", word="grey"),
@@ -82,4 +83,4 @@ PRINT = PageStyle(
     diverging=None,
     hatch="////",
 )
-STYLES = {one.name: one for one in (SCREEN, PRINT)}
+STYLES: dict[str, PageStyle] = dict(zip(STYLE_NAMES, (SCREEN, PRINT), strict=True))

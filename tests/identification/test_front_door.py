@@ -40,7 +40,7 @@ def test_single_precision_is_refused_before_anything_is_read(call):
 
 
 @pytest.mark.parametrize("call", ["fit", "diagnose"])
-def test_a_folder_that_is_not_there_is_told(call):
+def test_a_missing_folder_is_refused(call):
     with pytest.raises(ExperimentError, match="nowhere does not exist"):
         getattr(identification, call)("nowhere")
 

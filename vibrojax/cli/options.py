@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from identification.wording.style_names import STYLE_NAMES
+
 Experiment = Annotated[
     Path | None,
     typer.Argument(
@@ -19,14 +21,13 @@ Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the re
 
 
 def _known(style: str) -> str:
-    if style not in _STYLES:
+    if style not in STYLE_NAMES:
         raise typer.BadParameter(f"{style!r} is no style")
     return style
 
 
-_STYLES = ("screen", "print")
 Style = Annotated[
     str,
-    typer.Option(metavar="|".join(_STYLES), help="Page and plots in colours, or in black and white for paper.", callback=_known),
+    typer.Option(metavar="|".join(STYLE_NAMES), help="Page and plots in colours, or in black and white for paper.", callback=_known),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")]

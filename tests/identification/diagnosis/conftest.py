@@ -25,7 +25,7 @@ from vibrojax.effects import AbstractEffect
 
 @dataclasses.dataclass(frozen=True)
 class Motion:
-    """The example's nominal model, its motion, and what any misfit would look like there."""
+    """The example's nominal model, its motion, and what any misfit would be there."""
 
     point: Point
     """Where a fit in the whole likelihood would begin."""

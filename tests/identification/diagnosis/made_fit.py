@@ -58,7 +58,7 @@ def with_prepared(fit: Fitted, prepared: Prepared) -> Fitted:
 
 
 def candidate(effect: AbstractEffect | str, gain: float = 100.0) -> Candidate:
-    """An effect as it is, or one of that name, that promises so much."""
+    """An effect as it is, or one of that name, with this expected gain."""
     member = at_start(EFFECTS[effect]) if isinstance(effect, str) else effect
     return Candidate(members=(member,), factors=np.ones(1), gain=gain, degrees=1)
 

@@ -1,4 +1,4 @@
-"""A look at the example as if its sensors had shown another contact law along the same motion."""
+"""The example as if its sensors had shown another contact law along the same motion."""
 
 import dataclasses
 

@@ -80,10 +80,10 @@ def test_every_candidate_is_listed_with_what_became_of_it(step, beside):
     assert {row.held_out for row in rows} == {0.0, None}
 
 
-def test_a_candidate_is_told_from_others_of_its_kind():
+def test_a_candidate_is_distinguished_from_others_of_its_kind():
     assert detail(made_fit.candidate(GainError(factor=1.1, of_channel="impact_force"))) == "impact_force"
-    told = detail(made_fit.candidate(GapStep(gap_jump=1e-4, instant=0.3, in_file="cart1.csv")))
-    assert told.startswith("cart1.csv, ") and "0.3 s" in told
+    found = detail(made_fit.candidate(GapStep(gap_jump=1e-4, instant=0.3, in_file="cart1.csv")))
+    assert found.startswith("cart1.csv, ") and "0.3 s" in found
 
 
 def test_the_gap_is_that_of_all_records_if_they_have_one(motion, beside):

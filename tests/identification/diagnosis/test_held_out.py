@@ -44,7 +44,7 @@ def test_a_window_that_cannot_be_integrated_is_predicted_as_badly_as_any(motion)
     assert 0.5 < parts <= 2.0
 
 
-def test_channels_are_told_apart_by_name(motion, monkeypatch):
+def test_channels_are_matched_by_name(motion, monkeypatch):
     """As where windows of one kind lack a channel that those of another have."""
     fitted = made_fit.fitted_to_nothing(motion.point, windows_of(motion.prepared, np.arange(5)))
     shifted = dataclasses.replace(fitted.estimate, shared=1.001 * fitted.estimate.shared)

@@ -1,4 +1,4 @@
-"""How readers are told the numbers of an effect, and that the files keep them as estimated."""
+"""How the numbers of an effect are stated to readers, and that the files keep them as estimated."""
 
 import dataclasses
 import io

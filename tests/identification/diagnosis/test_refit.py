@@ -56,7 +56,7 @@ def test_an_effect_found_earlier_keeps_its_fitted_strength_when_another_one_is_a
     assert taken.model.values()["coulomb_friction.friction_force"] == pytest.approx(0.2, rel=1e-3)
 
 
-def test_an_effect_leaves_with_the_variations_of_its_parameters(motion, rubbing):
+def test_an_effect_is_removed_with_the_variations_of_its_parameters(motion, rubbing):
     varied = [
         Variation(name=name, std=std, chi2=1.0, chance=0.0) for name, std in (("coulomb_friction.friction_force", 0.1), ("k_i", 0.02))
     ]
@@ -123,7 +123,7 @@ def test_windows_may_be_taken_more_than_once(motion):
     assert windows_of(prepared, np.arange(count)) is prepared
 
 
-def test_short_windows_are_given_up_for_ordinary_ones_that_the_model_gets_near(recovered):
+def test_short_windows_are_replaced_by_ordinary_ones_that_the_model_nearly_fits(recovered):
     found = lengthened(recovered)
     assert found is not None
     assert len(found.prepared.record) < len(recovered.prepared.record)

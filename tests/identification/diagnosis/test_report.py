@@ -47,7 +47,7 @@ def changed(diagnosis, **location):
     return dataclasses.replace(diagnosis, location=dataclasses.replace(diagnosis.location, **location))
 
 
-def told(diagnosis) -> str:
+def printed(diagnosis) -> str:
     console = Console(width=100, record=True, file=io.StringIO())
     console.print(diagnosis_summary(diagnosis))
     return console.export_text()
@@ -72,6 +72,15 @@ def test_in_black_and_white_nothing_has_a_hue(made, verdict, tmp_path):
     written = write_diagnosis_report(made[verdict], tmp_path, style=PRINT)
     assert all(is_grey(svg) for svg in svgs(written[0]))
     assert not re.search(r"\b(blue|orange)\b", read(written[0]).text)
+
+
+def test_further_candidates_are_folded_on_screen_and_open_on_paper(pages, made, tmp_path):
+    """A page in colours opens them through its rule for print."""
+    on_screen = pages[MISSING][0].read_text(encoding="utf-8")
+    on_paper = write_diagnosis_report(made[MISSING], tmp_path, style=PRINT)[0].read_text(encoding="utf-8")
+    assert "<details><summary>4 further candidates" in on_screen
+    assert "details::details-content { content-visibility: visible; }" in on_screen.partition("@media print")[2]
+    assert "<details open><summary>4 further candidates" in on_paper
 
 
 def test_a_stretch_can_be_widened_to_its_whole_record(pages, made):
@@ -138,7 +147,7 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
     assert places == sorted(places)
 
 
-def test_a_parameter_that_will_not_hold_still_is_shown_with_the_records_furthest_apart(made, pages):
+def test_a_parameter_that_varies_between_records_is_shown_with_the_records_furthest_apart(made, pages):
     text = pages[MISSING][0].read_text(encoding="utf-8")
     assert "From record to record" in text
     (row,) = scatter_rows(made[MISSING])
@@ -156,13 +165,13 @@ def test_nothing_missing_is_said_plainly_and_nothing_is_asserted(pages):
         assert piece not in text.partition("Provenance")[0], piece
 
 
-def test_a_restless_rig_lacks_nothing_and_its_random_force_is_told(made, pages):
+def test_a_restless_rig_lacks_nothing_and_its_random_force_is_stated(made, pages):
     text = read(pages[RESTLESS][0]).text
     assert "Nothing is missing, but a random force acts on the hammer" in text
     assert "random force on the hammer is 0.021 N rms" in text and "correlation time of 8.2 ms" in text
     for piece in ("Where it acts", "What it is", "What was learned", "augmented", "The shift is"):
         assert piece not in text.partition("Provenance")[0], piece
-    assert "a random force acts on the hammer" in told(made[RESTLESS])
+    assert "a random force acts on the hammer" in printed(made[RESTLESS])
 
 
 def test_an_unlisted_cause_shows_what_was_learned(made, pages):
@@ -194,7 +203,7 @@ def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
 
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_json_has_every_key_that_programs_read(made, verdict):
-    """The names are a promise; a value that is not known is null, never left out."""
+    """The names are fixed; a value that is not known is null, never left out."""
     document = made[verdict].document({"seed": 0})
     assert (document["schema"], document["verdict"], document["provenance"]) == (1, verdict, {"seed": 0})
     assert isinstance(document["ambiguous_with"], list) and isinstance(document["next_experiment"], str)
@@ -213,7 +222,7 @@ def test_json_has_every_key_that_programs_read(made, verdict):
 
 
 def test_the_terminal_says_the_verdict_first_then_numbers_then_candidates(made):
-    text = told(made[MISSING])
+    text = printed(made[MISSING])
     in_order = (
         "Missing: dry friction",
         "With it the misfit falls",
@@ -226,8 +235,8 @@ def test_the_terminal_says_the_verdict_first_then_numbers_then_candidates(made):
     places = [text.find(piece) for piece in in_order]
     assert -1 not in places and places == sorted(places)
     assert "⁻" not in text
-    assert "Nothing is missing" in told(made[ADEQUATE])
-    assert "learned in its place: force = -a_1 u^3" in told(made[UNLISTED])
+    assert "Nothing is missing" in printed(made[ADEQUATE])
+    assert "learned in its place: force = -a_1 u^3" in printed(made[UNLISTED])
 
 
 def test_shifts_are_in_standard_errors_of_the_nominal_fit(made):
@@ -308,7 +317,7 @@ def test_little_is_known(made, tmp_path):
     )
     text = read(write_diagnosis_report(bare, tmp_path)[0]).text
     assert "There was no candidate" in text
-    assert told(bare)
+    assert printed(bare)
 
 
 def test_channels_and_samples_may_be_missing(tmp_path):

@@ -28,7 +28,7 @@ def test_nothing_missing_is_said_with_the_error_of_prediction(made):
     assert "random force" not in text
 
 
-def test_a_restless_rig_is_told_its_random_force(made):
+def test_the_random_force_of_a_restless_rig_is_stated(made):
     text = said(made[RESTLESS], unrest=UNREST)
     assert text.startswith(
         "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record: a random force acts"
@@ -37,7 +37,7 @@ def test_a_restless_rig_is_told_its_random_force(made):
 
 
 @pytest.mark.parametrize("verdict", [MISSING, UNLISTED])
-def test_a_random_force_is_told_beside_a_cause_as_well(made, verdict):
+def test_a_random_force_is_stated_beside_a_cause_as_well(made, verdict):
     assert "random force on the hammer is 0.021 N rms" in said(made[verdict], unrest=UNREST)
     assert "random force" not in said(made[verdict])
 
@@ -60,17 +60,17 @@ def test_what_is_on_no_list_is_described_by_what_was_learned(made):
     assert f"describes it: {made[UNLISTED].free_form}." in text
 
 
-@pytest.mark.parametrize(("by_chance", "told"), [(1e-9, True), (1e-4, False)])
-def test_a_parameter_that_varies_between_records_is_told_by_its_ends(made, by_chance, told):
+@pytest.mark.parametrize(("by_chance", "stated"), [(1e-9, True), (1e-4, False)])
+def test_a_parameter_that_varies_between_records_is_described_by_its_extremes(made, by_chance, stated):
     values = {"a.csv": (1.5e6, 1e4), "b.csv": (2.5e6, 2e4), "c.csv": (2e6, 1e4)}
     sure = Disagreement(name="k_i", chi2=60.0, degrees=2, chance=by_chance, records=values)
     vague = dataclasses.replace(sure, name="n", chance=0.3)
     text = said(made[ADEQUATE], after=dataclasses.replace(made[ADEQUATE].augmented, disagreements=(vague, sure)))
-    assert ("varies between records" in text) is told
-    if told:
+    assert ("varies between records" in text) is stated
+    if stated:
         assert text.index("in a.csv") < text.index("in b.csv") and "c.csv" not in text
 
 
-@pytest.mark.parametrize(("share", "told"), [(0.0041, "0.41 %"), (0.99, "99 %"), (0.996, "100 %"), (1.36, "136 %")])
-def test_shares_are_told_in_percent(share, told):
-    assert percent(share) == told
+@pytest.mark.parametrize(("share", "stated"), [(0.0041, "0.41 %"), (0.99, "99 %"), (0.996, "100 %"), (1.36, "136 %")])
+def test_shares_are_stated_in_percent(share, stated):
+    assert percent(share) == stated

@@ -55,8 +55,8 @@ def test_stiffness_and_damping_follow(fitted, example):
     assert 0 < derived["k"].stderr < 1e-3 * derived["k"].value
 
 
-def test_a_mass_that_nothing_tells_leaves_the_stiffness_without_an_error(small):
-    """A motion without forces tells the natural frequency, and nothing of the mass."""
+def test_an_unidentifiable_mass_leaves_the_stiffness_without_an_error(small):
+    """A motion without forces determines the natural frequency, and the mass not at all."""
     drop, _ = small.records
     seen = dataclasses.replace(drop, channels={"hammer_displacement": drop.channels["hammer_displacement"]})
     found = fit_experiment(dataclasses.replace(small, records=(seen,), mass_is_known=False), starts=1)

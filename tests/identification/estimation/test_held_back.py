@@ -111,7 +111,7 @@ def test_a_model_with_effects_predicts_its_own_motion(parted, fitted):
     assert bare > 2.0
 
 
-def test_reports_tell_fitted_and_predicted_apart(fitted, tmp_path):
+def test_reports_separate_fitted_from_predicted(fitted, tmp_path):
     document = fit_json(fitted)
     assert [record["file"] for record in document["held_back"]] == ["cart2.csv.gz"]
     assert [record["file"] for record in document["records"]] == ["drop.csv.gz", "cart1.csv.gz"]

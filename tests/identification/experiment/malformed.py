@@ -85,7 +85,7 @@ def without_sensors(folder: Path) -> None:
 
 
 def without_force(folder: Path) -> None:
-    """Ask for the mass where no channel tells it."""
+    """Ask for the mass where no channel determines it."""
     edit("mass = 0.5", "mass = 0.5\nestimate_mass = true")(folder)
     edit('[sensors.impact_force]\nunit = "N"\nnoise = 0.15\n', "")(folder)
 
@@ -180,7 +180,7 @@ def linked_hdf5(path: Path) -> None:
 
 
 def two_groups(path: Path) -> None:
-    """Two groups, and nothing tells which one is meant."""
+    """Two groups, and nothing says which one is meant."""
     with h5py.File(path, "w") as file:
         file["run1/time"] = file["run2/time"] = np.arange(64.0)
 
@@ -373,6 +373,6 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("NPZ that claims more", swapped("cart1.npz", claiming_npz), r"'time' claims 320000000 bytes and holds 512"),
     ("channel too short", swapped("cart1.npz", shortened("impact_force")), r"64 time stamps and 63 samples of impact_force"),
     ("recorder's own format", swapped("cart1.tdms", garbage), r"record 'cart1\.tdms'.*(cannot be read as TDMS|pip install)"),
-    ("noise that cannot be told", silent_force, r"impact_force stands still in record 'drop\.csv', so its noise cannot be estimated"),
+    ("noise that cannot be estimated", silent_force, r"impact_force stands still in record 'drop\.csv', so its noise cannot be estimated"),
 )
 """Name of the case, the function that damages the valid experiment in a folder, and a pattern of the message."""

@@ -106,14 +106,14 @@ def test_an_initial_state_is_passed_on(folder):
     assert (record.initial_displacement, record.initial_velocity) == (-1e-3, 0.1)
 
 
-def test_a_missing_channel_is_told(folder):
+def test_a_missing_channel_is_reported(folder):
     rewrite(folder, lambda values: values.pop("impact_force"))
     assert cart(folder).notices == ("impact_force is not recorded here.",)
     assert "impact_force" not in cart(folder).channels
     assert "impact_force" not in cart(folder).noise
 
 
-def test_columns_left_aside_are_told(folder):
+def test_unused_columns_are_reported(folder):
     rewrite(folder, lambda values: values.update(temperature=values["time"], hammer_acceleration=values["time"]))
     assert cart(folder).notices == (
         "Columns without a table in [sensors] are not used: hammer_acceleration.",
@@ -121,7 +121,7 @@ def test_columns_left_aside_are_told(folder):
     )
 
 
-def test_lost_samples_are_told(folder):
+def test_lost_samples_are_reported(folder):
     def lose(values):
         values["impact_force"][[3, 4, 5, 20]] = np.nan
         values["cart_displacement"][10] = -np.inf
@@ -143,7 +143,7 @@ def test_a_channel_without_a_sample_counts_as_not_recorded(folder):
     assert "impact_force" not in cart(folder).channels
 
 
-def test_irregular_sampling_is_told(folder):
+def test_irregular_sampling_is_reported(folder):
     def pause(values):
         values["time"][40:] += 0.002
 
@@ -158,7 +158,7 @@ def test_stamps_that_are_merely_rounded_are_not_irregular(folder):
     assert cart(folder).notices == ()
 
 
-def test_a_declared_range_masks_and_an_undeclared_one_only_tells(folder):
+def test_a_declared_range_masks_and_an_undeclared_one_is_only_reported(folder):
     def cut(values):
         values["impact_force"] = np.minimum(60.0 * np.sin(800.0 * values["time"]), 40.0)
 
@@ -205,7 +205,7 @@ def test_a_simulation_may_have_nothing_to_fit(folder):
     assert all(record.held_back for record in load_experiment(folder, need_files=False).records)
 
 
-def test_noise_that_is_not_declared_is_estimated_and_told(folder):
+def test_undeclared_noise_is_estimated_and_reported(folder):
     edit('unit = "N"\nnoise = 0.15', 'unit = "N"')(folder)
     record = cart(folder)
     assert record.noise_estimated == {"impact_force"}
@@ -213,7 +213,7 @@ def test_noise_that_is_not_declared_is_estimated_and_told(folder):
     assert record.notices[0].startswith("Noise not declared, estimated as if it were white: impact_force 0.1")
 
 
-def test_noise_of_a_channel_at_rest_is_borrowed_and_told(folder):
+def test_noise_of_a_channel_at_rest_is_borrowed_and_reported(folder):
     edit('unit = "mm"\nnoise = 1.0e-5', 'unit = "mm"')(folder)
     rewrite(folder, lambda values: values.update(cart_displacement=np.zeros(SAMPLES)), "drop.csv")
     drop, cart1 = load_experiment(folder).records
@@ -225,7 +225,7 @@ def test_noise_of_a_channel_at_rest_is_borrowed_and_told(folder):
     assert drop.notices[0].endswith("taken from hammer_displacement.")
 
 
-def test_computed_records_are_told(folder):
+def test_computed_records_are_reported(folder):
     edit('[sensors.hammer_displacement]\nunit = "m"\nnoise = 1.0e-5', '[sensors.hammer_displacement]\nunit = "m"')(folder)
     rewrite(folder, lambda values: values.update(hammer_displacement=np.sin(10.0 * values["time"])))
     assert any("looks computed, not measured" in notice for notice in cart(folder).notices)

@@ -45,7 +45,7 @@ def test_samples_that_are_missing_do_not_count():
 
 
 @pytest.mark.parametrize("values", [np.zeros(100), np.full(100, np.nan), np.arange(10.0), np.full(200, 3.3)])
-def test_nothing_to_tell_from(values):
+def test_without_usable_samples_there_is_no_estimate(values):
     assert estimate_noise(values) is None
 
 

@@ -55,6 +55,6 @@ def test_development_cases_alarm_only_where_the_force_is_cut(shared):
     alarmed = set()
     for folder in sorted((shared / "concealed").glob("case-*")):
         for record in load_experiment(folder).records:
-            told = [notice for notice in record.notices if "saturates" in notice]
-            alarmed |= {(folder.name, notice.split(":")[0]) for notice in told}
+            reported = [notice for notice in record.notices if "saturates" in notice]
+            alarmed |= {(folder.name, notice.split(":")[0]) for notice in reported}
     assert alarmed == {("case-14", "impact_force")}

@@ -1,4 +1,4 @@
-"""A unit mistaken for another, or a turned sign, is told before anything is fitted; a calibration that is a little off is not."""
+"""A unit mistaken for another, or a turned sign, is reported before anything is fitted; a calibration that is a little off is not."""
 
 import re
 
@@ -28,7 +28,7 @@ def bouncing(*, displacement: float = 1.0, acceleration: float = 1.0, force: flo
     return Record(file="cart1.csv", kind="cart-excitation", gap=0.001, time=time, channels=channels)
 
 
-def told(record: Record, mass: float | None = MASS, **units: str | None) -> str:
+def message_of(record: Record, mass: float | None = MASS, **units: str | None) -> str:
     """What is found wrong; empty where nothing is."""
     try:
         check_scales(record, UNITS | units, mass)
@@ -40,7 +40,7 @@ def told(record: Record, mass: float | None = MASS, **units: str | None) -> str:
 @pytest.mark.parametrize("off", [1.0, 0.8, 1.3])
 @pytest.mark.parametrize("channel", ["displacement", "acceleration", "force"])
 def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
-    assert told(bouncing(**{channel: off})) == ""
+    assert message_of(bouncing(**{channel: off})) == ""
 
 
 @pytest.mark.parametrize(
@@ -56,43 +56,43 @@ def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):
         ({"force": -1.3}, "impact_force and hammer_acceleration point opposite ways"),
     ],
 )
-def test_a_mistaken_unit_or_sign_is_told_with_its_channel(factors, message):
-    assert re.search(message.replace("+", r"\+"), told(bouncing(**factors)))
+def test_a_mistaken_unit_or_sign_is_reported_with_its_channel(factors, message):
+    assert re.search(message.replace("+", r"\+"), message_of(bouncing(**factors)))
 
 
-def test_a_mass_that_is_not_known_tells_nothing_of_the_force():
-    assert told(bouncing(force=1e-3))
-    assert told(bouncing(force=1e-3), mass=None) == ""
+def test_an_unknown_mass_leaves_the_force_unchecked():
+    assert message_of(bouncing(force=1e-3))
+    assert message_of(bouncing(force=1e-3), mass=None) == ""
 
 
 @pytest.mark.parametrize(("mass", "message"), [(1e-6, "impact_force is .* times mass times deceleration"), (500.0, "or mass in .hammer")])
-def test_a_mass_that_is_far_off_is_told(mass, message):
-    assert re.search(message, told(bouncing(), mass=mass))
+def test_a_mass_that_is_far_off_is_reported(mass, message):
+    assert re.search(message, message_of(bouncing(), mass=mass))
 
 
 @pytest.mark.parametrize("offset", [2.0, -2.0])
-def test_a_load_cell_that_only_has_an_offset_tells_nothing(offset):
+def test_a_load_cell_with_an_offset_alone_is_not_reported(offset):
     resting = bouncing()
     noise = np.random.default_rng(4).normal(0.0, 0.01, (2, resting.time.size))
     resting.channels["impact_force"][:] = offset + noise[0]
     resting.channels["hammer_acceleration"][:] = -0.3 + noise[1]
-    assert told(resting) == ""
+    assert message_of(resting) == ""
 
 
 def test_gaps_in_the_record_or_channels_that_do_not_belong_together_are_not_compared():
     holed = bouncing(displacement=1e3)
-    assert told(holed)
+    assert message_of(holed)
     holed.channels["hammer_displacement"][100] = np.nan
-    assert told(holed) == ""
+    assert message_of(holed) == ""
     strange = bouncing()
     strange.channels["hammer_displacement"][:] = np.random.default_rng(1).normal(0.0, 1.0, strange.time.size)
-    assert told(strange) == ""
+    assert message_of(strange) == ""
 
 
-def test_the_unit_that_is_told_is_that_of_the_declared_one_and_never_a_stand_in():
+def test_the_unit_in_the_message_is_the_declared_one_and_never_a_stand_in():
     metres_as_mm = bouncing(displacement=1e-3)
-    assert "as if its numbers were in m:" in told(metres_as_mm, hammer_displacement="mm")
-    assert "as if its numbers were in m/s^2:" in told(bouncing(acceleration=9.80665), hammer_acceleration="g")
-    assert told(metres_as_mm, hammer_displacement="V") == ""
-    assert told(metres_as_mm, hammer_displacement="Volts") == ""
-    assert told(metres_as_mm, hammer_displacement=None) == ""
+    assert "as if its numbers were in m:" in message_of(metres_as_mm, hammer_displacement="mm")
+    assert "as if its numbers were in m/s^2:" in message_of(bouncing(acceleration=9.80665), hammer_acceleration="g")
+    assert message_of(metres_as_mm, hammer_displacement="V") == ""
+    assert message_of(metres_as_mm, hammer_displacement="Volts") == ""
+    assert message_of(metres_as_mm, hammer_displacement=None) == ""

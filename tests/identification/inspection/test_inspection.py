@@ -1,4 +1,4 @@
-"""What recorded files hold is told as it is, and the proposed experiment file loads once mass and gaps are filled in."""
+"""What recorded files hold is reported as it is, and the proposed experiment file loads once mass and gaps are filled in."""
 
 import re
 import shutil
@@ -120,7 +120,7 @@ def test_steps_that_are_long_for_seconds_are_taken_in_a_smaller_unit(unit, per_s
     assert (guess in (tmp_path / "experiment.toml").read_text()) == (unit != "s")
 
 
-def test_a_time_unit_that_is_stated_is_believed(tmp_path):
+def test_a_stated_time_unit_is_taken(tmp_path):
     columns = {"time [s]": 1e3 * TIME, **channels("drop-test")}
     np.savetxt(tmp_path / "a.csv", np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="")
     (record,) = loaded(tmp_path).records
@@ -155,7 +155,7 @@ def test_files_in_different_units_make_one_experiment(tmp_path):
         np.testing.assert_allclose(record.channels["hammer_displacement"], TIME, rtol=1e-12)
 
 
-def test_channels_at_different_rates_are_told_apart(tmp_path):
+def test_a_channel_at_another_rate_is_marked_as_unusable(tmp_path):
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
         fast = nptdms.ChannelObject("run", "impact_force", impacts(), {"wf_increment": 1 / RATE, "unit_string": "N"})
@@ -239,7 +239,7 @@ def test_a_folder_goes_on_where_one_file_is_broken(tmp_path):
         ("a.npz", b"nothing", r"cannot be read as NumPy archive"),
     ],
 )
-def test_a_file_that_tells_nothing_is_one_clear_line(name, content, message, tmp_path):
+def test_an_unreadable_file_is_one_clear_line(name, content, message, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ExperimentError, match=message):
         inspect_path(tmp_path / name)

@@ -78,7 +78,7 @@ def test_a_parameter_that_would_go_too_far_is_held_and_the_others_follow(problem
 
 
 @pytest.mark.parametrize("longest", [0.5, np.inf])
-def test_a_step_that_is_no_number_is_told_and_not_made_up(problem, longest):
+def test_a_step_that_is_not_finite_stays_visible(problem, longest):
     _, equations, estimate, active = problem
     broken = dataclasses.replace(equations, gradient=np.full_like(equations.gradient, np.nan))
     shared, _, _ = solve(reduce(broken, estimate, active, 0.0), broken, estimate, longest=longest)

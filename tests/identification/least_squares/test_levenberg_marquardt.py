@@ -1,4 +1,4 @@
-"""The iteration in a curved valley, and when it gives up."""
+"""The iteration in a curved valley, and when it stops."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ BOTH = Active(shared=np.ones(2, bool), nuisances=np.zeros((1, len(NUISANCES)), b
 
 
 def at(x: float, y: float) -> Estimate:
-    """A point with one window whose state tells nothing."""
+    """A point with one window whose state is not informative."""
     return Estimate(shared=np.array([x, y]), nuisances=np.zeros((1, len(NUISANCES))), states=np.zeros((1, len(STATES))))
 
 
@@ -37,7 +37,7 @@ def valley():
 
 
 @pytest.mark.parametrize(("crawl", "floor", "stops"), [(0.0, 0.0, False), (0.5, 0.0, False), (0.5, -1e6, True)])
-def test_it_stops_where_it_crawls(valley, crawl, floor, stops):
+def test_it_stops_at_slow_convergence(valley, crawl, floor, stops):
     """No share of the cost is asked for; half of it, which eight iterations do remove; and much more than there is."""
     outcome = LevenbergMarquardt(crawl=crawl, floor=floor)(valley, at(0.5, 0.25), BOTH, ANYWHERE)
     assert outcome.converged is not stops

@@ -85,10 +85,10 @@ def test_a_channel_that_comes_early_shows_the_motion_after_the_end_of_a_window(p
     plain, _ = predict(model, layouts[0], integrator_for(prepared), on_device(further), local)
     found, _ = predict(shifted, layouts[1], integrator_for(prepared), on_device(group), moved)
     channel = group.channels.index("hammer_displacement")
-    for lane in room:
-        last = int(group.lengths[lane]) - 1
-        ahead = np.asarray(plain)[lane, last - 40 + early : last + early, channel]
-        np.testing.assert_allclose(np.asarray(found)[lane, last - 40 : last, channel], ahead, atol=1e-9)
+    for window in room:
+        last = int(group.lengths[window]) - 1
+        ahead = np.asarray(plain)[window, last - 40 + early : last + early, channel]
+        np.testing.assert_allclose(np.asarray(found)[window, last - 40 : last, channel], ahead, atol=1e-9)
         assert np.ptp(ahead) > 1e-7
 
 
@@ -124,7 +124,7 @@ def test_what_acts_in_one_record_does_not_act_in_others_nor_where_that_record_is
     layout = layout_of(model, files=prepared.layout.files)
     values = {name: float(value) for name, value in model.values().items()}
     start = dataclasses.replace(prepared.start, shared=layout.internal({p.name: values[p.name] for p in layout.parameters}))
-    lane = jax.tree.map(lambda leaf: leaf[0], on_device(prepared.groups[0]))
-    assert prepared.layout.files[int(lane.record)] == "drop.csv.gz"
-    system = lane_system(model, layout, lane, jnp.asarray(start.local(prepared.record)[0]))
+    window = jax.tree.map(lambda leaf: leaf[0], on_device(prepared.groups[0]))
+    assert prepared.layout.files[int(window.record)] == "drop.csv.gz"
+    system = lane_system(model, layout, window, jnp.asarray(start.local(prepared.record)[0]))
     assert float(system.effects[0].gap_jump) == pytest.approx(1e-4 * acts)

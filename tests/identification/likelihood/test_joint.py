@@ -71,7 +71,7 @@ def test_a_force_alone_brings_what_is_expected_of_it(start):
 
 @pytest.mark.parametrize("degrees", [5.0, 1e4])
 def test_the_mode_is_reached_and_is_one(start, degrees):
-    """Nothing is to go there, and from another start it is the same; with few degrees of freedom the loss bends."""
+    """Nothing is to go there, and from another start it is the same; with few degrees of freedom the loss is not convex."""
     start, find = start.under(dataclasses.replace(start.variances, degrees=degrees)), JointMode(most_iterations=40)
     mode = find(start)
     assert find.to_go(mode) < 0.1

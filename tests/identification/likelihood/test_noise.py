@@ -140,12 +140,12 @@ def test_a_loud_stretch_counts_no_more_than_two_others():
 
 
 @pytest.mark.parametrize("length", [0, 4 * HIGHEST_ORDER - 1, 100])
-def test_too_short_stretches_tell_nothing(length):
+def test_in_too_short_stretches_no_noise_is_measured(length):
     """Fewer samples than the orders take, and fewer than four times the slow cosines."""
     assert measured([np.random.default_rng(0).standard_normal(length)] * 3, slow=0.25 if length == 100 else SLOW) is None
 
 
-def test_no_stretches_and_residuals_of_zero_tell_nothing():
+def test_without_stretches_or_with_zero_residuals_no_noise_is_measured():
     assert measured([], slow=SLOW) is None
     assert measured([np.zeros(STRETCH)], slow=SLOW) is None
 

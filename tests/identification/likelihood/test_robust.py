@@ -80,7 +80,7 @@ def test_at_least_as_many_as_a_window_has_samples():
 
 @pytest.mark.parametrize("degrees", [5.0, 100.0])
 @pytest.mark.parametrize("scale", [0.3, 2.0])
-def test_bend_makes_the_hessian_that_of_the_loss(degrees, scale):
+def test_curvature_makes_the_hessian_that_of_the_loss(degrees, scale):
     """By second differences, of residuals linear in three unknowns; a third of each window's misfit can be explained."""
     rng, samples, step = np.random.default_rng(1), 30, 1e-4
     jacobian = rng.normal(size=(2, samples, 3))
@@ -101,8 +101,8 @@ def test_bend_makes_the_hessian_that_of_the_loss(degrees, scale):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
 
 
-def test_bend_leaves_the_curvature_positive_where_a_window_could_explain_itself():
-    """All of its misfit lies along its unknown, and the loss bends down there."""
+def test_the_hessian_stays_positive_where_one_unknown_explains_a_whole_window():
+    """All of its misfit lies along its unknown, where the loss has negative curvature."""
     jacobian, samples = np.ones((1, 20)), np.array([20.0])
     residual = 100.0 * jacobian
     weight = weights(np.sum(residual**2, axis=1), samples, 3.0)

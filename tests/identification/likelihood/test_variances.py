@@ -305,7 +305,7 @@ def test_restricted_likelihood_is_that_of_a_kalman_filter_that_knows_no_initial_
     np.testing.assert_allclose(np.diff(found), np.diff(expected), rtol=relative, atol=absolute)
 
 
-def test_size_and_memory_of_the_force_come_back():
+def test_size_and_correlation_time_of_the_force_are_recovered():
     """From thirty windows, from a start that is far off; the windows are Gaussian, and count alike."""
     rig = Oscillator()
     at = rig.windows(*(rig.record(np.array([5e-4, -0.01]), seed) for seed in range(30)))

@@ -91,7 +91,7 @@ def test_the_data_set_is_found_in_its_folder_or_above(made, tmp_path, folder):
     assert find_recordings(made, tmp_path / folder) == tmp_path / "data" / "toy-set"
 
 
-def test_a_missing_recording_is_told_with_its_origin(made, tmp_path):
+def test_a_missing_recording_is_named_with_its_origin(made, tmp_path):
     with pytest.raises(InputError, match=r"lacks 1 of 1 files of recipe 'toy', the first 'raw.mat': get .* https://example.org/toy"):
         find_recordings(made, tmp_path)
 
@@ -111,7 +111,7 @@ def test_another_recording_is_refused(made, tmp_path):
         ("start = 0.1", "", "start is missing in a record of toy/recipe.toml"),
     ],
 )
-def test_a_faulty_recipe_is_told(made, old, new, message):
+def test_a_faulty_recipe_is_refused(made, old, new, message):
     file = made.folder / "recipe.toml"
     file.write_text(file.read_text().replace(old, new))
     with pytest.raises(ExperimentError, match=message):
@@ -137,7 +137,7 @@ def test_lost_markers_become_nan(tmp_path):
     np.testing.assert_allclose(columns["time"], 0.002 * np.arange(5), atol=1e-12)
 
 
-def test_a_table_without_riders_is_told(tmp_path):
+def test_a_table_without_riders_is_refused(tmp_path):
     (tmp_path / "m.tsv").write_text("a X\ta Y\n1\t2\n")
     with pytest.raises(InputError, match="m.tsv has no line with the columns a X, b X"):
         air_track.read(tmp_path, cut("m.tsv", 0.0, 1.0))
@@ -180,7 +180,7 @@ def test_what_the_amplifiers_read_before_the_hit_is_taken_off(tmp_path):
 
 
 def test_segments_of_a_swing_follow_each_other(tmp_path):
-    """Angles are told from hanging, which the encoder counts as half a turn."""
+    """Angles count from hanging, which the encoder counts as half a turn."""
     t = np.arange(400) / 1000.0
     parts = np.split(t, 4)
 

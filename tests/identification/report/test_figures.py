@@ -31,7 +31,7 @@ EXPECTED = {
 }
 
 
-def test_every_kind_is_drawn_told_in_words_and_a_readable_image(good):
+def test_every_kind_is_drawn_described_in_words_and_a_readable_image(good):
     images = draw(good)
     assert {image.name for image in images} == EXPECTED
     for image in images:

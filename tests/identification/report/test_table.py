@@ -14,7 +14,7 @@ def printed(result, width=140, **options):
     return stream.getvalue()
 
 
-def test_what_an_experimenter_looks_for_is_there(good):
+def test_what_an_experimenter_needs_is_there(good):
     text = printed(good)
     for piece in (
         "explains the records",

@@ -13,7 +13,7 @@ def test_a_complete_model_explains_its_records(good):
     assert verdict.sentence.startswith("The model explains the records to the noise (reduced chi-square ")
 
 
-def test_a_wrong_model_is_told_with_its_worst_place(poor):
+def test_a_wrong_model_is_reported_with_its_worst_record_and_channel(poor):
     verdict = judge(poor)
     assert verdict.level == POOR
     assert "does NOT explain the records: the misfit is" in verdict.sentence
@@ -22,7 +22,7 @@ def test_a_wrong_model_is_told_with_its_worst_place(poor):
     assert any("not white" in remark for remark in verdict.remarks)
 
 
-def test_a_misfit_that_the_mean_hides_is_told():
+def test_a_misfit_that_the_mean_hides_is_reported():
     result = made_result(misfit=0.01)
     assert result.chi2_reduced < 1.1
     verdict = judge(result)
@@ -42,7 +42,7 @@ def test_a_number_that_is_none_is_poor(good, chi2):
     assert judge(dataclasses.replace(good, chi2_reduced=chi2)).level == POOR
 
 
-def test_noise_stated_too_large_and_noise_estimated_are_told(good):
+def test_noise_stated_too_large_and_noise_estimated_are_reported(good):
     records = tuple(dataclasses.replace(r, noise_estimated=frozenset({"impact_force"})) for r in good.experiment.records)
     experiment = dataclasses.replace(good.experiment, records=records)
     remarks = judge(dataclasses.replace(good, chi2_reduced=0.2, experiment=experiment)).remarks

@@ -39,6 +39,15 @@ def test_a_dollar_in_a_file_name_starts_no_formula(poor, tmp_path):
     assert all(record.file in page.read_text(encoding="utf-8") for record in records)
 
 
+def test_names_in_any_script_are_themselves_in_the_page(poor, tmp_path):
+    """Whichever fonts are installed: letters that only Matplotlib lacks are left to the browser."""
+    records = tuple(dataclasses.replace(record, file=f"试验🧪{record.file}") for record in poor.records)
+    written = write_report(dataclasses.replace(poor, records=records), tmp_path)
+    drawn = "".join(text for svg in svgs(written[0]) for text in svg.itertext())
+    assert all(f"试验🧪{record.file}" in drawn for record in poor.records)
+    assert "\\u" not in drawn
+
+
 def test_the_page_stands_alone(written):
     page, text = read(written[0]), written[0].read_text(encoding="utf-8")
     assert all(address.startswith(("data:image/png;base64,", "#")) for address in page.addresses)

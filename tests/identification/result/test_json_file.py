@@ -46,11 +46,11 @@ def test_noise_and_random_force_are_those_that_were_found(result):
     }
 
 
-def test_provenance_tells_versions_inputs_seed_and_time(result):
-    told = fit_json(result, {"command": "fit-parameters", "seed": 8})["provenance"]
-    assert {"python", "jax", "diffrax", "numpy", "scipy", "vibrojax"} <= set(told["versions"])
-    assert told["sha256"] == {"experiment.toml": "cd" * 32, "drop.csv": "ab" * 32, "cart1.csv": "ab" * 32}
-    assert (told["seconds"], told["seed"], told["command"]) == ({"fit": 1.5}, 8, "fit-parameters")
+def test_provenance_holds_versions_inputs_seed_and_time(result):
+    provenance = fit_json(result, {"command": "fit-parameters", "seed": 8})["provenance"]
+    assert {"python", "jax", "diffrax", "numpy", "scipy", "vibrojax"} <= set(provenance["versions"])
+    assert provenance["sha256"] == {"experiment.toml": "cd" * 32, "drop.csv": "ab" * 32, "cart1.csv": "ab" * 32}
+    assert (provenance["seconds"], provenance["seed"], provenance["command"]) == ({"fit": 1.5}, 8, "fit-parameters")
 
 
 def test_a_parameter_that_is_not_determined_has_no_error_but_a_reason(result):

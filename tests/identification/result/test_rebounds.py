@@ -36,7 +36,7 @@ def test_the_error_is_that_of_the_scatter():
     assert found[:, 0].std() == pytest.approx(np.median(found[:, 1]), rel=0.3)
 
 
-def test_flight_that_is_too_short_or_unknown_tells_nothing():
+def test_flight_that_is_too_short_or_unknown_gives_no_restitution():
     assert rebounds([collision(0.2, 0.7, 0.7, samples=18)], ON_A_SPRING) == []
     whole = collision(0.2, 0.7, 0.7)
     assert rebounds([dataclasses.replace(whole, measured={})], ON_A_SPRING) == []
@@ -45,14 +45,14 @@ def test_flight_that_is_too_short_or_unknown_tells_nothing():
     assert len(rebounds([whole], ON_A_SPRING)) == 1
 
 
-def test_a_hammer_that_is_led_or_whose_fitted_motion_only_grazes_tells_nothing():
+def test_a_prescribed_or_grazing_motion_gives_no_restitution():
     whole = collision(0.2, 0.7, 0.7)
     assert rebounds([dataclasses.replace(whole, kind="prescribed")], ON_A_SPRING) == []
     slow = {name: 0.1 * shown for name, shown in whole.predicted.items()}
     assert rebounds([dataclasses.replace(whole, predicted=slow, relative_velocity=0.1 * whole.relative_velocity)], ON_A_SPRING) == []
 
 
-def test_what_begins_anew_during_a_contact_is_no_fitted_motion_but_of_a_free_hammer_the_law_tells():
+def test_a_window_that_begins_in_a_contact_gives_the_restitution_of_a_free_hammer_alone():
     between = np.where(np.arange(120) < 64, 0, 1)
     in_flight = np.where(np.arange(120) < 57, 0, 1)
     assert rebounds([dataclasses.replace(collision(0.2, 0.7, 0.7), window=between)], ON_A_SPRING) == []
@@ -68,7 +68,7 @@ def test_a_contact_at_an_end_of_the_record_has_no_flight_beside_it(first):
     assert rebounds([dataclasses.replace(collision(0.2, 0.7, 0.7), in_contact=in_contact)], ON_A_SPRING) == []
 
 
-def test_of_an_effect_that_acts_beside_the_stop_no_law_alone_tells():
+def test_an_effect_beside_the_stop_needs_the_fitted_motion():
     (found,) = rebounds([collision(0.5, 0.7, 0.6, model=FREE)], dataclasses.replace(FREE, effects=(CoulombFriction(0.1),)))
     assert (found.by_law, found.fitted) == (False, pytest.approx(0.6))
 
@@ -161,13 +161,13 @@ def test_a_record_of_another_kind_that_holds_no_contact_changes_nothing():
     assert [one.by_law for one in found] == [True]
 
 
-def test_the_error_knows_that_what_a_flight_differs_by_may_remember():
+def test_the_error_allows_for_an_autocorrelated_residual_in_flight():
     """By a random walk that fades, as a track that is not quite straight leaves it."""
     found = _wandering(CONTACT, ON_A_SPRING)
     assert found[:, 0].std() == pytest.approx(np.median(found[:, 1]), rel=0.4)
 
 
-def test_what_wanders_is_seldom_taken_for_a_rebound_at_another_instant():
+def test_an_autocorrelated_residual_is_seldom_taken_for_a_rebound_at_another_instant():
     found = _wandering(0, dataclasses.replace(FREE, law=Newton(restitution=0.8)))
     assert found[:, 0].std() < 2.2 * np.median(found[:, 1])
 

@@ -44,7 +44,7 @@ def test_a_value_that_is_known_to_exist_but_not_known(result, tmp_path):
     assert row.remark == "no reference value: figure 1 is not known here"
 
 
-def test_rows_that_are_no_number_of_the_fit_are_told(result, tmp_path):
+def test_rows_that_are_no_number_of_the_fit_are_reported(result, tmp_path):
     reference = read_reference(written(tmp_path, ROW, ROW.replace("k_i", "k_1")))
     assert unmatched(compare(result, reference), reference) == ("k_1",)
 

@@ -67,5 +67,5 @@ def test_any_fit_asks_before_it_begins(example):
     ],
     ids=["pressed", "preloaded", "dead channel", "out of reach", "no stop", "unknown zero", "no contact", "cart unseen", "no displacement"],
 )
-def test_what_a_record_does_not_show_is_believed(example, one, more):
+def test_a_gap_that_a_record_cannot_contradict_is_accepted(example, one, more):
     assert refusal(example, one, **more) == ""

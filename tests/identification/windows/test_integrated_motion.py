@@ -59,7 +59,7 @@ def test_what_the_accelerometer_reads_at_rest_does_not_make_it_drift(offset):
 
 
 def test_a_cart_that_no_sensor_saw_is_found_from_the_hammer():
-    """No record tells the natural frequency beforehand either."""
+    """No record gives the natural frequency beforehand either."""
     u, acceleration = driven(7.0, 2e-3, 0.7)
     seen = record("cart-excitation", acceleration, excitation_frequency=7.0)
     (motion,), sines = integrated_motions([seen], [None], [np.zeros_like(TIME)], mass=MASS, stop=False)

@@ -77,7 +77,7 @@ def test_a_prescribed_record_is_read(tmp_path):
         ("relative_displacement", "is 'prescribed' and no force is recorded: expected one of reaction_force, impact_force, hammer_acc"),
     ],
 )
-def test_a_prescribed_record_that_lacks_something_is_told(tmp_path, channel, message):
+def test_an_incomplete_prescribed_record_is_refused(tmp_path, channel, message):
     with pytest.raises(ExperimentError, match=message):
         load_experiment(written(tmp_path, (channel,)))
 

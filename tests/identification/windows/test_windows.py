@@ -15,7 +15,7 @@ from identification.windows.windows import WindowLength, cut
 
 
 def record_with(touching: np.ndarray) -> tuple[Record, Kinematics]:
-    """A record whose hammer is in contact where it is told."""
+    """A record whose hammer is in contact where stated."""
     blank = np.zeros(len(touching))
     record = Record(file="a.csv", kind="drop-test", gap=0.0, time=1e-3 * np.arange(len(touching)))
     motion = Kinematics(u=blank, v=blank, a=blank, base_acceleration=blank, force=None, inertia=blank, touching=touching)

@@ -13,7 +13,7 @@ from identification.report.diagnosis.words import beside, chance_text, plain_nam
 from identification.report.figures.base import LINK, Picture
 from identification.report.page_style import PageStyle
 from identification.wording.numbers import significant
-from vibrojax.drawing import new_figure
+from vibrojax.drawing import literal, new_figure
 
 _MOST = 10
 _LONGEST = 38
@@ -32,7 +32,7 @@ def candidates(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     places = -np.arange(len(shown), dtype=float)
     adequate = diagnosis.is_complete
     (_chances if adequate else _gains)(axes, places, shown, style)
-    axes.set_yticks(places, [_name(one, everywhere=adequate) for one in shown])
+    axes.set_yticks(places, [literal(_name(one, everywhere=adequate)) for one in shown])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(places[-1] - 0.7, 0.7)
     axes.xaxis.set_minor_locator(NullLocator())

@@ -50,8 +50,8 @@ def test_finds_what_a_sensor_adds(motion):
     assert terms(choice)[0] == "t" and choice.worth > chosen(motion, at).worth
 
 
-def test_no_line_where_no_force_can_be_told(motion, monkeypatch):
-    """As where none of the channels that tell one was recorded."""
+def test_no_line_where_no_force_is_identifiable(motion, monkeypatch):
+    """As where none of the channels that determine it was recorded."""
     monkeypatch.setattr("identification.diagnosis.free_form.free_form.lines", lambda *given: [])
     assert strongest_line(score_all(motion.fitted(motion.shown()))) == 0.0
 

@@ -44,7 +44,7 @@ def test_no_sensor_of_the_hammer_no_force(motion):
     assert missing_force(motion.prepared, at, motion.mass) is None
 
 
-def test_windows_that_could_not_be_integrated_tell_nothing(motion, friction):
+def test_windows_that_could_not_be_integrated_have_no_weight(motion, friction):
     at = motion.shown(force=friction(0.05))
     finite = at.finite.copy()
     finite[3] = False
@@ -55,7 +55,7 @@ def test_windows_that_could_not_be_integrated_tell_nothing(motion, friction):
     assert np.isfinite(force).all()
 
 
-def test_padding_tells_nothing(motion):
+def test_padding_has_no_weight(motion):
     at = motion.shown()
     _, stderr = missing_force(motion.prepared, at, motion.mass)
     assert np.isinf(stderr[~inside(at)]).all()

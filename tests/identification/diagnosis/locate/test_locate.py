@@ -47,7 +47,7 @@ def test_a_stop_that_holds_back_shows_while_the_hammer_leaves(motion):
     assert "leaves the stop" in found.sentence
 
 
-def test_a_tone_of_its_own_is_told_by_its_frequency(motion):
+def test_an_independent_spectral_line_is_given_by_its_frequency(motion):
     found = located(motion, motion.shown(force=0.1 * np.sin(2 * np.pi * 29.0 * motion.at.ts)))
     assert found.coordinate == "time"
     tone = float(found.sentence.split("steady tone of ")[1].split(" Hz")[0])
@@ -69,7 +69,7 @@ def late(motion, instant):
     return motion.shown(force=2.0 * chosen * motion.at.in_contact)
 
 
-def test_a_beginning_in_one_record_is_told_by_its_time(motion):
+def test_an_onset_in_one_record_is_given_by_its_time(motion):
     file = motion.prepared.experiment.records[2].file
     found = located(motion, late(motion, 0.4))
     assert found.record == file
@@ -121,7 +121,7 @@ def test_noise_alone_does_not_break_it(motion):
     assert found.sentence.endswith(".")
 
 
-def test_many_records_are_told_apart(motion, friction):
+def test_many_records_are_distinguished(motion, friction):
     """As many as a drop test has heights: bins of all records together are more than a byte counts."""
     experiment, times = motion.prepared.experiment, 8
     records = tuple(dataclasses.replace(r, file=f"{k}-{r.file}") for k in range(times) for r in experiment.records)
@@ -135,7 +135,7 @@ def test_many_records_are_told_apart(motion, friction):
     assert (found.phase, found.coordinate) == ("free flight", "velocity")
 
 
-def test_no_tone_is_looked_for_where_samples_are_far_apart(motion, friction):
+def test_no_line_is_searched_for_where_sampling_is_coarse(motion, friction):
     slow, experiment = 1e3, motion.prepared.experiment
     records = tuple(dataclasses.replace(record, time=slow * record.time) for record in experiment.records)
     prepared = dataclasses.replace(motion.prepared, experiment=dataclasses.replace(experiment, records=records))

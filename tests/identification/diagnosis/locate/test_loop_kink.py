@@ -28,7 +28,7 @@ def deepest_of(scored) -> dict[str, float]:
     return {record.file: float(motion.u.max()) - record.gap for record, motion in pairs if motion.touching.any()}
 
 
-def test_the_depth_and_the_records_beyond_it_are_told_however_the_gaps_are_set(motion):
+def test_the_depth_and_the_records_beyond_it_are_stated_however_the_gaps_are_set(motion):
     at = []
 
     def kinked(deepest: float) -> Backed:

@@ -49,7 +49,7 @@ def test_nothing_is_asked_for_where_nothing_is_in_doubt(alternative, asked):
     assert asked(alternative(FRICTION), alternative(DRAG), ()) == ""
 
 
-def test_what_parts_friction_from_drag_is_told_with_its_sigma(alternative, asked):
+def test_what_separates_friction_from_drag_is_stated_with_its_sigma(alternative, asked):
     said = asked(alternative(FRICTION), alternative(DRAG), ("quadratic_drag",))
     assert re.search(r"(drop|free decay|drive) (from|of) [\d.]+ mm", said), said
     assert "sigma" in said

@@ -1,4 +1,4 @@
-"""What a verdict without a cause tells of the losses in the contacts."""
+"""What a verdict without a cause states on the losses in the contacts."""
 
 import dataclasses
 
@@ -50,7 +50,7 @@ def side(unlisted):
     return made
 
 
-def test_both_ends_and_the_power_of_the_speed_are_told(side):
+def test_both_ends_and_the_power_of_the_speed_are_stated(side):
     found = restitution(side(powered))
     assert found is not None and found.exponent is not None
     for end, speeds in ((found.slow, SPEEDS[:2]), (found.fast, SPEEDS[-2:])):
@@ -62,7 +62,7 @@ def test_both_ends_and_the_power_of_the_speed_are_told(side):
 
 
 @pytest.mark.parametrize("changed", [{"model": ON_A_SPRING}, {"kind": "cart-excitation"}], ids=["spring", "drive"])
-def test_no_power_is_told_where_a_spring_or_the_cart_has_its_part(side, changed):
+def test_no_power_is_stated_where_a_spring_or_the_cart_has_its_part(side, changed):
     found = restitution(side(powered, **changed))
     assert found is not None and found.exponent is None
     assert found.fast.measured == pytest.approx(powered(SPEEDS[-2:]).mean(), abs=0.003)
@@ -72,36 +72,36 @@ def test_no_power_is_told_where_a_spring_or_the_cart_has_its_part(side, changed)
 @pytest.mark.parametrize(
     "of_speed", [lambda v: 1.05 - 0.1 * v, lambda v: powered(v) - 0.3 * (np.sin(1e3 * v) > 0)], ids=["leaves faster", "scatters"]
 )
-def test_no_power_is_told_where_little_is_lost_for_sure_or_losses_follow_none(side, of_speed):
+def test_no_power_is_stated_where_losses_are_insignificant_or_follow_none(side, of_speed):
     found = restitution(side(of_speed))
     assert found is not None and found.exponent is None
 
 
 @pytest.mark.parametrize("off", [0.0, 0.015], ids=["the same", "a trifle off"])
-def test_what_the_model_has_as_well_is_not_told(side, off):
+def test_losses_that_the_model_has_as_well_are_not_stated(side, off):
     assert restitution(side(lambda v: straight(v) + off, model=ON_A_SPRING)) is None
     assert restitution(side(lambda v: float(by_law(v)[0]) + off)) is None
 
 
 @pytest.mark.parametrize("speeds", [SPEEDS[:5], np.geomspace(0.5, 0.6, 12)], ids=["few", "alike"])
-def test_too_few_speeds_or_all_alike_tell_no_course(side, speeds):
+def test_too_few_or_equal_speeds_give_no_trend(side, speeds):
     assert restitution(side(powered, speeds)) is None
 
 
-@pytest.mark.parametrize(("phase", "told"), [("contact", True), ("all", False), ("free flight", False)])
-def test_is_told_of_a_misfit_in_the_contacts_alone(unlisted, side, phase, told):
+@pytest.mark.parametrize(("phase", "stated"), [("contact", True), ("all", False), ("free flight", False)])
+def test_losses_are_stated_for_a_misfit_in_the_contacts_alone(unlisted, side, phase, stated):
     location = dataclasses.replace(unlisted.location, phase=phase)
-    assert (lost_in_contacts(location, side(powered)) is not None) == told
+    assert (lost_in_contacts(location, side(powered)) is not None) == stated
     assert lost_in_contacts(None, side(powered)) is None
 
 
-@pytest.mark.parametrize(("phase", "told"), [("contact", True), ("all", True), ("after impact", True), ("free flight", False)])
-def test_of_a_rigid_stop_it_is_told_unless_the_flights_of_a_free_hammer_are_bent(unlisted, side, phase, told):
+@pytest.mark.parametrize(("phase", "stated"), [("contact", True), ("all", True), ("after impact", True), ("free flight", False)])
+def test_losses_at_a_rigid_stop_are_stated_unless_the_misfit_lies_in_free_flight(unlisted, side, phase, stated):
     location, law = dataclasses.replace(unlisted.location, phase=phase), Newton(restitution=0.8)
     of_free, of_bound = (side(powered, model=model, contact=0) for model in (FREE, ON_A_SPRING))
     free, bound = (dataclasses.replace(one, model=dataclasses.replace(one.model, law=law)) for one in (of_free, of_bound))
     found = lost_in_contacts(location, free)
-    assert (found is not None) == told
+    assert (found is not None) == stated
     assert found is None or found.exponent is None, "its rebounds are placed by the fit, which moves them by more than their errors"
     assert (lost_in_contacts(location, bound) is not None) == (phase == "contact")
 

@@ -1,4 +1,4 @@
-"""The delay of a channel against the others, told from the records alone; their motion is in closed form."""
+"""The delay of a channel against the others, estimated from the records alone; their motion is in closed form."""
 
 import dataclasses
 
@@ -53,7 +53,7 @@ def test_the_motion_is_the_integral_of_the_acceleration():
 
 @pytest.mark.parametrize("channel", NOISE)
 @pytest.mark.parametrize("delay", [2e-3, -4e-3])
-def test_the_late_channel_of_three_is_told_with_its_sign(channel, delay):
+def test_the_late_channel_of_three_is_identified_with_its_sign(channel, delay):
     found = lags([record(**{channel: delay})])
     assert found == {channel: pytest.approx(delay, abs=DT)}
 
@@ -72,7 +72,7 @@ def test_channels_that_agree_are_not_late(noise, omits):
 @pytest.mark.parametrize("omits", [(), *((name,) for name in NOISE)], ids=["all three", *(f"no {name}" for name in NOISE)])
 @pytest.mark.parametrize("delay", [6e-4, 2e-3])
 @pytest.mark.parametrize("rate", [5e3, 1e4, 2e4, 5e4])
-def test_a_delay_is_told_as_it_is_however_fast_the_sampling(rate, delay, omits):
+def test_a_delay_is_estimated_without_bias_however_fast_the_sampling(rate, delay, omits):
     """Third differences over few samples are all noise then, in which a largest correlation is anywhere; those over many show most."""
     t = np.arange(0.0, 1.2, 1.0 / rate)
     for seed in range(3):
@@ -81,7 +81,7 @@ def test_a_delay_is_told_as_it_is_however_fast_the_sampling(rate, delay, omits):
         assert [late[name] for name in late if name == "impact_force"] == [pytest.approx(delay, abs=5e-5)] * ("impact_force" not in omits)
 
 
-def test_a_line_with_a_bend_is_no_jerk():
+def test_a_kinked_line_is_no_jerk():
     """The test functions are blind to whatever a jerk does not hold, however few their samples are."""
     for half in (4, 8, 64):
         for order in (1, 3):
@@ -100,7 +100,7 @@ def test_one_odd_record_among_three_is_not_the_rule():
     assert lags([record(), record(), record(hammer_acceleration=3e-3)]) == {}
 
 
-def test_records_that_do_not_agree_tell_no_delay():
+def test_records_that_do_not_agree_give_no_delay():
     assert lags([record(), record(impact_force=3e-3)]) == {}
     assert lags([record(impact_force=2e-3), record(impact_force=6e-3)]) == {}
 
@@ -111,7 +111,7 @@ def test_records_in_which_nothing_happens_have_no_say():
     assert lags([*quiet, record(impact_force=3e-3)]) == {"impact_force": pytest.approx(3e-3, abs=DT)}
 
 
-def test_channels_that_all_differ_tell_no_delay():
+def test_channels_that_all_differ_give_no_delay():
     assert lags([record(hammer_acceleration=3e-3, impact_force=-3e-3)]) == {}
 
 

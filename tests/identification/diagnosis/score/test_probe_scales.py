@@ -1,4 +1,4 @@
-"""What is read off the records and the nominal fit before any candidate is tried."""
+"""What is read off the records and the nominal fit before any candidate is scored."""
 
 import dataclasses
 

@@ -23,7 +23,7 @@ def test_channels_are_kinds_of_their_own_best_first():
     assert list(best_of_each(found)) == ["gain_error cart_displacement", "gain_error impact_force"]
 
 
-def test_more_trials_of_a_kind_make_its_gain_less_telling():
+def test_more_trials_of_a_kind_make_its_gain_less_significant():
     many = [candidate("coulomb_friction", 17.0)] + [candidate("coulomb_friction", 0.0)] * 200
     assert (trials(many, "coulomb_friction"), trials(many, "gap_drift")) == (201, 0)
     assert list(significant(many[:1])) == ["coulomb_friction"] and not significant(many)
@@ -34,7 +34,7 @@ def beside_friction(motion, friction):
     return score_all(motion.fitted(motion.shown(force=friction(0.05))))
 
 
-def test_the_effect_that_acts_promises_most(beside_friction):
+def test_the_effect_that_acts_has_the_largest_expected_gain(beside_friction):
     assert next(iter(beside_friction.significant)) == "coulomb_friction"
     best = beside_friction.found[0]
     assert best.name == "coulomb_friction"

@@ -13,7 +13,7 @@ from vibrojax.effects.deep_stop import Backed
 
 
 @pytest.mark.parametrize(("too_small", "load_cell"), [(0.0, True), (1e-3, True), (0.0, False)])
-def test_a_bend_in_the_loops_tells_depth_hardness_law_and_gap(motion, too_small, load_cell):
+def test_a_kink_in_the_loops_gives_depth_stiffness_law_and_gap(motion, too_small, load_cell):
     """However far off the gap was set, and by the hammer's inertia where there is no load cell."""
     deepest = []
 
@@ -44,7 +44,7 @@ def test_a_record_that_shows_no_contact_keeps_its_gap(motion):
     np.testing.assert_allclose(begun.start.nuisances[:-1, column], 0.0, atol=1e-5)
 
 
-def test_loops_that_noise_alone_bends_propose_nothing(motion):
+def test_loops_with_noise_alone_propose_nothing(motion):
     assert from_loops(with_loops(motion, lambda deepest: FRONT)) == []
 
 

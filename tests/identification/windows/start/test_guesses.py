@@ -100,7 +100,7 @@ def test_a_start_beyond_all_numbers_is_passed_over():
 
 
 def test_contact_start_is_empty_without_a_load_cell():
-    """Asked to read a load cell that is not there, it finds nothing rather than something; the hammer's inertia tells what the cell did."""
+    """Asked to read a load cell that is not there, it finds nothing rather than something; the hammer's inertia gives the force."""
     record, motion, model = loops_of_a_known_law()
     deaf = dataclasses.replace(motion, force=None)
     assert contact_start(model, [record], [motion], ("k_i",), load_cell=True) is not None
