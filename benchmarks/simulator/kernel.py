@@ -30,6 +30,7 @@ PARAMETERS = (
     *("parametric_share", "parametric_phase", "wear_impulse", "magnet_force", "magnet_reach"),
     *("knock_force", "knock_width", "knock_start", "knock_period"),
     *("deep_stiffness", "deep_depth", "deep_damping", "damping_difference"),
+    *("saturation_force", "saturation_threshold"),
 )
 """Order of the parameter vector; SI. What each means stands in `effects/`."""
 M, C, K, K_I, N, LAMBDA_I, GAP, A0, OMEGA, PHASE = range(len(NOMINAL))
@@ -43,7 +44,8 @@ FOREIGN, FOREIGN_OMEGA, FOREIGN_PHASE, WARMING, POSITION_DAMPING = range(39, 44)
 PARAMETRIC, PARAMETRIC_PHASE, WEAR, MAGNET, MAGNET_REACH = range(44, 49)
 KNOCK, KNOCK_WIDTH, KNOCK_START, KNOCK_PERIOD = range(49, 53)
 DEEP_STIFFNESS, DEEP_DEPTH, DEEP_DAMPING, DAMPING_DIFFERENCE = range(53, 57)
-FORCE_START, FORCE_STEP, FORCE = range(57, 60)
+SATURATION, SATURATION_THRESHOLD = range(57, 59)
+FORCE_START, FORCE_STEP, FORCE = range(59, 62)
 """Behind the named parameters, where there is a random force: its start and step, s, and its values from then on, N."""
 
 PLAIN = 2
@@ -132,6 +134,8 @@ def extra_force(t, u, v, p):
         force -= p[FRICTION] * math.tanh(v / p[FRICTION_SPEED])
     if p[DAMPING_DIFFERENCE] != 0.0:
         force -= 0.5 * p[DAMPING_DIFFERENCE] * abs(v)
+    if p[SATURATION] != 0.0:
+        force -= p[SATURATION] * min(max(u / p[SATURATION_THRESHOLD], -1.0), 1.0)
     if p[WARMING] != 0.0:
         force -= p[K] * p[WARMING] * max(t, 0.0) * u
     if p[PARAMETRIC] != 0.0 and p[OMEGA] > 0.0:

@@ -180,7 +180,8 @@ def _inverse(
     scaled = matrices * size / size[:, None]
     largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
     scaled /= np.where(largest > 0, largest, 1.0)
-    singular = np.abs(np.linalg.det(scaled)) < _SINGULAR
+    with np.errstate(divide="ignore"):  # of a matrix that is exactly singular
+        singular = np.abs(np.linalg.det(scaled)) < _SINGULAR
     found = np.linalg.inv(np.where(singular[..., None, None], np.eye(len(size)), scaled))
     found[singular] = np.linalg.pinv(scaled[singular], rcond=_SINGULAR)
     return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
@@ -194,7 +195,9 @@ def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:
 
 def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
     """Values set to zero where the integration failed or a derivative overflowed."""
-    if not np.isfinite(values.sum()):
+    with np.errstate(invalid="ignore", over="ignore"):
+        total = values.sum()
+    if not np.isfinite(total):
         values = np.nan_to_num(values, posinf=0.0, neginf=0.0)
     values[~finite] = 0.0
     return values

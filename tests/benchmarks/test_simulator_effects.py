@@ -13,6 +13,7 @@ CONTRACT = {
     *("coulomb_friction", "quadratic_drag", "cubic_stiffness", "constant_force", "hysteresis", "stop_compliance", "contact_adhesion"),
     *("back_stop", "base_harmonics", "cart_recoil", "frequency_drift", "gap_drift", "gap_step", "second_mode", "force_lag"),
     *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset", "deep_stop", "asymmetric_damping"),
+    "force_saturation",
 }
 FREE = RecordPlan(file="free.csv", kind="free-decay", gap=1.0, true_gap=1.0, samples=2001, release=-3e-3)
 DROP = dataclasses.replace(FREE, file="drop.csv", kind="drop-test", gap=0.0, true_gap=0.0)
@@ -76,6 +77,16 @@ def test_asymmetric_damping_takes_energy_in_one_direction_and_gives_it_in_the_ot
     energy = 0.5 * rig.m * v**2 + 0.5 * rig.k * x**2
     np.testing.assert_allclose(energy[0] - energy, np.cumsum(np.abs(v) * v) * SAMPLING_STEP, atol=2e-3 * energy[0])
     assert np.ptp(energy) > 0.05 * energy[0]
+
+
+def test_a_saturating_force_holds_its_greatest_force_beyond_the_threshold():
+    """In an equilibrium that a constant force moves: k u + F_s min(u / u_s, 1) = F_0."""
+    rig = dataclasses.replace(RIG, zeta=0.5)
+    for push, place in ((0.5, 0.5 / (rig.k + 0.4 / 1e-3)), (5.0, (5.0 - 0.4) / rig.k)):
+        hidden = Hidden(motion={"saturation_force": 0.4, "saturation_threshold": 1e-3, "constant_force": push})
+        x = true_signals(rig, dataclasses.replace(FREE, samples=8001), hidden)["hammer_displacement"]
+        assert (place < 1e-3) == (push < 1.0)
+        assert x[-1] == pytest.approx(place, rel=1e-4)
 
 
 def test_bouc_wen_with_one_way_of_motion_saturates():

@@ -20,7 +20,7 @@ LISTED: dict[str, Effect] = {
     **_table(drive.base_harmonics, drive.cart_recoil, drive.frequency_drift, stop.gap_drift, stop.gap_step, suspension.second_mode),
     **_table(channels.force_lag, channels.force_clipping, needs=_FORCE),
     **_table(channels.mains_hum, stop.missing_stop, channels.gain_error, channels.time_offset),
-    **_table(stop.deep_stop, suspension.asymmetric_damping),
+    **_table(stop.deep_stop, suspension.asymmetric_damping, suspension.force_saturation),
 }
 UNLISTED: dict[str, Effect] = _table(
     unlisted.x_foreign_force,

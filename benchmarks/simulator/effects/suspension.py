@@ -1,4 +1,4 @@
-"""Effects of the suspension: friction, drag, asymmetric damping, a curved characteristic, preload, hysteresis, a second mode."""
+"""Effects of the suspension: friction, drag, asymmetric damping, a curved or saturating force, preload, hysteresis, a second mode."""
 
 import numpy as np
 
@@ -58,3 +58,9 @@ def second_mode(rng: np.random.Generator, setting: Setting, strength: float) -> 
 def asymmetric_damping(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
     """F = D_c |v| / 2, towards the stop or away from it; at the speed A0 omega_n 0.03 k A0."""
     return Hidden(motion={"damping_difference": either_sign(rng) * 0.06 * strength * setting.spring_force / setting.speed})
+
+
+def force_saturation(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = -F_s u / u_s up to |u| = u_s, and constant beyond; F_s = 0.08 k A0, u_s = 0.3 to 0.6 A0."""
+    threshold = rng.uniform(0.3, 0.6) * setting.rig.base_amplitude
+    return Hidden(motion={"saturation_force": 0.08 * strength * setting.spring_force, "saturation_threshold": float(threshold)})
