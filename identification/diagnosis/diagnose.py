@@ -21,7 +21,7 @@ from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search.among import limits
+from identification.diagnosis.search.among import among_effects, limit_warning
 from identification.diagnosis.search.search import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
@@ -86,8 +86,10 @@ def diagnose_experiment(
         progress: called with a line of text at each stage.
 
     Raises:
+        InputError: a name in `among` is unknown.
         NoConvergenceError: the nominal model cannot be integrated in any window.
     """
+    among = among_effects(only=tuple(among))
     course = _Course(budget_minutes, progress)
     with course.stage("nominal"):
         start = nominal_fit(experiment, law=law, progress=progress)
@@ -138,7 +140,7 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, among: Coll
             restless,
             lost,
             finished=finished,
-            limited=bool(limits(among)),
+            limited=bool(limit_warning(among)),
         )
     return Diagnosis(
         experiment=experiment,
@@ -153,7 +155,7 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, among: Coll
         augmented=shown_after,
         unrest=restless,
         next_experiment=advice,
-        warnings=(*_warnings(found, after, shown_after), *limits(among)),
+        warnings=(*_warnings(found, after, shown_after), *limit_warning(among)),
         seconds=course.seconds,
     )
 

@@ -13,6 +13,8 @@ from vibrojax.model import Model
 
 NOT_FINISHED = "not finished"
 """First words of the warning that the time budget ended the search."""
+LIMITED = "limited on request"
+"""Begin of the warning of a diagnosis that did not look for all listed effects."""
 ADEQUATE, RESTLESS, MISSING, UNLISTED = "adequate", "restless", "missing", "unlisted"
 
 
@@ -255,6 +257,11 @@ class Diagnosis:
     def is_finished(self) -> bool:
         """Whether the search ended before its time budget."""
         return not any(warning.startswith(NOT_FINISHED) for warning in self.warnings)
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether the search was limited on request to some of the listed effects."""
+        return any(warning.startswith(LIMITED) for warning in self.warnings)
 
     @property
     def is_complete(self) -> bool:

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from jaxtyping import Bool
 
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits
@@ -65,7 +66,6 @@ def fit_experiment(
     found = _most_likely(prepared, outcome, progress)
     shortened = len(found.prepared.record) > len(prepared.record)
     prepared, active = found.prepared, free_unknowns(found.prepared)
-    degrees = degrees_of_freedom(prepared, active)
     clock.lap("likelihood")
     progress("standard errors and intervals")
     spread = uncertainty(found.posterior.equations, found.estimate, active)
@@ -75,6 +75,8 @@ def fit_experiment(
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
     shown, cost = settled_without_force(prepared, found.estimate)
+    integrated = np.isfinite(cost)
+    degrees = degrees_of_freedom(prepared, active, integrated)
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
     values = prepared.layout.physical(found.estimate.shared)
@@ -91,7 +93,7 @@ def fit_experiment(
         derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=2.0 * float(cost[np.isfinite(cost)].sum()) / max(degrees, 1),
+        chi2_reduced=2.0 * float(cost[integrated].sum()) / max(degrees, 1) if integrated.any() else float("nan"),
         degrees=degrees,
         records=records,
         starts=tried,
@@ -143,23 +145,28 @@ def _from_other_starts(
     if other is None:
         return outcome, tried
     again = _fitted(dataclasses.replace(prepared, candidates={"multistart": other}), progress)
-    return min((found for found in (outcome, again) if found is not None), key=lambda found: found.cost, default=None), tried
+    found = [one for one in (outcome, again) if one is not None]
+    return min(found, key=lambda one: (not one.converged, one.cost), default=None), tried
 
 
 def _most_likely(prepared: Prepared, outcome: Outcome | None, progress: Progress) -> Fitted:
     """The fit under the full likelihood, as `vibrojax diagnose` finds it, where possible on ordinary windows."""
-    start = outcome.estimate if outcome is not None and outcome.converged else None
-    found = likelihood_fit(prepared, start, progress)
+    found = likelihood_fit(prepared, None if outcome is None else outcome.estimate, progress)
     if len(found.prepared.record) > len(prepared.record):
         progress("fitting the nominal model to ordinary windows again")
         found = on_ordinary_windows(prepared, found) or found
     return found if found.converged else fitted(found.point, iterations=25)
 
 
-def degrees_of_freedom(prepared: Prepared, active: Active) -> int:
-    """Number of weighted samples less that of estimated unknowns; a window on a prescribed path has no free initial state."""
-    counted = sum(int((group.weight > 0).sum()) for group in prepared.groups)
-    free_windows = sum(len(group.record) for group in prepared.groups if group.prescribed is None)
+def degrees_of_freedom(prepared: Prepared, active: Active, integrated: Bool[np.ndarray, " windows"] | None = None) -> int:
+    """Number of weighted samples less that of estimated unknowns; a window on a prescribed path has no free initial state.
+
+    `integrated`: the windows that count; all of them if left out.
+    """
+    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
+    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
+    chosen = np.ones(len(samples), bool) if integrated is None else integrated
+    counted, free_windows = int(samples[chosen].sum()), int(free[chosen].sum())
     return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
 
 
@@ -249,8 +256,8 @@ def _warnings(of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarra
         found.append(f"{lost} of {len(cost)} windows could not be integrated and do not count")
     if shortened:
         found.append(
-            "the model follows the records over short windows only, each with an initial state of its own; `vibrojax diagnose` asks what it"
-            " leaves out"
+            "fitted to windows of half an impact, since longer ones diverge from the records: predictions over several impacts have larger"
+            " errors than shown; `vibrojax diagnose` looks for the cause"
         )
     if restless is not None:
         found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause.")

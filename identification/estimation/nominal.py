@@ -38,7 +38,7 @@ def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Cal
 
 
 def likelihood_fit(prepared: Prepared, start: Estimate | None, progress: Callable[[str], None]) -> Fitted:
-    """Fit under the full likelihood from a least-squares estimate; on short windows where there is none, or where it is not near.
+    """Fit under the full likelihood from a least-squares estimate; on short windows without one, or where it misses the recorded motion.
 
     Raises:
         NoConvergenceError: the model cannot be integrated in any window.
@@ -55,9 +55,8 @@ def likelihood_fit(prepared: Prepared, start: Estimate | None, progress: Callabl
 def on_ordinary_windows(prepared: Prepared, found: Fitted) -> Fitted | None:
     """A fit on ordinary windows that starts from one on short windows; None where it does not get near the recorded motion."""
     begin = dataclasses.replace(prepared.start, shared=found.estimate.shared, nuisances=found.estimate.nuisances)
-    whole = dataclasses.replace(prepared, start=begin)
-    estimate, cost = settled_gradually(whole, integrator_for(whole))
-    return if_near(first_point(whole, estimate)) if np.isfinite(cost).all() else None
+    estimate, cost = settled_gradually(dataclasses.replace(prepared, start=begin), integrator_for(prepared))
+    return if_near(first_point(prepared, estimate)) if np.isfinite(cost).any() else None
 
 
 def if_near(start: Point) -> Fitted | None:

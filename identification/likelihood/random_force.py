@@ -83,7 +83,7 @@ def force_response(
         chosen = slice(first, first + _AT_ONCE)
         found[:, chosen] = over_noise(force_responses(at, mass, hats(at, places, chosen)), at, noise)
 
-    some(0)  # with what all of them share
+    some(0)  # computes the cached quadrature before the threads share it
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         list(threads.map(some, range(_AT_ONCE, len(places), _AT_ONCE)))
     return found.reshape(*found.shape[:2], -1)

@@ -45,14 +45,14 @@ def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[n
     ):
         added[name] = added.get(name, 0.0) + one
     shown |= {name: shown[name] + one[:, None] for name, one in added.items() if name in shown}
-    return _residual(at, shown)[:, 0]
+    return _residual(at, shown, 1)[:, 0]
 
 
 def force_responses(
     at: Linearised, mass: float, forces: Float[np.ndarray, "windows forces time"]
 ) -> Float[np.ndarray, "windows forces time channels"]:
     """First-order change of the residual due to several forces on the hammer, N."""
-    return _residual(at, _shown(at, mass, at.kick[:, None] * forces[..., None], forces))
+    return _residual(at, _shown(at, mass, at.kick[:, None] * forces[..., None], forces), forces.shape[1])
 
 
 def _shown(
@@ -86,9 +86,8 @@ def _shown(
     return {name: channels[name]() for name in at.channels}
 
 
-def _residual(at: Linearised, shown: dict[str, np.ndarray]) -> Float[np.ndarray, "windows rows time channels"]:
+def _residual(at: Linearised, shown: dict[str, np.ndarray], rows: int) -> Float[np.ndarray, "windows rows time channels"]:
     """Change of the residual: minus that of the channels, over the noise; each channel is contiguous in memory."""
-    rows = max(one.shape[1] for one in shown.values())
     found = np.moveaxis(np.empty((len(at.u), rows, len(at.channels), at.u.shape[1])), -2, -1)
     for c, name in enumerate(at.channels):
         np.multiply(shown[name], -at.weight[:, None, :, c], out=found[..., c])

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from identification.wording.style_names import ON_PAPER, ON_SCREEN, STYLE_NAMES
+from identification.wording.style_names import ON_PAPER, ON_SCREEN
 from vibrojax.drawing import BLUE, COLOURS, GREY, ORANGE
 
 
@@ -83,4 +83,4 @@ PRINT = PageStyle(
     diverging=None,
     hatch="////",
 )
-STYLES: dict[str, PageStyle] = dict(zip(STYLE_NAMES, (SCREEN, PRINT), strict=True))
+STYLES: dict[str, PageStyle] = {style.name: style for style in (SCREEN, PRINT)}

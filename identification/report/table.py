@@ -59,7 +59,7 @@ def _verdict(result: FitResult) -> Text:
     text.append(
         f"\n{result.experiment.name}: {len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom", "not bold"
     )
-    text.append(f"\n{result.model.law.title}, {result.model.suspension.name} suspension, {result.iterations} iterations", "not bold")
+    text.append(f"\n{result.model.law.title}, {result.model.suspension.name} suspension", "not bold")
     return text
 
 

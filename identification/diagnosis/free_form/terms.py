@@ -195,7 +195,7 @@ def _line(by: Projector, courses: tuple[Course, ...], mass: float, term: str, fr
     """Sine and cosine of one frequency as columns, one per record."""
     members = tuple(FreeForm(terms=(term,), c1=1.0, f1_hz=frequency, p1=phase) for phase in (0.0, 0.5 * np.pi))
     whole = columns_of(by, courses, mass, members)
-    columns = [one.of(by.at.record == record) for one in whole for record in range(len(courses))]
+    columns = [one.restricted_to(by.at.record == record) for one in whole for record in range(len(courses))]
     return Group(members=members, columns=tuple(columns), searched=searched, shape="sine")
 
 

@@ -65,7 +65,8 @@ class Projector:
     def lightened(self) -> "Projector":
         """Without the large arrays that only further columns need."""
         nothing = np.zeros((0, 0, 0))
-        return dataclasses.replace(self, fit=Rows(white=nothing, along=nothing), metric=dataclasses.replace(self.metric, turned=nothing))
+        metric = dataclasses.replace(self.metric, turned=nothing, basis=nothing)
+        return dataclasses.replace(self, fit=Rows(white=nothing, along=nothing, sign=np.zeros(0)), metric=metric)
 
     @property
     def inverse(self) -> Float[np.ndarray, "windows states states"]:
@@ -110,12 +111,12 @@ class Reduced:
         """Squared norm of the column."""
         return self.column.total(self.column)
 
-    def of(self, chosen: Bool[np.ndarray, " windows"]) -> "Reduced":
+    def restricted_to(self, chosen: Bool[np.ndarray, " windows"]) -> "Reduced":
         """The column restricted to some windows."""
         return Reduced(
             scores=self.scores * chosen,
             cross=self.cross * chosen[:, None],
-            column=self.column.of(chosen),
+            column=self.column.restricted_to(chosen),
             on_states=self.on_states * chosen[:, None],
         )
 
@@ -168,7 +169,7 @@ def _candidate(by: Projector, members: tuple[AbstractEffect, ...], columns: list
     per_record = any(p.per_record for p in members[0].parameters)
     if per_record:
         records = np.unique(by.at.record)
-        columns = [column.of(by.at.record == record) for column in columns for record in records]
+        columns = [column.restricted_to(by.at.record == record) for column in columns for record in records]
     total, matrix = information(by, columns)
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     fine = scale > 0

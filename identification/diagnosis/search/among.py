@@ -1,8 +1,9 @@
 """Limits on request: the effects that a search may add to the model."""
 
 from collections.abc import Collection, Sequence
+from difflib import get_close_matches
 
-from identification.experiment.errors import suggestion
+from identification.diagnosis.diagnosis import LIMITED
 from identification.wording.lists import joined
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
@@ -12,26 +13,31 @@ def among_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> tupl
     """Names of the effects that may be added: `only` these, or all listed ones, `without` those.
 
     Raises:
-        InputError: an unknown name, or none is left.
+        InputError: an unknown name, a single text in place of several names, or no effect is left.
 
     Example:
         >>> among_effects(only=["hysteresis", "quadratic_drag"], without=["hysteresis"])
         ('quadratic_drag',)
     """
-    for name in (*only, *without):
-        if name not in EFFECTS:
-            raise InputError(f"no effect is called {name!r}{suggestion(name, EFFECTS)}")
+    for given in (only, without):
+        if isinstance(given, str):
+            raise InputError(f"{given!r} is one text: expected a list of names of effects, such as [{given!r}]")
+        for name in given:
+            if name not in EFFECTS:
+                near = get_close_matches(name, EFFECTS, n=1)
+                expected = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(EFFECTS)}"
+                raise InputError(f"no effect is called {name!r}: {expected}")
     found = tuple(name for name in EFFECTS if (name in only or not only) and name not in without)
     if not found:
-        raise InputError("no effect is left to look for: expected at least one that is asked for and not excluded")
+        raise InputError(f"without {joined(list(without))} no effect is left to look for: exclude fewer of them")
     return found
 
 
-def limits(among: Collection[str]) -> tuple[str, ...]:
-    """Warning for the reader of a diagnosis where the search was limited; empty otherwise."""
+def limit_warning(among: Collection[str]) -> tuple[str, ...]:
+    """Warning for the reader of a diagnosis that did not look for all listed effects; empty otherwise."""
     absent = [name for name in EFFECTS if name not in among]
     if not absent:
         return ()
-    only = len(among) < len(absent)
-    text = f"nothing but {joined(list(among))} could be found" if only else f"{joined(absent)} could not be found"
-    return (f"the search was limited on request: {text}",)
+    names = [name for name in EFFECTS if name in among]
+    text = f"only {joined(names)} could be named" if len(names) < len(absent) else f"{joined(absent)} could not be named"
+    return (f"{LIMITED}: of the listed effects, {text}",)

@@ -40,6 +40,7 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         adequate=diagnosis.is_complete,
         missing=diagnosis.verdict == MISSING,
         headline=words.headline(diagnosis),
+        looked_for=words.candidates(diagnosis),
         place=_place(diagnosis),
         effects=[_effect(one) for one in diagnosis.effects],
         ambiguous=joined([words.effect_words(name) for name in diagnosis.ambiguous_with]),

@@ -93,7 +93,12 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Nothing is missing, but a random force acts on the hammer"
     if diagnosis.verdict == MISSING:
         return f"Missing: {joined([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
-    return "Something is missing that no listed effect explains"
+    return f"Something is missing that no {candidates(diagnosis)} explains"
+
+
+def candidates(diagnosis: Diagnosis) -> str:
+    """What the search could name: any listed effect, or one of those that were looked for."""
+    return "effect that was looked for" if diagnosis.is_limited else "listed effect"
 
 
 def next_steps(diagnosis: Diagnosis) -> tuple[str, ...]:

@@ -6,9 +6,10 @@ import pytest
 from PIL import Image
 
 from identification.report import write_report
-from identification.report.page_style import PRINT
+from identification.report.page_style import PRINT, STYLES
 from identification.result.record_view import residual
 from identification.result.reference import read_reference
+from identification.wording.style_names import STYLE_NAMES
 from tests.identification.made_result import with_unknown
 from tests.identification.report.page_reader import is_grey, read, svgs, unpacked
 from vibrojax.data_files import data_path
@@ -188,3 +189,7 @@ def test_a_reference_that_does_not_suit_leaves_nothing_behind(good, tmp_path):
 def test_an_empty_multistart_and_no_derived_numbers(good, tmp_path):
     bare = dataclasses.replace(good, starts=(), derived=(), correlated=(), correlation=good.correlation[:0, :0])
     assert read(write_report(bare, tmp_path)[0]).text
+
+
+def test_every_style_that_the_command_line_lists_is_there():
+    assert tuple(STYLES) == STYLE_NAMES

@@ -41,9 +41,24 @@ def test_inner_products_are_those_over_the_whole_covariance(strength):
     assert rows[:1].total(rows[:1]) == pytest.approx(expected[:, 0, 0].sum())
 
 
+@pytest.mark.parametrize("strength", [1e4, 1e7, 1e10])
+def test_a_huge_random_force_leaves_what_is_orthogonal_to_it(strength):
+    """Against the limit, the covariance of the noise after regression on the force's response; all norms stay positive."""
+    at = made.made_windows(4)
+    answer, values = strength * made.made_answer(at), at.jacobian
+    rows = rows_of(at, answer, np.concatenate([values, answer[:, :1]], axis=1), np.ones(len(at.record)))
+    found = rows.inner(rows)
+    assert np.all(np.diagonal(found, axis1=1, axis2=2) > 0.0)
+    for window, one in enumerate(made.dense(at, answer)):
+        root = np.linalg.cholesky(one.noise)
+        white, force = np.linalg.solve(root, one.jacobian), np.linalg.solve(root, one.answer / strength)
+        rest = white - force @ np.linalg.lstsq(force, white, rcond=None)[0]
+        np.testing.assert_allclose(found[window, :-1, :-1], rest.T @ rest, rtol=0, atol=1e-6 * np.abs(white.T @ white).max())
+
+
 def test_rows_of_other_windows_are_zero():
     at = made.made_windows(4)
     rows, chosen = rows_of(at, 0.3 * made.made_answer(at), at.jacobian, np.ones(len(at.record))), np.arange(len(at.record)) == 1
-    found = rows.of(chosen).inner(rows)
+    found = rows.restricted_to(chosen).inner(rows)
     np.testing.assert_array_equal(found[~chosen], 0.0)
     np.testing.assert_allclose(found[chosen], rows.inner(rows)[chosen])

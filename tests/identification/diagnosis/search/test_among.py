@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.diagnosis.search.among import among_effects, limits
+from identification.diagnosis.search.among import among_effects, limit_warning
 from identification.diagnosis.search.search import COMPLETE, search
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
@@ -11,17 +11,29 @@ from vibrojax.errors import InputError
 
 def test_all_listed_effects_are_looked_for_unless_limited():
     assert among_effects() == tuple(EFFECTS)
-    assert limits(EFFECTS) == ()
+    assert limit_warning(EFFECTS) == ()
 
 
 def test_the_reader_is_told_of_the_limit():
-    assert limits(("hysteresis",)) == ("the search was limited on request: nothing but hysteresis could be found",)
-    assert limits(among_effects(without=["hysteresis"])) == ("the search was limited on request: hysteresis could not be found",)
+    assert limit_warning(("hysteresis",)) == ("limited on request: of the listed effects, only hysteresis could be named",)
+    assert limit_warning(among_effects(without=["hysteresis"])) == (
+        "limited on request: of the listed effects, hysteresis could not be named",
+    )
 
 
 def test_no_effect_left_is_refused():
     with pytest.raises(InputError, match="no effect is left to look for"):
         among_effects(only=["hysteresis"], without=["hysteresis"])
+
+
+def test_every_name_is_listed_where_none_is_near():
+    with pytest.raises(InputError, match="expected one of coulomb_friction.*asymmetric_damping"):
+        among_effects(only=["Stiction, I think"])
+
+
+def test_one_text_is_no_list_of_names():
+    with pytest.raises(InputError, match=r"expected a list of names of effects, such as \['hysteresis'\]"):
+        among_effects(only="hysteresis")
 
 
 def test_an_effect_that_is_excluded_is_not_scored(motion, friction):
