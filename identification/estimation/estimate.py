@@ -10,15 +10,16 @@ from jaxtyping import Bool
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits
 from identification.estimation.multistart import Multistart
-from identification.estimation.nominal import likelihood_fit, on_ordinary_windows
+from identification.estimation.nominal import is_near, on_ordinary_windows
 from identification.estimation.records import record_fits
+from identification.estimation.short_windows import robust_estimate
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.fit import bounds, fit, free_unknowns, integrator_for
 from identification.least_squares.levenberg_marquardt import Outcome
 from identification.least_squares.settling import settled_without_force
 from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
-from identification.likelihood.fitted import Fitted, fitted
+from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.variances import equations, posterior
 from identification.result.result import (
@@ -150,12 +151,20 @@ def _from_other_starts(
 
 
 def _most_likely(prepared: Prepared, outcome: Outcome | None, progress: Progress) -> Fitted:
-    """The fit under the full likelihood, as `vibrojax diagnose` finds it, where possible on ordinary windows."""
-    found = likelihood_fit(prepared, None if outcome is None else outcome.estimate, progress)
-    if len(found.prepared.record) > len(prepared.record):
-        progress("fitting the nominal model to ordinary windows again")
-        found = on_ordinary_windows(prepared, found) or found
-    return found if found.converged else fitted(found.point, iterations=25)
+    """The fit under the full likelihood from the least-squares estimate.
+
+    Where least squares failed or did not converge, and the fit is far from the recorded motion, it starts from short windows instead; it stays
+    on these where ordinary ones diverge.
+    """
+    progress("estimating sensor noise and random force")
+    if outcome is not None:
+        found = fitted(first_point(prepared, outcome.estimate), iterations=25)
+        if outcome.converged or is_near(found):
+            return found
+    progress("fitting the nominal model to short windows")
+    short = fitted(first_point(*robust_estimate(prepared)))
+    progress("fitting the nominal model to ordinary windows again")
+    return on_ordinary_windows(prepared, short) or short
 
 
 def degrees_of_freedom(prepared: Prepared, active: Active, integrated: Bool[np.ndarray, " windows"] | None = None) -> int:

@@ -34,15 +34,7 @@ def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Cal
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law)
     progress("fitting the nominal model")
-    return likelihood_fit(prepared, ordinary(prepared), progress)
-
-
-def likelihood_fit(prepared: Prepared, start: Estimate | None, progress: Callable[[str], None]) -> Fitted:
-    """Fit under the full likelihood from a least-squares estimate; on short windows without one, or where it misses the recorded motion.
-
-    Raises:
-        NoConvergenceError: the model cannot be integrated in any window.
-    """
+    start = ordinary(prepared)
     progress("estimating sensor noise and random force")
     found = None if start is None else if_near(first_point(prepared, start))
     if found is not None:

@@ -160,5 +160,5 @@ def test_a_fit_that_gets_near_on_short_windows_only_says_so(small, monkeypatch):
     monkeypatch.setattr(estimate, "fit", lambda *given, **more: (_ for _ in ()).throw(NoConvergenceError("lost")))
     monkeypatch.setattr(estimate, "on_ordinary_windows", lambda prepared, found: None)
     found = fit_experiment(small, starts=1)
-    assert any("over short windows only" in warning for warning in found.warnings)
+    assert any("windows of half an impact" in warning for warning in found.warnings)
     assert found.chi2_reduced == pytest.approx(1.0, abs=0.05)

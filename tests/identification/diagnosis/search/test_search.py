@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from identification.diagnosis.search import alternatives
 from identification.diagnosis.search import search as module
 from identification.diagnosis.search.search import BUDGET, COMPLETE, FAILED, MOST, search
 from identification.likelihood.random_effects import Variation
@@ -67,6 +68,7 @@ def test_a_variation_between_records_is_fitted_first_where_it_is_expected_to_gai
     monkeypatch.setattr(module, "variations", lambda model: (varying,) if model is rubbing else ())
     monkeypatch.setattr(module, "with_variation", lambda model, one: "varied")
     monkeypatch.setattr(module, "attempt", lambda prepared, *given, **options: recovered if prepared == "varied" else None)
+    monkeypatch.setattr(alternatives, "attempt", lambda *given, **options: None)
     found = search(rubbing, deadline=np.inf, progress=said.append)
     assert said[1].startswith("fitting k_i that varies between records") == is_first
     assert found.fitted is recovered
