@@ -78,6 +78,7 @@ def fit_experiment(
     shown, cost = settled_without_force(prepared, found.estimate)
     integrated = np.isfinite(cost)
     degrees = degrees_of_freedom(prepared, active, integrated)
+    squares = outcome.cost if outcome is not None and outcome.converged and integrated.all() else float(cost[integrated].sum())
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
     values = prepared.layout.physical(found.estimate.shared)
@@ -94,7 +95,7 @@ def fit_experiment(
         derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=2.0 * float(cost[integrated].sum()) / max(degrees, 1) if integrated.any() else float("nan"),
+        chi2_reduced=2.0 * squares / max(degrees, 1) if integrated.any() else float("nan"),
         degrees=degrees,
         records=records,
         starts=tried,
@@ -153,8 +154,8 @@ def _from_other_starts(
 def _most_likely(prepared: Prepared, outcome: Outcome | None, progress: Progress) -> Fitted:
     """The fit under the full likelihood from the least-squares estimate.
 
-    Where least squares failed or did not converge, and the fit is far from the recorded motion, it starts from short windows instead; it stays
-    on these where ordinary ones diverge.
+    Where least squares failed or did not converge, and the fit is far from the recorded motion, it starts from short windows instead; it
+    stays on these where ordinary ones diverge.
     """
     progress("estimating sensor noise and random force")
     if outcome is not None:
