@@ -21,7 +21,7 @@ from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search.among import among_effects, limit_warning
+from identification.diagnosis.search.among import limit_warning
 from identification.diagnosis.search.search import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits
@@ -81,15 +81,13 @@ def diagnose_experiment(
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        among: names of the effects that may be added to the model, all listed ones if left out.
+        among: names of the effects that may be added to the model, all listed ones if left out; `among_effects` checks names.
         budget_minutes: time after which no search step begins; the verdict then states that the search was not finished.
         progress: called with a line of text at each stage.
 
     Raises:
-        InputError: a name in `among` is unknown.
         NoConvergenceError: the nominal model cannot be integrated in any window.
     """
-    among = among_effects(only=tuple(among))
     course = _Course(budget_minutes, progress)
     with course.stage("nominal"):
         start = nominal_fit(experiment, law=law, progress=progress)

@@ -10,9 +10,8 @@ from jaxtyping import Bool
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits
 from identification.estimation.multistart import Multistart
-from identification.estimation.nominal import is_near, on_ordinary_windows
+from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows
 from identification.estimation.records import record_fits
-from identification.estimation.short_windows import robust_estimate
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.fit import bounds, fit, free_unknowns, integrator_for
@@ -162,8 +161,7 @@ def _most_likely(prepared: Prepared, outcome: Outcome | None, progress: Progress
         found = fitted(first_point(prepared, outcome.estimate), iterations=25)
         if outcome.converged or is_near(found):
             return found
-    progress("fitting the nominal model to short windows")
-    short = fitted(first_point(*robust_estimate(prepared)))
+    short = on_short_windows(prepared, progress)
     progress("fitting the nominal model to ordinary windows again")
     return on_ordinary_windows(prepared, short) or short
 

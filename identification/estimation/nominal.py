@@ -39,9 +39,17 @@ def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Cal
     found = None if start is None else if_near(first_point(prepared, start))
     if found is not None:
         return found
+    return on_short_windows(prepared, progress)
+
+
+def on_short_windows(prepared: Prepared, progress: Callable[[str], None]) -> Fitted:
+    """The fit on short windows of the same records.
+
+    Raises:
+        NoConvergenceError: none of them can be integrated.
+    """
     progress("fitting the nominal model to short windows")
-    short, estimate = robust_estimate(prepared)
-    return fitted(first_point(short, estimate))
+    return fitted(first_point(*robust_estimate(prepared)))
 
 
 def on_ordinary_windows(prepared: Prepared, found: Fitted) -> Fitted | None:

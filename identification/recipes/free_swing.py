@@ -6,14 +6,11 @@ import numpy as np
 
 from identification.recipes.base import Cut
 
-_HEADER = 2
-"""Lines before the angles: names, then values of what follows."""
-_RATE = 1
-"""Place of the sampling rate, Hz, in the second line."""
-
 
 def read(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """Angle from the encoder's zero.
+
+    The first line of a file names the numbers of the second: angle of the trigger, sampling rate, duration. One angle a line follows.
 
     Args:
         folder: of the data set.
@@ -22,9 +19,8 @@ def read(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     Returns:
         `time`, s, and `angle`, degrees.
     """
-    lines = (folder / cut.source).read_text(encoding="utf-8").splitlines()
-    rate = float(lines[_HEADER - 1].split(",")[_RATE])
-    angle = np.array([float(line) for line in lines[_HEADER:] if line.strip()])
+    _, rate, _ = np.loadtxt(folder / cut.source, delimiter=",", skiprows=1, max_rows=1)
+    angle = np.loadtxt(folder / cut.source, skiprows=2)
     time = np.arange(len(angle)) / rate
     kept = (time >= cut.start) & (time <= cut.stop)
     return {"time": time[kept] - time[kept][0], "angle": angle[kept]}

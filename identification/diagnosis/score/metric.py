@@ -11,9 +11,6 @@ from identification.likelihood.linearised import Linearised
 from identification.likelihood.marginal import over_noise
 from identification.likelihood.noise import Autoregression
 
-_CANCELLING = 1e8
-"""Squared response to the random force, over its prior and the noise, above which the difference of two products would lose digits."""
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rows:
@@ -56,7 +53,7 @@ class Metric:
 
     After R^(-1/2) the covariance is 1 + B B' with B the whitened response Z times a root of S. With B' B = U diag(d^2) U', the coordinates
     along the force are b = diag(1 + d^2)^(-1/2) U' B' x, and x' V^-1 x = x' x - b' b (Woodbury). Where d^2 is so large that this difference
-    would lose digits, x is split by an orthonormal basis Q of the columns of B = Q T: x' V^-1 x = |x - Q Q' x|^2 + |b|^2 with
+    would lose half of the digits, x is split by an orthonormal basis Q of the columns of B = Q T: x' V^-1 x = |x - Q Q' x|^2 + |b|^2 with
     b = (1 + T T')^(-1/2) Q' x.
 
     Attributes:
@@ -92,7 +89,7 @@ def metric(point: Point) -> Metric:
     at, root = point.at, point.variances.root
     values, vectors = np.linalg.eigh(root.T @ point.inner.force @ root)
     turned = point.answer.transpose(0, 2, 1) @ (root @ vectors / np.sqrt(1.0 + np.maximum(values, 0.0))[:, None])
-    split = np.flatnonzero(at.finite & (values[:, -1] > _CANCELLING))
+    split = np.flatnonzero(at.finite & (values[:, -1] > np.finfo(float).eps ** -0.5))  # the difference would lose half of the digits
     basis, rest = np.linalg.qr(point.answer[split].transpose(0, 2, 1) @ root)
     left, size, _ = np.linalg.svd(rest)
     turned[split] = basis @ (left / np.sqrt(1.0 + size**2)[:, None])

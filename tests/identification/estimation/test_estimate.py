@@ -139,12 +139,13 @@ def test_complete_models_are_recovered_from_concealed_cases(case, shared):
             assert np.sqrt(np.mean((predicted[name] - values) ** 2)) < 0.02 * np.std(values)
 
 
+def lost(*given, **more):
+    """A least-squares fit that cannot be integrated."""
+    raise NoConvergenceError("the model cannot be integrated from the first guess")
+
+
 def test_a_fit_that_cannot_be_integrated_from_the_first_guess_starts_again_on_short_windows(small, truth, monkeypatch):
     """The parameters found there lead to ordinary windows, where the fit ends as ever."""
-
-    def lost(*given, **more):
-        raise NoConvergenceError("the model cannot be integrated from the first guess")
-
     usual = fit_experiment(small, starts=1)
     monkeypatch.setattr(estimate, "fit", lost)
     found = fit_experiment(small, starts=1)
@@ -157,7 +158,7 @@ def test_a_fit_that_cannot_be_integrated_from_the_first_guess_starts_again_on_sh
 
 
 def test_a_fit_that_gets_near_on_short_windows_only_says_so(small, monkeypatch):
-    monkeypatch.setattr(estimate, "fit", lambda *given, **more: (_ for _ in ()).throw(NoConvergenceError("lost")))
+    monkeypatch.setattr(estimate, "fit", lost)
     monkeypatch.setattr(estimate, "on_ordinary_windows", lambda prepared, found: None)
     found = fit_experiment(small, starts=1)
     assert any("windows of half an impact" in warning for warning in found.warnings)
