@@ -65,6 +65,13 @@ KNOWN = (
         cannot="How the friction depends on the load of the bearing, which changes with the arm's speed.",
     ),
     Known(
+        recipe="torque_pendulum",
+        question="A motor swings a pendulum up; viscous damping is fitted. What brakes it besides?",
+        truth="dry friction of the drive: 0.15 to 0.30 N m in independent fits to all but one of the records",
+        expected=(("coulomb_friction",),),
+        cannot="How well the torque read from the current is the torque at the arm: the drive has a gear.",
+    ),
+    Known(
         recipe="cyberdiver_threshold_5",
         question="A programmed spring is taken for a linear one without an end. Where does its force depart from that?",
         truth=f"{_SPRING} up to 5 N and constant beyond; hard stop at 6.2 mm",

@@ -106,4 +106,4 @@ class Multistart:
 def _free(prepared: Prepared) -> np.ndarray:
     """(parameters,) bool: parameters of the contact law that are not fixed."""
     names = {p.name for p in prepared.model.law.parameters} - set(prepared.fixed)
-    return np.array([p.name in names for p in prepared.layout.parameters])
+    return np.array([p.name in names for p in prepared.layout.parameters], bool)

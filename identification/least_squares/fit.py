@@ -196,7 +196,7 @@ def touched_records(prepared: Prepared) -> np.ndarray:
 
 
 def _mask(prepared: Prepared, names: set[str]) -> np.ndarray:
-    return np.array([p.name in names for p in prepared.layout.parameters])
+    return np.array([p.name in names for p in prepared.layout.parameters], bool)
 
 
 def bounds(prepared: Prepared) -> tuple[np.ndarray, np.ndarray]:

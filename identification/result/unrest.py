@@ -24,13 +24,15 @@ class Unrest:
     Attributes:
         force_rms: size, N, and its standard error; None where the likelihood is flat.
         memory: correlation time, s, and its standard error.
-        share: relative to the spring's force at the amplitude of the drive, k A0; without spring or drive, to the rms inertia in flight.
+        share: of the reference force.
+        reference: that force, in words: the spring's at the amplitude of the drive, k A0; without spring or drive, the rms inertia in flight.
         gain: twice the restricted log-likelihood gain over no force.
     """
 
     force_rms: tuple[float, float | None]
     memory: tuple[float, float | None]
     share: float
+    reference: str
     gain: float
 
     def document(self) -> dict[str, Any]:
@@ -45,7 +47,7 @@ class Unrest:
     def sentence(self) -> str:
         """Sentence on the random force for a report."""
         return (
-            f"The random force on the hammer is {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of the spring's force)"
+            f"The random force on the hammer is {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of {self.reference})"
             f" with a correlation time of {1e3 * self.memory[0]:.2g} ms."
         )
 
@@ -57,7 +59,8 @@ def unrest(fitted: Fitted, *, alpha: float) -> Unrest | None:
         return None
     force = fitted.variances.force
     of_force, of_memory = _errors(fitted)
-    return Unrest(force_rms=(force.std, of_force), memory=(force.memory, of_memory), share=force.std / _reference(fitted), gain=gain)
+    size, reference = _reference(fitted)
+    return Unrest(force_rms=(force.std, of_force), memory=(force.memory, of_memory), share=force.std / size, reference=reference, gain=gain)
 
 
 def gain_of_force(fitted: Fitted) -> float:
@@ -88,11 +91,11 @@ def _errors(fitted: Fitted) -> tuple[float | None, float | None]:
     return float(force.std * size), float(force.memory * memory)
 
 
-def _reference(fitted: Fitted) -> float:
-    """Reference force k A0, N; the rms inertia of the hammer in flight where there is no spring or no drive."""
+def _reference(fitted: Fitted) -> tuple[float, str]:
+    """Reference force, N, and its name: k A0, or the rms inertia of the hammer in flight where there is no spring or no drive."""
     model, amplitudes = fitted.model, fitted.estimate.nuisances[:, BASE_AMPLITUDE]
     driven = [r.kind == "cart-excitation" and r.base == "sine" for r in fitted.prepared.experiment.records]
     f_n = float(model.values().get("f_n", 0.0))
     if f_n > 0 and any(driven):
-        return float(model.mass) * (2.0 * np.pi * f_n) ** 2 * float(np.abs(amplitudes[driven]).max())
-    return inertia(fitted.point)
+        return float(model.mass) * (2.0 * np.pi * f_n) ** 2 * float(np.abs(amplitudes[driven]).max()), "the spring's force"
+    return inertia(fitted.point), "the inertia force"

@@ -56,15 +56,13 @@ class WindowLength:
     longest: int = 1000
     """Lower and upper limit, samples."""
     calm: int = 1000
-    """Samples of a free decay: without impacts errors do not grow, and damping appears over several periods."""
+    """Samples of a free decay, and of forced motion without impacts: there errors do not grow, and damping appears over several periods."""
 
     def samples(self, record: Record, motion: Kinematics | None) -> int:
         """Length of the windows of this record, samples."""
-        if record.kind == "free-decay":
+        touches = 0 if motion is None else int(np.sum(np.diff(motion.touching.astype(int)) == 1))
+        if record.kind == "free-decay" or (record.kind == "forced" and not touches):
             return min(max(self.longest, self.calm), len(record.time))
-        if motion is None:
-            return min(self.longest, len(record.time))
-        touches = int(np.sum(np.diff(motion.touching.astype(int)) == 1))
         fair = len(record.time) / max(touches / self.impacts, 1.0)
         return int(np.clip(fair, self.fewest, self.longest))
 

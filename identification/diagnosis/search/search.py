@@ -124,7 +124,7 @@ def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None
 
 def _varying(model: Fitted) -> Variation | None:
     """The parameter that varies most significantly between records; None where none does."""
-    level = ALPHA / len(model.prepared.layout.parameters)
+    level = ALPHA / max(len(model.prepared.layout.parameters), 1)
     return next((one for one in variations(model) if one.chance < level and one.std > 0.0), None)
 
 

@@ -25,7 +25,7 @@ from vibrojax.effects import CoulombFriction, CubicStiffness
 
 FRICTION = 0.03
 """N"""
-UNREST = Unrest(force_rms=(0.021, 0.0015), memory=(0.0082, 0.0009), share=0.0123, gain=412.0)
+UNREST = Unrest(force_rms=(0.021, 0.0015), memory=(0.0082, 0.0009), share=0.0123, reference="the spring's force", gain=412.0)
 
 
 def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:

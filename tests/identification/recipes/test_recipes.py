@@ -20,6 +20,7 @@ from identification.recipes import (
     pcb_shock,
     pendulum,
     silverbox,
+    table,
 )
 from identification.recipes.load import load_recipe, read_recipe, recipe_names
 from identification.recipes.prepare import recipe_experiment
@@ -213,6 +214,16 @@ def test_a_swing_is_read_from_its_lines(tmp_path):
     columns = free_swing.read(tmp_path, cut("swing.txt", 0.1, 0.2))
     np.testing.assert_allclose(columns["angle"], 25.0 + 0.5 * np.arange(51))
     np.testing.assert_allclose(columns["time"], 0.002 * np.arange(51), atol=1e-12)
+
+
+def test_a_table_is_read_by_its_header(tmp_path):
+    (tmp_path / "run.csv").write_text("time,position,torque\n" + "".join(f"{0.5 * i},{2 * i},{-i}\n" for i in range(9)))
+    columns = table.read(tmp_path, cut("run.csv", 1.0, 2.5))
+    assert {name: values.tolist() for name, values in columns.items()} == {
+        "time": [0.0, 0.5, 1.0, 1.5],
+        "position": [4.0, 6.0, 8.0, 10.0],
+        "torque": [-2.0, -3.0, -4.0, -5.0],
+    }
 
 
 @pytest.mark.parametrize("name", RECIPES)

@@ -38,7 +38,7 @@ def test_noise_and_random_force_are_those_that_were_found(result):
     document = fit_json(result)
     assert document["unrest"] is None
     assert document["noise"]["impact_force"] == {"scale": 1.02, "order": 3}
-    force = Unrest(force_rms=(0.02, None), memory=(8e-3, 1e-3), share=0.012, gain=40.0)
+    force = Unrest(force_rms=(0.02, None), memory=(8e-3, 1e-3), share=0.012, reference="the spring's force", gain=40.0)
     assert fit_json(dataclasses.replace(result, unrest=force))["unrest"] == {
         "force_rms": {"value": 0.02, "stderr": None, "unit": "N"},
         "memory": {"value": 8e-3, "stderr": 1e-3, "unit": "s"},

@@ -24,7 +24,7 @@ PROVENANCE = {"seed": 7, "sha256": {"drop.csv": "ab"}, "versions": {"python": "3
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
     """A fit with what a page can show: a misfit, an undetermined parameter, missing samples, a random force, one held back, a reference."""
-    force = Unrest(force_rms=(0.021, None), memory=(8.2e-3, 9e-4), share=0.0123, gain=412.0)
+    force = Unrest(force_rms=(0.021, None), memory=(8.2e-3, 9e-4), share=0.0123, reference="the spring's force", gain=412.0)
     result = with_unknown(made_result(misfit=0.05, notices=("one <odd> sample",), samples=1000, unrest=force), "zeta")
     gappy = dataclasses.replace(result.records[0], measured={k: v.copy() for k, v in result.records[0].measured.items()})
     gappy.measured["impact_force"][3:9] = np.nan

@@ -50,10 +50,19 @@ def test_window_length_follows_the_impacts(impacts, expected):
     assert WindowLength().samples(*record_with(touching)) == expected
 
 
-def test_a_free_decay_is_cut_into_long_windows_even_where_others_are_short():
+@pytest.mark.parametrize("kind", ["free-decay", "forced"])
+def test_motion_without_impacts_is_cut_into_long_windows_even_where_others_are_short(kind):
     """What brakes a swing hardly shows within one period, and nothing there makes errors grow."""
     record, motion = record_with(np.zeros(4000, bool))
-    decay = dataclasses.replace(record, kind="free-decay")
+    calm = dataclasses.replace(record, kind=kind)
     assert SHORT.samples(record, motion) == 170
-    assert SHORT.samples(decay, motion) == 1000
-    assert LONG.samples(decay, motion) == 4000
+    assert SHORT.samples(calm, motion) == 1000
+    assert LONG.samples(calm, motion) == 4000
+
+
+def test_forced_motion_with_impacts_is_cut_into_short_windows():
+    """Impacts make errors grow, whatever drives the hammer."""
+    touching = np.zeros(4000, bool)
+    touching[1000:1010] = True
+    record, motion = record_with(touching)
+    assert SHORT.samples(dataclasses.replace(record, kind="forced"), motion) == 170
