@@ -16,6 +16,7 @@ from identification.commands.run import check_converged, write_diagnosed, write_
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.search.among import among_effects
+from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.report import fit_summary
@@ -146,27 +147,30 @@ def fit(
     experiment: Experiment | Path | str,
     *,
     law: str | None = None,
+    effects: Sequence[str] = (),
     starts: int | None = None,
     seed: int = 0,
     progress: Progress = lambda stage: None,
 ) -> Fit:
-    """Estimate the parameters of the nominal model.
+    """Estimate the parameters of the nominal model, or of one with effects.
 
     Args:
         experiment: loaded, or the path of its folder or `experiment.toml`.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        effects: names of those that are added to the nominal model and fitted with it; `diagnose` looks for effects.
         starts: to try; several where the first fit leaves a misfit, if None.
         seed: of every random draw.
         progress: called with a line of text at each stage.
 
     Raises:
-        InputError: JAX computes in single precision, or the experiment cannot be used.
+        InputError: JAX computes in single precision, the experiment cannot be used, or a name is unknown.
         NoConvergenceError: the model cannot be integrated in any window, or the fit did not converge.
     """
     check_precision()
     if starts is not None and starts < 1:
         raise InputError(f"starts is {starts}: expected 1 or more")
-    found = Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, progress=progress))
+    extend = extension(effects)
+    found = Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, extend=extend, progress=progress))
     check_converged(found.result)
     return found
 

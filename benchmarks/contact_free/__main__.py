@@ -1,4 +1,4 @@
-"""`python -m benchmarks.contact_free --count K --seed S --json FILE`: conceal effects in simulated rigs without a stop and count what is found."""
+"""`python -m benchmarks.contact_free --count K --seed S --json FILE`: conceal effects in rigs without a stop and count what is found."""
 
 import argparse
 import json

@@ -9,6 +9,7 @@ from rich.console import RenderableType
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.search.among import among_effects
+from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import DERIVED, fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary, write_report
@@ -34,6 +35,7 @@ def run_fit(
     folder: Path,
     *,
     law: str | None = None,
+    effects: Sequence[str] = (),
     reference: Path | None = None,
     starts: int | None = None,
     seed: int = 0,
@@ -42,14 +44,16 @@ def run_fit(
 ) -> RenderableType:
     """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
 
-    Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used, `NoConvergenceError` after it.
+    `effects` are added to the nominal model. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
+    `NoConvergenceError` after it.
     """
+    extend = extension(effects)
     progress("reading the records")
     loaded = load_experiment(experiment)
     table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
     if table is not None:
         check_reference(table, _units(model))
-    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, progress=progress)
+    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, extend=extend, progress=progress)
     check_converged(result)
     progress("drawing the report")
     write_fit(result, folder, table, style)

@@ -13,7 +13,7 @@ from identification.diagnosis.calibration import ALPHA, RELEVANT
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.diagnosis.errors import numbers
 from identification.diagnosis.free_form.free_form import Learned, learn
-from identification.diagnosis.held_out import SIGNAL, held_out
+from identification.diagnosis.held_out import held_out
 from identification.diagnosis.locate.locate import locate
 from identification.diagnosis.locate.loop_kink import loop_kink
 from identification.diagnosis.locate.next_experiment import next_experiment
@@ -24,7 +24,7 @@ from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search.among import limit_warning
 from identification.diagnosis.search.search import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
-from identification.estimation.held_back import held_back_fits
+from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.nominal import nominal_fit
 from identification.estimation.records import record_fits
 from identification.experiment import Experiment
@@ -188,7 +188,7 @@ def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side
         model=fitted.model,
         parameters=numbers(fitted),
         chi2_reduced=fitted.chi2_reduced,
-        held_out_nrmse=_rms_nrmse(unseen) if unseen else predicted(fitted),
+        held_out_nrmse=rms_nrmse(unseen) if unseen else predicted(fitted),
         records=_fits(fitted),
         disagreements=disagreements(fitted),
         held_back=unseen,
@@ -199,17 +199,6 @@ def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
     """Every fitted record with its prediction, without random force."""
     prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)[0]
     return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
-
-
-def _rms_nrmse(records: tuple[RecordFit, ...]) -> float:
-    """Root mean square of the normalised errors over all channels with signal; a failed prediction counts as 1."""
-    errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
-    return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
-
-
-def _has_signal(record: RecordFit, channel: str) -> bool:
-    """Whether a channel's variance exceeds that of its noise by the factor `SIGNAL`."""
-    return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)
 
 
 def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Location | None:

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from identification.estimation.held_back import SIGNAL
 from identification.least_squares.block_arrow import Equations, reduce, solve
 from identification.least_squares.fit import bounds, free_unknowns, integrator_for, with_prior
 from identification.least_squares.levenberg_marquardt import settle
@@ -14,8 +15,6 @@ from identification.windows.layout import Estimate
 from identification.windows.prepare import Prepared, windows_of
 
 FOLDS = 4
-SIGNAL = 9.0
-"""Ratio of a channel's variance to its noise variance below which the channel holds no signal to predict."""
 _LOST = 4.0
 """Upper limit of a channel's normalised mean squared error, for predictions that diverge."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from identification.estimation.adequacy import OVERALL, chi2_limit
-from identification.estimation.held_back import held_back_fits
+from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.multistart import Multistart
 from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows
 from identification.estimation.records import record_fits
@@ -20,15 +20,18 @@ from identification.least_squares.settling import settled_without_force
 from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
+from identification.likelihood.marginal import estimated_force
 from identification.likelihood.variances import equations, posterior
 from identification.result.result import (
     AT_BOUND,
     FIXED,
     NOT_IDENTIFIABLE,
     OK,
+    Added,
     Derived,
     FitResult,
     ParameterEstimate,
+    RecordFit,
     SensorNoise,
     StartOutcome,
 )
@@ -38,6 +41,8 @@ from identification.windows.prepare import Prepared, prepare
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
+Extension = Callable[[Fitted, Progress], Fitted]
+"""From the fitted nominal model to one with effects, fitted."""
 DERIVED = {"k": "N/m", "c": "N s/m"}
 """Units of the numbers derived from mass, natural frequency and damping ratio, by name."""
 FORCE_BY_CHANCE = 1e-4
@@ -47,15 +52,22 @@ _STRUCK = 12.0
 
 
 def fit_experiment(
-    experiment: Experiment, *, law: str | None = None, starts: int | None = None, seed: int = 0, progress: Progress = lambda stage: None
+    experiment: Experiment,
+    *,
+    law: str | None = None,
+    starts: int | None = None,
+    seed: int = 0,
+    extend: Extension | None = None,
+    progress: Progress = lambda stage: None,
 ) -> FitResult:
-    """Fit the nominal model to an experiment.
+    """Fit the nominal model to an experiment, or a model with effects.
 
     Arguments:
         experiment: as loaded; its held-back records are predicted at the end.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         starts: number of starts; None uses several only where the first fit leaves a misfit, 1 never does.
         seed: of the random starts.
+        extend: adds effects to the fitted nominal model; none if left out.
         progress: called with a line of text at each stage.
     """
     clock = _Clock()
@@ -63,7 +75,8 @@ def fit_experiment(
     prepared = prepare(experiment, law=law)
     clock.lap("prepare")
     outcome, tried = _optimum(prepared, starts, seed, clock, progress)
-    found = _most_likely(prepared, outcome, progress)
+    nominal = _most_likely(prepared, outcome, progress)
+    found = nominal if extend is None else extend(nominal, progress)
     shortened = len(found.prepared.record) > len(prepared.record)
     prepared, active = found.prepared, free_unknowns(found.prepared)
     clock.lap("likelihood")
@@ -75,9 +88,7 @@ def fit_experiment(
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
     shown, cost = settled_without_force(prepared, found.estimate)
-    integrated = np.isfinite(cost)
-    degrees = degrees_of_freedom(prepared, active, integrated)
-    squares = outcome.cost if outcome is not None and outcome.converged and integrated.all() else float(cost[integrated].sum())
+    degrees = degrees_of_freedom(prepared, active, np.isfinite(cost))
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
     values = prepared.layout.physical(found.estimate.shared)
@@ -94,7 +105,7 @@ def fit_experiment(
         derived=_derived(prepared, values, spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=2.0 * squares / max(degrees, 1) if integrated.any() else float("nan"),
+        chi2_reduced=2.0 * _cost(outcome if extend is None else None, cost) / max(degrees, 1),
         degrees=degrees,
         records=records,
         starts=tried,
@@ -107,6 +118,26 @@ def fit_experiment(
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
+        added=None if extend is None else _added(nominal, found, experiment, held_back),
+    )
+
+
+def _cost(outcome: Outcome | None, cost: np.ndarray) -> float:
+    """Half chi-square: of the least-squares optimum where it has converged, else the sum over the integrated windows; NaN without any."""
+    integrated = np.isfinite(cost)
+    if outcome is not None and outcome.converged and integrated.all():
+        return outcome.cost
+    return float(cost[integrated].sum()) if integrated.any() else float("nan")
+
+
+def _added(nominal: Fitted, found: Fitted, experiment: Experiment, held_back: tuple[RecordFit, ...]) -> Added:
+    """What the effects of a model gain over the nominal one."""
+    errors = (rms_nrmse(held_back_fits(experiment, nominal.model)), rms_nrmse(held_back)) if held_back else None
+    return Added(
+        names=found.names,
+        gain=2.0 * (found.log_likelihood - nominal.log_likelihood),
+        bic=found.criterion - nominal.criterion,
+        held_back=errors,
     )
 
 
@@ -191,9 +222,12 @@ def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> flo
 
 def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
     """Table of the shared parameters with standard errors and status."""
+    record = of.point.at.record
 
     def evaluate(estimate: Estimate) -> Equations:
-        at = point(of.prepared, dataclasses.replace(estimate, force=of.estimate.force), of.variances)
+        step = estimate.local(record) - of.estimate.local(record)
+        force, _ = estimated_force(of.point.inner, of.point.marginal, step)
+        at = point(of.prepared, dataclasses.replace(estimate, force=force), of.variances)
         return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
 
     return tuple(_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))

@@ -18,6 +18,8 @@ from vibrojax.model import MASS, Model
 
 LONG = WindowLength(longest=4096)
 """Window length of held-back records: two impacts, or at most this many samples where there are none; a well-fitted record is one piece."""
+SIGNAL = 9.0
+"""Ratio of a channel's variance to its noise variance below which the channel holds no signal to predict."""
 _SIDE_BY_SIDE = 1
 """Windows per chunk: they are too long and too few to be padded to more."""
 
@@ -56,6 +58,17 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
         estimate = outcome.estimate
         errors = _nuisance_errors(outcome, active)
     return record_fits(prepared, integrator, estimate, errors)
+
+
+def rms_nrmse(records: tuple[RecordFit, ...]) -> float:
+    """Root mean square of the normalised errors over all channels with signal; a failed prediction counts as 1."""
+    errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
+    return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
+
+
+def _has_signal(record: RecordFit, channel: str) -> bool:
+    """Whether a channel's variance exceeds that of its noise by the factor `SIGNAL`."""
+    return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)
 
 
 def _nuisance_errors(outcome: Outcome, active: Active) -> np.ndarray:

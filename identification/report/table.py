@@ -66,7 +66,8 @@ def _verdict(result: FitResult) -> Text:
 def _parameters(result: FitResult) -> Table:
     table = open_table("parameter", "value", "stderr", "", "95 % interval", "initial", "unit", "status", right=(1, 2, 3, 5))
     for row in parameter_rows(result):
-        name = f"{symbol_text(row.symbol)} {row.name}" if row.symbol != row.name else row.name
+        last = row.name.rpartition(".")[2].replace("_", " ") if "." in row.name else row.name
+        name = f"{symbol_text(row.symbol)} {last}" if row.symbol != row.name else row.name
         numbers = (compact(text) for text in (row.value, row.error, row.percent, row.interval, row.initial))
         table.add_row(name, *numbers, row.unit, row.status)
     return table

@@ -8,8 +8,9 @@ import numpy as np
 
 from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
 from identification.result.record_view import residual
-from identification.result.result import FitResult
+from identification.result.result import Added, FitResult
 from identification.wording.channel_labels import spoken
+from identification.wording.lists import joined
 from identification.wording.numbers import significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
@@ -70,6 +71,24 @@ class Verdict:
     worst: Part | None
 
 
+def added_sentence(added: Added) -> str:
+    """What effects added on request gain over the nominal model.
+
+    Example:
+        >>> added_sentence(Added(names=("coulomb_friction",), gain=1234.4, bic=-1226.0, held_back=None))
+        'With coulomb_friction: twice the log-likelihood rises by 1234, BIC falls by 1226.'
+    """
+    parts = [f"twice the log-likelihood {_moved(added.gain)}", f"BIC {_moved(added.bic)}"]
+    if added.held_back is not None:
+        before, after = (f"{100.0 * error:.2g} %" for error in added.held_back)
+        parts.append(f"error on held-back records goes from {before} to {after}")
+    return f"With {joined(added.names)}: {', '.join(parts)}."
+
+
+def _moved(change: float) -> str:
+    return f"{'rises' if change > 0 else 'falls'} by {abs(change):.4g}"
+
+
 def judge(result: FitResult) -> Verdict:
     """Weigh the reduced chi-square of all records together, and of each channel of each record in flight and in contact.
 
@@ -79,7 +98,7 @@ def judge(result: FitResult) -> Verdict:
     worst = max(found, key=lambda part: part.excess, default=None)
     times = math.sqrt(result.chi2_reduced) if result.chi2_reduced >= 0 else math.nan
     overall = f"reduced chi-square {significant(result.chi2_reduced)}"
-    remarks = _remarks(result, found)
+    remarks = (*(() if result.added is None else (added_sentence(result.added),)), *_remarks(result, found))
     if result.unrest is not None:
         sentence, level, worst = f"The model explains the records to a random force on the hammer ({overall} without it)", PARTLY, None
     elif not result.chi2_reduced <= chi2_limit(result.degrees, OVERALL):

@@ -1,5 +1,6 @@
 """Fit result as `fit.json`: every number with its unit, in strict JSON."""
 
+import dataclasses
 import importlib.metadata
 import json
 import math
@@ -41,6 +42,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "experiment": result.experiment.name,
         "law": result.model.law.name,
         "suspension": result.model.suspension.name,
+        "effects": None if result.added is None else dataclasses.asdict(result.added),
         "parameters": {p.spec.name: _parameter(p) for p in result.parameters},
         "derived": {d.name: {"value": d.value, "stderr": d.stderr, "unit": d.unit} for d in result.derived},
         "correlation": {"names": list(result.correlated), "matrix": result.correlation},

@@ -29,6 +29,7 @@ NUMBERS = (
     "noise",
     "seed",
     "seconds",
+    "added",
 )
 _PREFIX = "record"
 

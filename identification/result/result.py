@@ -117,6 +117,23 @@ class StartOutcome:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Added:
+    """Effects added to the nominal model on request, and what they gain over it.
+
+    Attributes:
+        names: of the effects.
+        gain: twice the log-likelihood, over that of the nominal model.
+        bic: Bayesian information criterion, less that of the nominal model: negative where the effects are worth their parameters.
+        held_back: rms normalised error on the records held back, of the nominal model and with the effects; None without such records.
+    """
+
+    names: tuple[str, ...]
+    gain: float
+    bic: float
+    held_back: tuple[float, float] | None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class FitResult:
     """Result of the fit of one experiment.
 
@@ -140,6 +157,7 @@ class FitResult:
         noise: by channel, estimated standard deviation over that declared or read off the record, and the order of its autoregression.
         seed: of the multistart.
         seconds: wall time by stage.
+        added: effects that were added on request; None for the nominal model.
     """
 
     experiment: Experiment
@@ -161,3 +179,4 @@ class FitResult:
     seed: int
     seconds: dict[str, float]
     held_back: tuple[RecordFit, ...] = ()
+    added: Added | None = None

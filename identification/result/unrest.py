@@ -25,7 +25,7 @@ class Unrest:
         force_rms: size, N, and its standard error; None where the likelihood is flat.
         memory: correlation time, s, and its standard error.
         share: of the reference force.
-        reference: that force, in words: the spring's at the amplitude of the drive, k A0; without spring or drive, the rms inertia in flight.
+        reference: that force: the spring's at the amplitude of the drive, k A0; without spring or drive, the rms inertia in flight.
         gain: twice the restricted log-likelihood gain over no force.
     """
 

@@ -79,3 +79,10 @@ def test_the_command_counts_each_kind_of_rig_and_resumes(tmp_path, monkeypatch, 
     found = result["rigs"]["force"]
     assert (found["experiments"], found["parameters"]["zeta"]["of"], len(found["failures"])) == (3, 2, 1)
     assert "force rigs" in capsys.readouterr().out
+
+
+def test_intervals_under_a_random_force_are_those_of_a_parabola():
+    """The likelihood of a flight is one: where the profile is, too, the random force moves with the parameter."""
+    found = trial(Experiment(rig="force", seed=2070, index=9, samples=(2001, 4001)))
+    kinds = {row["name"]: row["interval"] for row in found["rows"] if "interval" in row}
+    assert (kinds["f_n"], kinds["zeta"]) == ("normal", "normal")

@@ -32,6 +32,10 @@ def fit(
     law: Annotated[
         str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")
     ] = None,
+    effects: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
+    ] = None,
     reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
     starts: Annotated[
         int | None,
@@ -63,7 +67,17 @@ def fit(
             from identification.report.page_style import STYLES
 
         progress = interruption.watched(say)
-        summary = run_fit(source, folder, law=law, reference=reference, starts=starts, seed=seed, style=STYLES[style], progress=progress)
+        summary = run_fit(
+            source,
+            folder,
+            law=law,
+            effects=effects or (),
+            reference=reference,
+            starts=starts,
+            seed=seed,
+            style=STYLES[style],
+            progress=progress,
+        )
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

@@ -116,7 +116,7 @@ def _queue(scored: Scored) -> list[tuple[Candidate, Prepared]]:
     listed = {one.name for one in short}
     stops = [one for one in scored.found if one.members[0].probe.is_stop and one.name not in listed][:_STOPS] if resist else []
     shown = [one for one in scored.found if is_recorded(one.members[0], scored.scales) and one.name not in listed]
-    begun = [(one, _extended(one, scored)) for one in [*short, *stops, *shown]]
+    begun = [(one, started(one, scored)) for one in [*short, *stops, *shown]]
     return [*begun, *(from_loops(scored) if resist or stops else [])]
 
 
@@ -126,7 +126,7 @@ def _starts(candidate: Candidate, scored: Scored) -> list[Candidate]:
     return [candidate, *others[: candidate.members[0].probe.starts - 1]]
 
 
-def _extended(candidate: Candidate, scored: Scored) -> Prepared:
+def started(candidate: Candidate, scored: Scored) -> Prepared:
     """Windows with the candidate at the strength of the score test.
 
     A stop, and a delay that the records show, starts as proposed: along a motion without it the score gives no strength.
