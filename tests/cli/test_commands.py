@@ -53,12 +53,12 @@ def experiment_file(folder: Path, name: str = "rig-B, March") -> Path:
 
 def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     (tmp_path / "known.json").touch()
-    chosen = ("--law", "hertz", "--reference", "known.json", "--starts", "4", "--seed", "7", "--style", "print")
+    chosen = ("--law", "hertz", "--reference", "known.json", "--starts", "4", "--seed", "7", "--style", "print", "--with", "hysteresis")
     status = call(monkeypatch, fit.main, "rig", "--out", "results", *chosen)
     assert status == 0
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
-    assert options == {"law": "hertz", "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
+    assert options == {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err
