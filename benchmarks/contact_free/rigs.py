@@ -78,11 +78,12 @@ def write_rig(folder: Path, job: Job) -> dict:
 
 def _effect(rng: np.random.Generator, job: Job, mass: float, omega: float) -> dict[str, float]:
     """Parameters of the concealed effect: with a spring, 2 to 6 % of its largest force; without, 0.02 to 0.06 m/s^2."""
+    if job.effect is None:
+        return {}
     size = rng.uniform(0.02, 0.06)
     amplitude, speed = (5e-3, 5e-3 * omega) if job.kind == "sprung" else (0.1, 0.2)
     force = mass * size * (omega**2 * amplitude if job.kind == "sprung" else 1.0)
     return {
-        None: {},
         "coulomb_friction": {"friction_force": force, "friction_speed": _FRICTION_SPEED},
         "quadratic_drag": {"drag": force / speed**2},
         "constant_force": {"constant_force": force},

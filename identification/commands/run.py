@@ -23,6 +23,8 @@ from identification.result.reference import Reference, check_reference, read_ref
 from identification.result.result import FitResult
 from identification.windows.declared_model import nominal_model
 from identification.windows.simulate import simulate_record
+from identification.wording.lists import joined
+from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
@@ -45,14 +47,14 @@ def run_fit(
     """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
 
     `effects` are added to the nominal model. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
-    `NoConvergenceError` after it.
+    `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
     extend = extension(effects)
     progress("reading the records")
     loaded = load_experiment(experiment)
     table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
     if table is not None:
-        check_reference(table, _units(model))
+        check_reference(table, _units(model, effects))
     result = fit_experiment(loaded, law=law, starts=starts, seed=seed, extend=extend, progress=progress)
     check_converged(result)
     progress("drawing the report")
@@ -63,10 +65,10 @@ def run_fit(
 def check_converged(result: FitResult) -> None:
     """Raise `NoConvergenceError`, with what to do, if a fit stopped early."""
     if not result.converged:
-        raise NoConvergenceError(
-            f"the fit of {result.experiment.name!r} did not converge: {'; '.join(result.warnings)}; check units, signs, mass and gaps, "
-            "or ask `vibrojax diagnose` where model and records differ"
-        )
+        remedy = "check units, signs, mass and gaps, or ask `vibrojax diagnose` where model and records differ"
+        if result.added is not None:
+            remedy = f"leave {joined(result.added.names)} out, or fit fewer effects"
+        raise NoConvergenceError(f"the fit of {result.experiment.name!r} did not converge: {result.warnings[0]}; {remedy}")
 
 
 def write_fit(result: FitResult, folder: Path, reference: Reference | None = None, style: PageStyle = SCREEN) -> None:
@@ -111,9 +113,10 @@ def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREE
     write_diagnosis_report(diagnosis, folder, provenance=origin, style=style)
 
 
-def _units(model: Model) -> dict[str, str]:
-    """Unit by name of every number that a fit of the model gives, those derived from others included."""
+def _units(model: Model, effects: Sequence[str]) -> dict[str, str]:
+    """Unit by name of every number that a fit of the model with these effects gives, those derived from others included."""
     units = {p.name: p.unit for p in (*model.parameters, MASS)}
+    units |= {f"{name}.{p.name}": p.unit for name in effects for p in EFFECTS[name].parameters}
     return units | DERIVED if "f_n" in units else units
 
 

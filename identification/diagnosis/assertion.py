@@ -10,7 +10,7 @@ from identification.diagnosis.diagnosis import Asserted, Considered, Number
 from identification.diagnosis.score.score import Candidate
 from identification.diagnosis.score.scored import Scored, best_of_each, trials
 from identification.diagnosis.search.alternatives import Alternative
-from identification.diagnosis.search.search import Search, Step
+from identification.diagnosis.search.forward import Search, Step
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
 from vibrojax.channels import UNITS

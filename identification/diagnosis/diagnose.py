@@ -22,7 +22,7 @@ from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search.among import limit_warning
-from identification.diagnosis.search.search import BUDGET, FAILED, MOST, Search, search
+from identification.diagnosis.search.forward import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.nominal import nominal_fit

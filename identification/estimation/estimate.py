@@ -41,8 +41,8 @@ from identification.windows.prepare import Prepared, prepare
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
-Extension = Callable[[Fitted, Progress], Fitted]
-"""From the fitted nominal model to one with effects, fitted."""
+Extension = Callable[[Fitted, Progress], tuple[Fitted, Added]]
+"""From the fitted nominal model to one with effects, fitted, and what these gain."""
 DERIVED = {"k": "N/m", "c": "N s/m"}
 """Units of the numbers derived from mass, natural frequency and damping ratio, by name."""
 FORCE_BY_CHANCE = 1e-4
@@ -76,14 +76,14 @@ def fit_experiment(
     clock.lap("prepare")
     outcome, tried = _optimum(prepared, starts, seed, clock, progress)
     nominal = _most_likely(prepared, outcome, progress)
-    found = nominal if extend is None else extend(nominal, progress)
-    shortened = len(found.prepared.record) > len(prepared.record)
+    found, added = (nominal, None) if extend is None else extend(nominal, progress)
+    shortened, first = len(found.prepared.record) > len(prepared.record), prepared.layout.physical(prepared.start.shared)
     prepared, active = found.prepared, free_unknowns(found.prepared)
     clock.lap("likelihood")
     progress("standard errors and intervals")
     spread = uncertainty(found.posterior.equations, found.estimate, active)
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
-    parameters = _parameters(found, known, spread)
+    parameters = _parameters(found, known, spread, first)
     clock.lap("errors")
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
@@ -118,7 +118,7 @@ def fit_experiment(
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
-        added=None if extend is None else _added(nominal, found, experiment, held_back),
+        added=added and _predicting(added, nominal, experiment, held_back),
     )
 
 
@@ -130,15 +130,11 @@ def _cost(outcome: Outcome | None, cost: np.ndarray) -> float:
     return float(cost[integrated].sum()) if integrated.any() else float("nan")
 
 
-def _added(nominal: Fitted, found: Fitted, experiment: Experiment, held_back: tuple[RecordFit, ...]) -> Added:
-    """What the effects of a model gain over the nominal one."""
-    errors = (rms_nrmse(held_back_fits(experiment, nominal.model)), rms_nrmse(held_back)) if held_back else None
-    return Added(
-        names=found.names,
-        gain=2.0 * (found.log_likelihood - nominal.log_likelihood),
-        bic=found.criterion - nominal.criterion,
-        held_back=errors,
-    )
+def _predicting(added: Added, nominal: Fitted, experiment: Experiment, held_back: tuple[RecordFit, ...]) -> Added:
+    """The gain of effects with the errors on the held-back records, where there are any."""
+    if not held_back:
+        return added
+    return dataclasses.replace(added, held_back=(rms_nrmse(held_back_fits(experiment, nominal.model)), rms_nrmse(held_back)))
 
 
 def _optimum(
@@ -220,8 +216,8 @@ def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> flo
     return float(np.max(moved / sigma[active.shared], initial=0.0))
 
 
-def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[ParameterEstimate, ...]:
-    """Table of the shared parameters with standard errors and status."""
+def _parameters(of: Fitted, active: Active, spread: Uncertainty, first: dict[str, float]) -> tuple[ParameterEstimate, ...]:
+    """Table of the shared parameters with standard errors and status; `first`: first guesses of the nominal model's."""
     record = of.point.at.record
 
     def evaluate(estimate: Estimate) -> Equations:
@@ -230,7 +226,8 @@ def _parameters(of: Fitted, active: Active, spread: Uncertainty) -> tuple[Parame
         at = point(of.prepared, dataclasses.replace(estimate, force=force), of.variances)
         return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
 
-    return tuple(_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
+    found = (_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
+    return tuple(dataclasses.replace(one, initial=first.get(one.spec.name, one.initial)) for one in found)
 
 
 def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]) -> ParameterEstimate:
@@ -241,7 +238,9 @@ def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, eval
     value, initial = spec.to_physical(internal), spec.to_physical(prepared.start.shared[index])
     blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=initial, status=OK)
     if spec.name in prepared.fixed:
-        return dataclasses.replace(blank, status=FIXED, reason="held at the value given in [parameters]")
+        given = spec.name in prepared.experiment.parameters
+        reason = "held at the value given in [parameters]" if given else "held where the gain that the score test expects is largest"
+        return dataclasses.replace(blank, status=FIXED, reason=reason)
     low, high = (limit[index] for limit in bounds(prepared))
     if internal <= low or internal >= high:
         return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")

@@ -75,18 +75,17 @@ def added_sentence(added: Added) -> str:
     """What effects added on request gain over the nominal model.
 
     Example:
-        >>> added_sentence(Added(names=("coulomb_friction",), gain=1234.4, bic=-1226.0, held_back=None))
-        'With coulomb_friction: twice the log-likelihood rises by 1234, BIC falls by 1226.'
+        >>> added_sentence(Added(names=("mains_hum",), places=("impact_force",), gain=2.1, chance=0.3, bic=5.0, held_back=None))
+        'Over the nominal model, mains_hum in impact_force gains 2.1 nats of likelihood (by chance: 0.3) and raises BIC by 5: not worth it.'
     """
-    parts = [f"twice the log-likelihood {_moved(added.gain)}", f"BIC {_moved(added.bic)}"]
+    effects = joined([f"{name} in {place}" if place else name for name, place in zip(added.names, added.places, strict=True)])
+    worth = "worth its parameters" if added.bic < 0 else "not worth it"
+    text = f"Over the nominal model, {effects} gains {added.gain:.4g} nats of likelihood (by chance: {added.chance:.1g})"
+    text += f" and {'lowers' if added.bic < 0 else 'raises'} BIC by {abs(added.bic):.4g}: {worth}."
     if added.held_back is not None:
-        before, after = (f"{100.0 * error:.2g} %" for error in added.held_back)
-        parts.append(f"error on held-back records goes from {before} to {after}")
-    return f"With {joined(added.names)}: {', '.join(parts)}."
-
-
-def _moved(change: float) -> str:
-    return f"{'rises' if change > 0 else 'falls'} by {abs(change):.4g}"
+        before, after = (f"{100.0 * error:.2g} %" if math.isfinite(error) else "unknown" for error in added.held_back)
+        text += f" The error on the held-back records goes from {before} to {after}."
+    return text
 
 
 def judge(result: FitResult) -> Verdict:

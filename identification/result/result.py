@@ -122,13 +122,17 @@ class Added:
 
     Attributes:
         names: of the effects.
-        gain: twice the log-likelihood, over that of the nominal model.
+        places: channel or record that each acts on; empty where it acts on all.
+        gain: of log-likelihood, nats.
+        chance: probability of that gain by chance, as the best of all candidates of the effects (an upper bound).
         bic: Bayesian information criterion, less that of the nominal model: negative where the effects are worth their parameters.
         held_back: rms normalised error on the records held back, of the nominal model and with the effects; None without such records.
     """
 
     names: tuple[str, ...]
+    places: tuple[str, ...]
     gain: float
+    chance: float
     bic: float
     held_back: tuple[float, float] | None
 

@@ -42,6 +42,7 @@ class Unrest:
             "force_rms": {"value": force, "stderr": of_force, "unit": "N"},
             "memory": {"value": memory, "stderr": of_memory, "unit": "s"},
             "share": self.share,
+            "share_of": self.reference,
         }
 
     def sentence(self) -> str:

@@ -60,9 +60,12 @@ class WindowLength:
 
     def samples(self, record: Record, motion: Kinematics | None) -> int:
         """Length of the windows of this record, samples."""
-        touches = 0 if motion is None else int(np.sum(np.diff(motion.touching.astype(int)) == 1))
-        if record.kind == "free-decay" or (record.kind == "forced" and not touches):
+        flies = motion is not None and not motion.touching.any()
+        if record.kind == "free-decay" or (record.kind == "forced" and flies):
             return min(max(self.longest, self.calm), len(record.time))
+        if motion is None:
+            return min(self.longest, len(record.time))
+        touches = int(np.sum(np.diff(motion.touching.astype(int)) == 1))
         fair = len(record.time) / max(touches / self.impacts, 1.0)
         return int(np.clip(fair, self.fewest, self.longest))
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.simulator import Order, draw_case, write_case
 from identification.diagnosis.errors import numbers
-from identification.diagnosis.search.search import COMPLETE, search
+from identification.diagnosis.search.forward import COMPLETE, search
 from identification.estimation.nominal import nominal_fit
 from identification.experiment import load_experiment
 

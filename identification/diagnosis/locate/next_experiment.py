@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.diagnosis.errors import errors
-from identification.diagnosis.search.search import Search
+from identification.diagnosis.search.forward import Search
 from identification.experiment import Record
 from identification.least_squares.fit import as_arrays, integrator_for
 from identification.least_squares.residual import predict

@@ -9,7 +9,7 @@ from identification.diagnosis.assertion import asserted, considered, detail, pro
 from identification.diagnosis.calibration import ALPHA
 from identification.diagnosis.diagnosis import Number
 from identification.diagnosis.refit import with_model
-from identification.diagnosis.search.search import COMPLETE, Search, Step
+from identification.diagnosis.search.forward import COMPLETE, Search, Step
 from tests.identification.diagnosis import made_fit
 from vibrojax.effects import CoulombFriction, GainError, GapStep
 

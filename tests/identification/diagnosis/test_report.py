@@ -214,7 +214,7 @@ def test_json_has_every_key_that_programs_read(made, verdict):
         assert all(number.keys() == {"value", "stderr", "unit"} for number in effect["parameters"].values())
     places = {"channel", "records", "phase", "coordinate", "interval", "time", "record", "sentence"}
     assert document["location"] is None if verdict in (ADEQUATE, RESTLESS) else places <= document["location"].keys()
-    of_force = {"force_rms", "memory", "share"}
+    of_force = {"force_rms", "memory", "share", "share_of"}
     assert document["unrest"] is None if verdict != RESTLESS else of_force == document["unrest"].keys()
     assert verdict != RESTLESS or document["unrest"]["force_rms"] == {"value": 0.021, "stderr": 0.0015, "unit": "N"}
     if verdict == UNLISTED:

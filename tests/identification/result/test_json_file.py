@@ -43,6 +43,7 @@ def test_noise_and_random_force_are_those_that_were_found(result):
         "force_rms": {"value": 0.02, "stderr": None, "unit": "N"},
         "memory": {"value": 8e-3, "stderr": 1e-3, "unit": "s"},
         "share": 0.012,
+        "share_of": "the spring's force",
     }
 
 

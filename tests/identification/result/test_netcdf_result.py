@@ -31,7 +31,7 @@ def stored(tmp_path_factory):
     gappy.measured["impact_force"][3:9] = np.nan
     apart = dataclasses.replace(result.records[1], file="märz/späteres.csv", nrmse={"impact_force": float("nan")})
     result = dataclasses.replace(result, records=(gappy, result.records[1]), held_back=(apart,), warnings=("look out",))
-    added = Added(names=("coulomb_friction",), gain=12.5, bic=-3.25, held_back=(0.14, 0.0625))
+    added = Added(names=("coulomb_friction",), places=("",), gain=12.5, chance=1e-6, bic=-3.25, held_back=(0.14, 0.0625))
     result = dataclasses.replace(result, added=added)
     reference = read_reference(data_path("thesis", "figure_3_3.toml"))
     stored = StoredFit(result=result, reference=reference, provenance=PROVENANCE)
@@ -85,9 +85,9 @@ def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
     with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc of a fit or a diagnosis"):
         run_report(tmp_path, tmp_path)
     whole = (stored[1] / "result.nc").read_bytes()
-    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 2,', b'"schema": 9,', 1)):
+    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 3,', b'"schema": 9,', 1)):
         (tmp_path / "result.nc").write_bytes(content)
-        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 2") as caught:
+        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 3") as caught:
             read_result(tmp_path / "result.nc")
         assert "\n" not in str(caught.value)
 

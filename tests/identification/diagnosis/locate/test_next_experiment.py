@@ -8,7 +8,7 @@ import pytest
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.refit import extended
 from identification.diagnosis.search.alternatives import Alternative
-from identification.diagnosis.search.search import COMPLETE, Search, Step
+from identification.diagnosis.search.forward import COMPLETE, Search, Step
 from tests.identification.diagnosis import made_fit
 from vibrojax.effects import AbstractEffect, CoulombFriction, QuadraticDrag
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.search.among import among_effects, limit_warning
-from identification.diagnosis.search.search import COMPLETE, search
+from identification.diagnosis.search.forward import COMPLETE, search
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
 

@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis.search import alternatives
 from identification.diagnosis.search import search as module
-from identification.diagnosis.search.search import BUDGET, COMPLETE, FAILED, MOST, search
+from identification.diagnosis.search.forward import BUDGET, COMPLETE, FAILED, MOST, search
 from identification.likelihood.random_effects import Variation
 from vibrojax.effects.free_form import FreeForm
 
