@@ -301,7 +301,7 @@ def _warnings(of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarra
             " errors than shown; `vibrojax diagnose` looks for the cause"
         )
     if restless is not None:
-        found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause.")
+        found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause")
     if shift > 0.1:
         found.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
     return tuple(found)

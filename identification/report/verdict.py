@@ -79,9 +79,10 @@ def added_sentence(added: Added) -> str:
         'Over the nominal model, mains_hum in impact_force gains 2.1 nats of likelihood (by chance: 0.3) and raises BIC by 5: not worth it.'
     """
     effects = joined([f"{name} in {place}" if place else name for name, place in zip(added.names, added.places, strict=True)])
-    worth = "worth its parameters" if added.bic < 0 else "not worth it"
-    text = f"Over the nominal model, {effects} gains {added.gain:.4g} nats of likelihood (by chance: {added.chance:.1g})"
-    text += f" and {'lowers' if added.bic < 0 else 'raises'} BIC by {abs(added.bic):.4g}: {worth}."
+    worth = "worth the parameters" if added.bic < 0 else "not worth it"
+    one, chance = len(added.names) == 1, "below 1e-12" if added.chance < 1e-12 else f"{added.chance:.1g}"
+    text = f"Over the nominal model, {effects} {'gains' if one else 'gain'} {added.gain:.4g} nats of likelihood (by chance: {chance})"
+    text += f" and {'lower' if added.bic < 0 else 'raise'}{'s' if one else ''} BIC by {abs(added.bic):.4g}: {worth}."
     if added.held_back is not None:
         before, after = (f"{100.0 * error:.2g} %" if math.isfinite(error) else "unknown" for error in added.held_back)
         text += f" The error on the held-back records goes from {before} to {after}."
