@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.search import alternatives
-from identification.diagnosis.search import search as module
+from identification.diagnosis.search import forward as module
 from identification.diagnosis.search.forward import BUDGET, COMPLETE, FAILED, MOST, search
 from identification.likelihood.random_effects import Variation
 from vibrojax.effects.free_form import FreeForm
