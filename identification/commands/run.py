@@ -68,7 +68,8 @@ def check_converged(result: FitResult) -> None:
         remedy = "check units, signs, mass and gaps, or ask `vibrojax diagnose` where model and records differ"
         if result.added is not None:
             remedy = f"leave {joined(result.added.names)} out, or fit fewer effects"
-        raise NoConvergenceError(f"the fit of {result.experiment.name!r} did not converge: {result.warnings[0]}; {remedy}")
+        reason = f": {result.warnings[0]}" if result.warnings else ""
+        raise NoConvergenceError(f"the fit of {result.experiment.name!r} did not converge{reason}; {remedy}")
 
 
 def write_fit(result: FitResult, folder: Path, reference: Reference | None = None, style: PageStyle = SCREEN) -> None:
