@@ -77,7 +77,7 @@ def write_rig(folder: Path, job: Job) -> dict:
 
 
 def _effect(rng: np.random.Generator, job: Job, mass: float, omega: float) -> dict[str, float]:
-    """Parameters of the concealed effect: with a spring, 2 to 6 % of its largest force; without, 0.02 to 0.06 m/s^2."""
+    """Parameters of the concealed effect: 2 to 6 % of the spring's force at 5 mm; without a spring, 0.02 to 0.06 m/s^2."""
     if job.effect is None:
         return {}
     size = rng.uniform(0.02, 0.06)
@@ -92,7 +92,7 @@ def _effect(rng: np.random.Generator, job: Job, mass: float, omega: float) -> di
 
 
 def _push(rng: np.random.Generator, mass: float, f_n: float, acceleration: float) -> np.ndarray:
-    """Multisine of ten lines from 0.3 to 3 f_n, N, with the given rms acceleration of the mass; it has no mean."""
+    """Multisine of ten lines from 0.3 to 3 f_n, N, with the given rms acceleration of the mass."""
     time, found = STEP * np.arange(_SAMPLES), np.zeros(_SAMPLES)
     for frequency in np.geomspace(0.3, 3.0, 10) * f_n:
         found += np.cos(2.0 * np.pi * frequency * time + rng.uniform(0.0, 2.0 * np.pi))

@@ -67,7 +67,7 @@ KNOWN = (
     Known(
         recipe="torque_pendulum",
         question="A motor swings a pendulum up; viscous damping is fitted. What brakes it besides?",
-        truth="friction of the drive that grows less than in proportion to the speed; as dry friction 0.23 N m in an independent fit",
+        truth="friction of the drive that grows less than in proportion to the speed, such as dry friction",
         expected=(("coulomb_friction",),),
         cannot="How the friction depends on the speed: viscous damping less a quadratic part predicts as well as dry friction.",
     ),
