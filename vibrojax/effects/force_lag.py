@@ -81,8 +81,10 @@ class ForceLag(AbstractEffect):
         keeps = jnp.where(lags, jnp.exp(-dt / jnp.where(lags, self.lag, 1.0)), 0.0)
         fresh = jnp.where(jnp.arange(force.shape[0]) == 0, force, (1.0 - keeps) * force)
 
-        def follow(before, after):
-            return before[0] * after[0], before[1] * after[0] + after[1]
+        def follow(before, sample):
+            kept, filtered = before[0] * sample[0], before[1] * sample[0] + sample[1]
+            return (kept, filtered), (kept, filtered)
 
-        kept, filtered = lax.associative_scan(follow, (keeps.at[0].set(1.0), fresh))
+        start = (jnp.ones_like(force[0]), jnp.zeros_like(force[0]))
+        _, (kept, filtered) = lax.scan(follow, start, (keeps.at[0].set(1.0), fresh))
         return readings | {"impact_force": filtered + jnp.where(lags, kept, 0.0) * own[..., 0]}
