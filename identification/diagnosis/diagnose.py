@@ -18,7 +18,7 @@ from identification.diagnosis.locate.locate import locate
 from identification.diagnosis.locate.loop_kink import loop_kink
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.locate.restitution import lost_in_contacts
-from identification.diagnosis.relevance import share_added
+from identification.diagnosis.relevance import residual_share, share_added
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search.among import limit_warning
@@ -137,6 +137,7 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, among: Coll
             cause.formula,
             restless,
             lost,
+            in_part=_in_part(found) if verdict == UNLISTED else None,
             finished=finished,
             limited=bool(limit_warning(among)),
         )
@@ -156,6 +157,14 @@ def _concluded(experiment: Experiment, found: Search, cause: _Cause, among: Coll
         warnings=(*_warnings(found, after, shown_after), *limit_warning(among)),
         seconds=course.seconds,
     )
+
+
+def _in_part(found: Search) -> tuple[tuple[str, ...], float] | None:
+    """Summaries of the listed effects that the search added, with the share of the misfit that they explain; None where it added none."""
+    if not found.fitted.names:
+        return None
+    explained = 1.0 - residual_share(found.fitted, found.first.fitted)
+    return tuple(effect.summary for effect in found.fitted.model.effects), float(np.clip(explained, 0.0, 1.0))
 
 
 def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:

@@ -26,12 +26,14 @@ def sentences(
     unrest: Unrest | None = None,
     restitution: Restitution | None = None,
     *,
+    in_part: tuple[Sequence[str], float] | None = None,
     finished: bool = True,
     limited: bool = False,
 ) -> tuple[str, ...]:
     """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
-    `unrest`: random force beside the final model. `restitution`: measured coefficient that departs from the nominal model's. `limited`:
+    `unrest`: random force beside the final model. `restitution`: measured coefficient that departs from the nominal model's. `in_part`:
+    summaries of the listed effects beside which the verdict *unlisted* stands, and the share of the misfit that they explain. `limited`:
     not all listed effects were looked for.
     """
     unseen = "windows left out of the fit"
@@ -65,7 +67,13 @@ def sentences(
         first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
         doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()
         return (first, *where, falls, *restless, *doubt, *_varying(after))
-    first = f"Something real is missing, and no {'effect that was looked for' if limited else 'listed effect'} explains it."
+    no_effect = f"no {'effect that was looked for' if limited else 'listed effect'} explains"
+    first = f"Something real is missing, and {no_effect} it."
+    if in_part is not None:
+        causes, share = in_part
+        explain = "explains" if len(causes) == 1 else "explain"
+        first = f"{joined(causes)} {explain} {percent(share)} of the misfit, and {no_effect} the rest."
+        first = first[0].upper() + first[1:]
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
     kinks = (_kink_sentence(location.kink),) if location is not None and location.kink is not None else ()

@@ -60,6 +60,16 @@ def test_what_is_on_no_list_is_described_by_what_was_learned(made):
     assert f"describes it: {made[UNLISTED].free_form}." in text
 
 
+def test_listed_effects_that_explain_a_part_are_stated_with_their_share(made):
+    one = made[UNLISTED]
+    of = (one.verdict, (), (), one.location, one.nominal, one.augmented, one.free_form)
+    text = " ".join(sentences(*of, in_part=(("dry friction in the suspension", "quadratic drag"), 0.743)))
+    assert text.startswith(
+        "Dry friction in the suspension and quadratic drag explain 74 % of the misfit, and no listed effect explains the rest."
+    )
+    assert "describes it" in text
+
+
 @pytest.mark.parametrize(("by_chance", "stated"), [(1e-9, True), (1e-4, False)])
 def test_a_parameter_that_varies_between_records_is_described_by_its_extremes(made, by_chance, stated):
     values = {"a.csv": (1.5e6, 1e4), "b.csv": (2.5e6, 2e4), "c.csv": (2e6, 1e4)}
