@@ -22,7 +22,7 @@ class Known:
     cannot: str
 
     def agreement(self, named: set[str]) -> str:
-        """Whether what was named is what is known: "yes", "in part", "no", or "not on the list".
+        """Whether what was named is what is known: "yes", "in part", "no", "abstained" (no name) or "not on the list".
 
         "Beside others" is added where effects are named that are not known. Where no listed effect stands for what is known, no name is
         right or wrong.
@@ -30,13 +30,13 @@ class Known:
         Example:
             >>> one = Known(recipe="r", question="", truth="", expected=(("a", "b"), ("c",)), cannot="")
             >>> one.agreement({"b", "c"}), one.agreement({"b", "c", "x"}), one.agreement({"a", "x"}), one.agreement(set())
-            ('yes', 'yes, beside others', 'in part, beside others', 'no')
+            ('yes', 'yes, beside others', 'in part, beside others', 'abstained')
         """
         if not self.expected:
             return "not on the list"
         hit = [bool(named & set(group)) for group in self.expected]
         if not any(hit):
-            return "no"
+            return "no" if named else "abstained"
         others = named - {name for group in self.expected for name in group}
         return ("yes" if all(hit) else "in part") + (", beside others" if others else "")
 

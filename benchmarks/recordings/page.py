@@ -10,8 +10,8 @@ from identification.wording.numbers import millimetres, rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
-_HEAD = """| recording | held-back error, nominal → augmented | the diagnosis | what is known | agrees | s |
-|---|---|---|---|---|---|"""
+_HEAD = """| recording | held-back error, nominal → augmented | reduced chi-square | the diagnosis | what is known | agrees | s | MB |
+|---|---|---|---|---|---|---|---|"""
 
 
 def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
@@ -27,12 +27,14 @@ def write_page(page: Path, found: Sequence[tuple[Known, Run]]) -> None:
 
 def row(known: Known, run: Run) -> str:
     """One line of the table."""
+    used = (_whole(run.seconds), _whole(run.peak_mb))
     if run.document is None:
-        return f"| `{run.recipe}` | – | failed: {run.failure} | {known.truth} | no | {_whole(run.seconds)} |"
-    before, after = (run.document[side]["held_out_nrmse"] for side in ("nominal", "augmented"))
-    named = {effect["name"] for effect in run.document["effects"]}
-    cells = (f"`{run.recipe}`", f"{_error(before)} → {_error(after)}", said(run), known.truth, known.agreement(named), _whole(run.seconds))
-    return f"| {' | '.join(cells)} |"
+        cells = (f"`{run.recipe}`", "–", "–", f"failed: {run.failure}", known.truth, "no", *used)
+        return f"| {' | '.join(cells)} |"
+    sides = [run.document[side] for side in ("nominal", "augmented")]
+    error, chi2 = (" → ".join(_three(side[name]) for side in sides) for name in ("held_out_nrmse", "chi2_reduced"))
+    agrees = known.agreement({effect["name"] for effect in run.document["effects"]})
+    return f"| {' | '.join((f'`{run.recipe}`', error, chi2, said(run), known.truth, agrees, *used))} |"
 
 
 def said(run: Run) -> str:
@@ -85,6 +87,6 @@ def _whole(figure: float | None) -> str:
     return "–" if figure is None else f"{figure:.0f}"
 
 
-def _error(share: float | None) -> str:
-    """NRMSE; a prediction that broke off has none."""
-    return "–" if share is None else f"{share:.3g}"
+def _three(figure: float | None) -> str:
+    """Three digits; a prediction that broke off has no error."""
+    return "–" if figure is None else f"{figure:.3g}"

@@ -15,8 +15,8 @@ DOCUMENT = {
     "sentences": ["Dry friction explains 80 % of it.", "The error falls."],
     "warnings": ["the last fit stopped early"],
     "effects": [{"name": "coulomb_friction", "parameters": {"friction_force": {"value": 9400.0, "stderr": 120.0, "unit": "N"}}}],
-    "nominal": {"held_out_nrmse": 0.64, "held_back": {"later.npz": {"reaction_force": 0.64}}},
-    "augmented": {"held_out_nrmse": 0.21, "held_back": {"later.npz": {"reaction_force": None}}},
+    "nominal": {"held_out_nrmse": 0.64, "chi2_reduced": 1.08e5, "held_back": {"later.npz": {"reaction_force": 0.64}}},
+    "augmented": {"held_out_nrmse": 0.21, "chi2_reduced": 4.54, "held_back": {"later.npz": {"reaction_force": None}}},
 }
 FRICTION = next(known for known in KNOWN if known.recipe == "friction_backlash")
 
@@ -46,11 +46,15 @@ def test_what_no_effect_stands_for_is_not_held_against_a_diagnosis():
     assert next(known for known in KNOWN if not known.expected).agreement({"coulomb_friction"}) == "not on the list"
 
 
+def test_a_diagnosis_without_a_name_abstains():
+    assert FRICTION.agreement(set()) == "abstained" and FRICTION.agreement({"gap_step"}) == "no"
+
+
 def test_a_row_holds_errors_effects_and_what_is_known(tmp_path):
     cells = [cell.strip() for cell in row(FRICTION, made(tmp_path)).strip("|").split("|")]
-    assert cells[:2] == ["`friction_backlash`", "0.64 → 0.21"]
-    assert cells[2].startswith("missing: coulomb_friction (F_c = 9400 ± 120 N")
-    assert cells[3:] == [FRICTION.truth, "yes", "61"]
+    assert cells[:3] == ["`friction_backlash`", "0.64 → 0.21", "1.08e+05 → 4.54"]
+    assert cells[3].startswith("missing: coulomb_friction (F_c = 9400 ± 120 N")
+    assert cells[4:] == [FRICTION.truth, "yes", "61", "903"]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +79,7 @@ def test_a_kink_stands_before_the_learned_term(tmp_path):
 
 def test_a_failure_stays_in_the_table(tmp_path):
     cells = row(FRICTION, made(tmp_path, document=None, failure="no convergence")).split("|")
-    assert "failed: no convergence" in cells[3] and cells[5].strip() == "no"
+    assert "failed: no convergence" in cells[4] and cells[6].strip() == "no"
 
 
 def test_the_page_is_written_between_its_marks_and_again(tmp_path):
