@@ -18,7 +18,7 @@ from identification.diagnosis.locate.locate import locate
 from identification.diagnosis.locate.loop_kink import loop_kink
 from identification.diagnosis.locate.next_experiment import next_experiment
 from identification.diagnosis.locate.restitution import lost_in_contacts
-from identification.diagnosis.relevance import residual_share, share_added
+from identification.diagnosis.relevance import residual_share, share_added, share_predicted
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search.among import limit_warning
@@ -95,28 +95,36 @@ def diagnose_experiment(
         found = search(start, deadline=course.deadline, among=among, progress=progress)
     with course.stage("model"):
         term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
-    return _concluded(experiment, found, _cause(found, term), among, course)
+        predicted = _Predicted()
+        cause = _cause(found, term, predicted)
+    return _concluded(experiment, found, cause, among, course, predicted)
 
 
-def _cause(found: Search, term: Learned | None) -> _Cause:
+def _cause(found: Search, term: Learned | None, predicted: "_Predicted") -> _Cause:
     """Verdict from the share of the misfit: a free-form term if it adds more than `RELEVANT` to the listed effects; else these, if any.
 
-    Without listed effects, the verdict depends on whether the random force is significant.
+    It has to add as much on windows left out of the fit, where these can be predicted: a flexible term always gains on those it was fitted
+    to. Without listed effects, the verdict depends on whether the random force is significant.
     """
     nominal, model = found.first.fitted, found.fitted
-    if term is not None and share_added(nominal, model, term.fitted) > RELEVANT:
+    if (
+        term is not None
+        and share_added(nominal, model, term.fitted) > RELEVANT
+        and not share_predicted(predicted(model), predicted(term.fitted)) <= RELEVANT
+    ):
         return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
     if model.names:
         return _Cause(verdict=MISSING, fitted=model)
     return _Cause(verdict=RESTLESS if unrest(model, alpha=ALPHA) else ADEQUATE, fitted=model)
 
 
-def _concluded(experiment: Experiment, found: Search, cause: _Cause, among: Collection[str], course: _Course) -> Diagnosis:
+def _concluded(
+    experiment: Experiment, found: Search, cause: _Cause, among: Collection[str], course: _Course, predicted: "_Predicted"
+) -> Diagnosis:
     """The verdict with its evidence: held-out errors, alternatives, location of the misfit, next experiment."""
     start, verdict, after = found.first.fitted, cause.verdict, cause.fitted
     with course.stage("evidence"):
         course.progress("predicting windows left out of the fit")
-        predicted = _Predicted()
         shown_before = _side(start, experiment, predicted)
         shown_after = shown_before if after is start else _side(after, experiment, predicted)
         named = asserted(found, after, shown_after.parameters) if verdict == MISSING else ()

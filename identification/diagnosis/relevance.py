@@ -1,4 +1,4 @@
-"""Practical relevance: the share of the misfit that a further effect or term explains."""
+"""Practical relevance: the share of the misfit that a further effect or term explains, or predicts on windows left out of the fit."""
 
 import numpy as np
 from jaxtyping import Float
@@ -27,6 +27,16 @@ def share(nominal: float, model: float, more: float) -> float:
     if not np.isfinite([nominal, model, more]).all() or more >= model:
         return 0.0
     return (model - more) / (nominal - more) if nominal > more else 1.0
+
+
+def share_predicted(model: float, more: float) -> float:
+    """Share of the mean squared error on windows left out that only the larger model predicts, from two normalised errors; NaN if unknown.
+
+    Example:
+        >>> share_predicted(0.10, 0.05), share_predicted(0.10, 0.20), share_predicted(float("nan"), 0.2)
+        (0.75, -3.0, nan)
+    """
+    return 1.0 - (more / model) ** 2
 
 
 def residual_share(found: Fitted, beside: Fitted) -> float:

@@ -8,10 +8,19 @@ import numpy as np
 import pytest
 
 from benchmarks.simulator import Case, Order, draw_case, write_case
+from identification.diagnosis import diagnose
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Diagnosis
+from identification.diagnosis.free_form.free_form import Learned
+from identification.diagnosis.score.scored import Scored
+from identification.diagnosis.search.forward import Search
 from identification.experiment import load_experiment
+from identification.likelihood.fitted import Fitted
+from identification.likelihood.joint import Point
+from identification.windows.prepare import Prepared
 from tests.identification.conftest import cropped
+from vibrojax.effects import CoulombFriction
+from vibrojax.model import Model
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +125,30 @@ def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
     assert learned is not None
     assert float(learned.group(1)) == pytest.approx(frequency, abs=2e-3)
     assert found.augmented.chi2_reduced < 1.1
+
+
+def bare(kind: type, **values):
+    """An object of a class with some of its attributes and no others."""
+    made = object.__new__(kind)
+    for name, value in values.items():
+        object.__setattr__(made, name, value)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("model_error", "term_error", "verdict"),
+    [(0.10, 0.05, UNLISTED), (0.10, 0.0999, MISSING), (0.10, 0.12, MISSING), (float("nan"), float("nan"), UNLISTED)],
+)
+def test_a_term_that_predicts_nothing_hides_no_listed_effect(monkeypatch, model_error, term_error, verdict):
+    monkeypatch.setattr(diagnose, "share_added", lambda *models: 0.5)
+    predicted = diagnose._Predicted()
+    prepared = bare(Prepared, model=bare(Model, effects=(CoulombFriction(0.1),)))
+    model, more = (bare(Fitted, point=bare(Point, prepared=prepared)) for _ in range(2))
+    for fitted, error in ((model, model_error), (more, term_error)):
+        predicted._known[id(fitted)] = fitted, error
+    found = bare(Search, steps=(), last=bare(Scored, fitted=model))
+    cause = diagnose._cause(found, bare(Learned, fitted=more, formula="f"), predicted)
+    assert (cause.verdict, cause.fitted is more, cause.formula) == (verdict, verdict == UNLISTED, "f" if verdict == UNLISTED else "")
 
 
 def test_a_single_short_record_is_diagnosed_although_nothing_can_be_left_out(tmp_path):
