@@ -8,7 +8,6 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.diagnosis.assertion import asserted, considered, twins
-from identification.diagnosis.between_records import disagreements
 from identification.diagnosis.calibration import ALPHA, RELEVANT
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.diagnosis.errors import numbers
@@ -31,6 +30,7 @@ from identification.experiment import Experiment
 from identification.least_squares.fit import integrator_for
 from identification.least_squares.settling import settled_without_force
 from identification.likelihood.fitted import Fitted
+from identification.result.between_records import disagreements
 from identification.result.result import RecordFit
 from identification.result.unrest import unrest
 from vibrojax.effects import EFFECTS

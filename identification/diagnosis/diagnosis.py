@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
+from identification.result.between_records import Disagreement
 from identification.result.result import RecordFit
 from identification.result.unrest import Unrest
 from vibrojax.effects import AbstractEffect
@@ -166,36 +167,6 @@ class Considered:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Disagreement:
-    """Variation of one parameter between records, with a chi-square test of homogeneity.
-
-    Attributes:
-        name: of the parameter.
-        chi2: weighted sum of squared deviations of the records' own estimates from their mean.
-        degrees: number of records that identify it, less one.
-        chance: probability that noise alone scatters them as much.
-        records: by file, the record's own estimate and standard error, SI.
-    """
-
-    name: str
-    chi2: float
-    degrees: int
-    chance: float
-    records: dict[str, tuple[float, float]]
-
-    @property
-    def scatter(self) -> float:
-        """Standard deviation of the values beyond their errors, SI, by the method of moments (DerSimonian and Laird 1986).
-
-        0 where only one record identifies the parameter.
-        """
-        value, weight = np.array([(value, stderr**-2.0) for value, stderr in self.records.values()]).T
-        chi2 = float(weight @ (value - weight @ value / weight.sum()) ** 2)
-        of_others = float(weight.sum() - weight @ weight / weight.sum())
-        return float(np.sqrt(max(chi2 - len(value) + 1, 0.0) / of_others)) if of_others > 0 else 0.0
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class Side:
     """A fitted model (nominal or augmented) with its errors and predictions.
 
@@ -308,19 +279,10 @@ class Diagnosis:
 
 
 def _side(side: Side) -> dict[str, Any]:
-    differ = {
-        one.name: {
-            "chi2": one.chi2,
-            "degrees": one.degrees,
-            "chance": one.chance,
-            "records": {file: {"value": value, "stderr": stderr} for file, (value, stderr) in one.records.items()},
-        }
-        for one in side.disagreements
-    }
     return {
         "chi2_reduced": side.chi2_reduced,
         "held_out_nrmse": side.held_out_nrmse,
-        "between_records": differ,
+        "between_records": {one.name: one.document() for one in side.disagreements},
         "records": {record.file: {"gap": record.gap, "nrmse": record.nrmse} for record in side.records},
         "held_back": {record.file: record.nrmse for record in side.held_back},
     }

@@ -12,6 +12,7 @@ from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.multistart import Multistart
 from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows
 from identification.estimation.records import record_fits
+from identification.estimation.ring_downs import ring_downs
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.fit import bounds, fit, free_unknowns, integrator_for
@@ -22,6 +23,7 @@ from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.marginal import estimated_force
 from identification.likelihood.variances import equations, posterior
+from identification.result.between_records import disagreements
 from identification.result.result import (
     AT_BOUND,
     FIXED,
@@ -91,18 +93,17 @@ def fit_experiment(
     degrees = degrees_of_freedom(prepared, active, np.isfinite(cost))
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
-    values = prepared.layout.physical(found.estimate.shared)
-    model, restless = prepared.model.replace(values), unrest(found, alpha=FORCE_BY_CHANCE)
-    if experiment.held_back:
-        progress("predicting the held-back records")
+    model, restless = found.model, unrest(found, alpha=FORCE_BY_CHANCE)
+    progress("predicting the held-back records and free vibrations")
     held_back = held_back_fits(experiment, model)
+    decays = ring_downs(experiment, (*records, *held_back), {"nominal": nominal.model} | ({"augmented": model} if extend else {}))
     clock.lap("held back")
     chosen = np.flatnonzero(known.shared)
     return FitResult(
         experiment=experiment,
         model=model,
         parameters=parameters,
-        derived=_derived(prepared, values, spread, known),
+        derived=_derived(prepared, prepared.layout.physical(found.estimate.shared), spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
         chi2_reduced=2.0 * _cost(outcome if extend is None else None, cost) / max(degrees, 1),
@@ -118,6 +119,8 @@ def fit_experiment(
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
+        between_records=disagreements(found),
+        ring_downs=decays,
         added=added and _predicting(added, nominal, experiment, held_back),
     )
 

@@ -52,6 +52,8 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "iterations": result.iterations,
         "discretisation": result.discretisation,
         "unrest": None if result.unrest is None else result.unrest.document(),
+        "between_records": {one.name: one.document() for one in result.between_records},
+        "ring_downs": result.ring_downs.document(),
         "noise": {name: {"scale": one.scale, "order": one.order} for name, one in result.noise.items()},
         "warnings": list(result.warnings),
         "records": [_record(record) for record in result.records],

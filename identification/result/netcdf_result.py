@@ -30,6 +30,8 @@ NUMBERS = (
     "seed",
     "seconds",
     "added",
+    "between_records",
+    "ring_downs",
 )
 _PREFIX = "record"
 

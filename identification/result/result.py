@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Experiment
+from identification.result.between_records import Disagreement
+from identification.result.ring_down import RingDowns
 from identification.result.unrest import Unrest
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
@@ -162,6 +164,8 @@ class FitResult:
         seed: of the multistart.
         seconds: wall time by stage.
         added: effects that were added on request; None for the nominal model.
+        between_records: each parameter that several records identify, as each of them alone estimates it.
+        ring_downs: damping and frequency by amplitude of free vibrations.
     """
 
     experiment: Experiment
@@ -184,3 +188,5 @@ class FitResult:
     seconds: dict[str, float]
     held_back: tuple[RecordFit, ...] = ()
     added: Added | None = None
+    between_records: tuple[Disagreement, ...] = ()
+    ring_downs: RingDowns = dataclasses.field(default_factory=RingDowns)

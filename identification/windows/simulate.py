@@ -35,7 +35,7 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     if not as_recorded:
         model = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
     amplitude, phase = _base(record)
-    system = _system(model, record, amplitude, phase)
+    system = system_in(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)
     integrator = Guided(measured_input.prescribed_motion(record)) if record.kind == "prescribed" else _integrator(model, record)
     trajectory = integrator(system, jnp.asarray(record.time), jnp.asarray(state))
@@ -75,8 +75,8 @@ def _base(record: Record) -> tuple[float, float]:
     )
 
 
-def _system(model: Model, record: Record, amplitude: float, phase: float) -> System:
-    """The rig in this record."""
+def system_in(model: Model, record: Record, amplitude: float = 0.0, phase: float = 0.0) -> System:
+    """The rig in one record; `amplitude`, m, and `phase`, rad, are those of the cart's sine."""
     base = at_rest()
     if record.base == "measured":
         base = measured_input.measured_motion(record)

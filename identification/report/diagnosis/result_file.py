@@ -7,7 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from identification.diagnosis.diagnosis import Asserted, Diagnosis, Disagreement, Location, LoopKink, Number, Profile, Side
+from identification.diagnosis.diagnosis import Asserted, Diagnosis, Location, LoopKink, Number, Profile, Side
+from identification.result.between_records import Disagreement
 from identification.result.json_file import plain
 from identification.result.netcdf_file import DIAGNOSIS, Series, dataset, floats, variable, write_netcdf
 from identification.result.plain_dataclass import from_plain, to_plain

@@ -12,13 +12,13 @@ from identification.diagnosis.diagnosis import (
     Asserted,
     Considered,
     Diagnosis,
-    Disagreement,
     Location,
     LoopKink,
     Number,
     Profile,
     Side,
 )
+from identification.result.between_records import Disagreement
 from identification.result.result import FitResult, RecordFit
 from identification.result.unrest import Unrest
 from vibrojax.effects import CoulombFriction, CubicStiffness

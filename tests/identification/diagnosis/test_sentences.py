@@ -4,8 +4,9 @@ import dataclasses
 
 import pytest
 
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Disagreement
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
 from identification.diagnosis.sentences import percent, sentences
+from identification.result.between_records import Disagreement
 from tests.identification.diagnosis.made_diagnosis import UNREST, made_diagnosis
 from tests.identification.made_result import made_result
 

@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.between_records import disagreements
 from identification.diagnosis.calibration import ALPHA
-from identification.diagnosis.diagnosis import Disagreement
 from identification.likelihood.fitted import Fitted, first_point, fitted
+from identification.result.between_records import Disagreement, disagreements
 from identification.windows.prepare import prepare
 from tests.identification.conftest import cropped
 

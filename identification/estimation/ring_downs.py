@@ -1,0 +1,156 @@
+"""Ring-downs of the records, and of models that swing from the same states, through one estimator, so that its errors cancel."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from identification.experiment import Experiment, Record
+from identification.least_squares.fit import as_arrays
+from identification.result.record_view import measured_displacement
+from identification.result.result import RecordFit
+from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
+from identification.windows.simulate import system_in
+from vibrojax.compiling import soon_compiled
+from vibrojax.integrate import SUCCESS, Landing, Trajectory
+from vibrojax.model import Model
+from vibrojax.system import System
+
+_KINDS = ("drop-test", "free-decay")
+"""Records in which nothing drives the hammer."""
+_PADDED_TO = 1024
+"""Samples of a simulated flight are padded to a multiple of this, so that records share a compiled program."""
+_STEPS_PER_PERIOD, _STEPS_PER_OWN_PERIOD, _CONTACT_STEPS = 60.0, 24.0, 60.0
+_MARGIN = 2
+"""Samples beside a contact that count as contact."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Flight:
+    """Samples of a record between contacts; `noise` and `level`, about which it swings, are those of the displacement, m."""
+
+    record: Record
+    fit: RecordFit
+    part: slice
+    noise: float
+    level: float
+
+    def ring_down(self, u: np.ndarray, frequency: float, level: float) -> tuple[RingDown | None, bool]:
+        """Damping and frequency by amplitude of a motion at the flight's times, and whether it is a single swing out and back."""
+        time = self.fit.time[self.part][: len(u)]
+        long = ring_down(self.fit.file, time, u, noise=self.noise)
+        if long is not None or not frequency:
+            return long, False
+        return one_flight(self.fit.file, time, u, noise=self.noise, level=level, frequency=frequency), True
+
+
+def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: Mapping[str, Model]) -> RingDowns:
+    """Damping and frequency by amplitude of the free vibrations in the records, and of models that start from the same states.
+
+    Arguments:
+        experiment: that was fitted.
+        records: with their predictions by the best model: these give contacts and initial states.
+        models: fitted, by name; the last is the best.
+    """
+    left_out: dict[str, str] = {}
+    flights: list[_Flight] = []
+    measured: list[RingDown] = []
+    frequency = float(list(models.values())[-1].values().get("f_n", 0.0))
+    for fit in records:
+        u = measured_displacement(fit)
+        why = _why_not(experiment, fit, u)
+        if why or u is None:
+            left_out[fit.file] = why
+            continue
+        found = [(one, *one.ring_down(u[one.part], frequency, one.level)) for one in _flights(experiment, fit)]
+        flights += [one for one, points, _ in found if points is not None]
+        measured += _merged((points, single) for _, points, single in found if points is not None)
+        if not any(points is not None for _, points, _ in found):
+            left_out[fit.file] = "no swing out and back, between impacts, that its samples resolve"
+    simulated = {name: _of_model(model, flights, frequency) for name, model in models.items()}
+    return RingDowns(measured=tuple(measured), models=simulated, left_out=left_out)
+
+
+def _merged(found: Iterable[tuple[RingDown, bool]]) -> list[RingDown]:
+    """Ring-downs of one record; its single swings as one."""
+    every = list(found)
+    swings = [points for points, single in every if single]
+    return [points for points, single in every if not single] + ([together(swings)] if swings else [])
+
+
+def _why_not(experiment: Experiment, fit: RecordFit, u: np.ndarray | None) -> str:
+    """Why a record has no decay to read; empty where it may have one."""
+    if experiment.suspension.kind == "free":
+        return "without a spring nothing vibrates"
+    if fit.kind not in _KINDS:
+        return "driven throughout, so that nothing decays"
+    return "" if u is not None else "its displacement was not recorded"
+
+
+def _flights(experiment: Experiment, fit: RecordFit) -> Iterator[_Flight]:
+    """Flights of a record in which the motion is predicted."""
+    record = next(one for one in experiment.records if one.file == fit.file)
+    names = ("relative_displacement",) if "relative_displacement" in fit.measured else ("hammer_displacement", "cart_displacement")
+    noise = math.hypot(*(fit.noise.get(name, 0.0) for name in names))
+    read = measured_displacement(dataclasses.replace(fit, measured={name: fit.predicted[name] for name in names if name in fit.measured}))
+    known = np.isfinite(fit.relative_displacement) & np.isfinite(fit.relative_velocity)
+    level = float(np.median((read - fit.relative_displacement)[known])) if read is not None and known.any() else 0.0
+    near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known & ~near, [False]]).astype(int)))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        yield _Flight(record=record, fit=fit, part=slice(first, end), noise=noise, level=level)
+
+
+def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[RingDown, ...]:
+    """The model's own ring-downs from the states in which the measured ones begin."""
+    longest = max((one.part.stop - one.part.start for one in flights), default=0)
+    padded = longest + -longest % _PADDED_TO
+    found = [(one.fit.file, *one.ring_down(_simulated(model, one, padded), frequency, 0.0)) for one in flights]
+    files = dict.fromkeys(file for file, _, _ in found)
+    return tuple(
+        each
+        for file in files
+        for each in _merged((points, single) for other, points, single in found if other == file and points is not None)
+    )
+
+
+def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
+    """Displacement of the model from the state at the beginning of a flight, up to its first contact; empty where it diverges."""
+    time, first = one.fit.time[one.part], one.part.start
+    interval = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
+    ts = np.concatenate([time, time[-1] + interval * np.arange(1, padded - len(time) + 1)])
+    state = np.array([one.fit.relative_displacement[first], one.fit.relative_velocity[first]])
+    here = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
+    system = system_in(as_arrays(here), dataclasses.replace(one.record, gap=one.fit.gap))
+    run = _trajectory(_integrator(here, float(ts[-1] - ts[0]), padded), system, jnp.asarray(ts), jnp.asarray(state), jnp.asarray(len(time)))
+    if int(run.result) != SUCCESS:
+        return np.zeros(0)
+    touching = np.flatnonzero(np.asarray(run.in_contact)[: len(time)])
+    return np.asarray(run.u)[: int(touching[0]) if len(touching) else len(time)]
+
+
+def _integrator(model: Model, duration: float, samples: int) -> Landing:
+    """Steps for the fastest vibration of the suspension and of the effects."""
+    f_n, own = float(model.values().get("f_n", 0.0)), max((float(effect.fastest_hz) for effect in model.effects), default=0.0)
+    fastest = max(_STEPS_PER_PERIOD * f_n, _STEPS_PER_OWN_PERIOD * own, _STEPS_PER_PERIOD / duration)
+    steps = 2.0 * duration * (fastest + 2.0 * f_n * _CONTACT_STEPS)
+    return Landing(
+        contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(1.0 / fastest), most_steps=1024 * math.ceil(steps / 1024 + 1)
+    )
+
+
+@soon_compiled
+def _trajectory(integrator: Landing, system: System, ts, state, length) -> Trajectory:
+    state = jnp.concatenate([state, jnp.zeros(system.own_size)])
+    many = integrator.batch(_lane(system), ts[None], state[None], length[None])
+    return Trajectory(ts, many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps, many.own[0])
+
+
+def _lane(system: System) -> System:
+    """The system as the only lane of a batch."""
+    arrays, rest = eqx.partition(system, eqx.is_array_like)
+    return eqx.combine(jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], arrays), rest)
