@@ -26,16 +26,20 @@ from identification.diagnosis.sentences import sentences
 from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.nominal import nominal_fit
 from identification.estimation.records import record_fits
+from identification.estimation.ring_downs import ring_downs
 from identification.experiment import Experiment
 from identification.least_squares.fit import integrator_for
 from identification.least_squares.settling import settled_without_force
 from identification.likelihood.fitted import Fitted
 from identification.result.between_records import disagreements
 from identification.result.result import RecordFit
+from identification.result.ring_down import RingDowns
 from identification.result.unrest import unrest
 from vibrojax.effects import EFFECTS
 
 Progress = Callable[[str], None]
+_SHOWN = 3
+"""Candidates whose free vibration is simulated beside that of both models."""
 _ENDED = {
     BUDGET: f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes",
     FAILED: f"{NOT_FINISHED}: the best alternative, which is significant, could not be fitted on whole windows",
@@ -134,6 +138,7 @@ def _concluded(
         advice = next_experiment(found, ambiguous)
         lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         restless = unrest(after, alpha=ALPHA)
+        decays = _ring_downs(found, experiment, shown_before, shown_after)
         finished = found.ended not in (BUDGET, FAILED)
         said = sentences(
             verdict,
@@ -164,6 +169,7 @@ def _concluded(
         next_experiment=advice,
         warnings=(*_warnings(found, after, shown_after), *limit_warning(among)),
         seconds=course.seconds,
+        ring_downs=decays,
     )
 
 
@@ -173,6 +179,16 @@ def _in_part(found: Search) -> tuple[tuple[str, ...], float] | None:
         return None
     explained = 1.0 - residual_share(found.fitted, found.first.fitted)
     return tuple(effect.summary for effect in found.fitted.model.effects), float(np.clip(explained, 0.0, 1.0))
+
+
+def _ring_downs(found: Search, experiment: Experiment, before: Side, after: Side) -> RingDowns:
+    """Damping and frequency by amplitude: of the records, both models, and the best candidates of the first search step."""
+    models = {"nominal": before.model}
+    for one in (found.steps[0].alternatives if found.steps else found.refused)[:_SHOWN]:
+        if one.fitted.names != tuple(effect.name for effect in after.model.effects):
+            models.setdefault(one.name, one.fitted.model)
+    models |= {} if after is before else {"augmented": after.model}
+    return ring_downs(experiment, (*after.records, *after.held_back), models)
 
 
 def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 from identification.experiment import Experiment
 from identification.result.between_records import Disagreement
 from identification.result.result import RecordFit
+from identification.result.ring_down import RingDowns
 from identification.result.unrest import Unrest
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
@@ -207,6 +208,7 @@ class Diagnosis:
         next_experiment: a further record that would separate the leading alternatives.
         warnings: for the reader.
         seconds: wall time by stage.
+        ring_downs: damping and frequency of free vibrations by amplitude, as recorded and of both models and the best candidates.
     """
 
     experiment: Experiment
@@ -223,6 +225,7 @@ class Diagnosis:
     next_experiment: str
     warnings: tuple[str, ...]
     seconds: dict[str, float]
+    ring_downs: RingDowns = dataclasses.field(default_factory=RingDowns)
 
     @property
     def is_finished(self) -> bool:
@@ -269,6 +272,7 @@ class Diagnosis:
             "nominal": _side(self.nominal),
             "augmented": _side(self.augmented),
             "unrest": None if self.unrest is None else self.unrest.document(),
+            "ring_downs": self.ring_downs.document(),
             "free_form": self.free_form,
             "next_experiment": self.next_experiment,
             "sentences": list(self.sentences),

@@ -5,6 +5,7 @@ from typing import Any
 
 from identification.experiment import Experiment
 from identification.report import rows
+from identification.report.figures.ring_downs import left_out
 from identification.report.frame import framed
 from identification.report.image import Image
 from identification.report.next_steps import next_steps
@@ -57,6 +58,7 @@ def page(
         correlations=rows.correlations(result),
         listed_from=rows.LISTED_FROM,
         starts=sorted(result.starts, key=lambda start: start.final_cost),
+        unread=left_out(result.ring_downs),
         shift=significant(result.discretisation, 2),
     )
 

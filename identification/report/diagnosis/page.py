@@ -7,6 +7,7 @@ from typing import Any
 from identification.diagnosis.diagnosis import MISSING, Asserted, Diagnosis
 from identification.report.diagnosis import rows, words
 from identification.report.diagnosis.equation import equation_html
+from identification.report.figures.ring_downs import left_out
 from identification.report.frame import framed
 from identification.report.image import Image
 from identification.report.page_style import PageStyle
@@ -45,6 +46,7 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         effects=[_effect(one) for one in diagnosis.effects],
         ambiguous=joined([words.effect_words(name) for name in diagnosis.ambiguous_with]),
         undrawn=_undrawn(diagnosis, images),
+        unread=left_out(diagnosis.ring_downs),
         notices=list(rows.notices(diagnosis)),
         learned=rows.learned_rows(diagnosis),
         errors=rows.error_rows(diagnosis),

@@ -17,7 +17,18 @@ from vibrojax.model import Model
 from vibrojax.model_file import model_document, model_from_document
 
 _BEFORE, _AFTER = "nominal_record", "augmented_record"
-_PLAIN = ("verdict", "sentences", "free_form", "ambiguous_with", "considered", "unrest", "next_experiment", "warnings", "seconds")
+_PLAIN = (
+    "verdict",
+    "sentences",
+    "free_form",
+    "ambiguous_with",
+    "considered",
+    "unrest",
+    "next_experiment",
+    "warnings",
+    "seconds",
+    "ring_downs",
+)
 _OF_KINK = (
     ("record", "1", "which of the records with contacts, from 0"),
     ("contact", "1", "number of the contact, no two alike"),

@@ -9,8 +9,20 @@ from identification.report.figures.overlay import overlay
 from identification.report.figures.phase_plane import phase_plane
 from identification.report.figures.residuals import residuals
 from identification.report.figures.restitution import restitution
+from identification.report.figures.ring_downs import ring_downs
 from identification.report.figures.waterfall import waterfall
 
-FIGURES: tuple[Drawer, ...] = (first_impact, loops, restitution, phase_plane, overlay, impact_closeups, residuals, correlation, waterfall)
+FIGURES: tuple[Drawer, ...] = (
+    first_impact,
+    loops,
+    restitution,
+    phase_plane,
+    ring_downs,
+    overlay,
+    impact_closeups,
+    residuals,
+    correlation,
+    waterfall,
+)
 
 __all__ = ["FIGURES", "Drawer", "Picture"]

@@ -15,8 +15,8 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from identification.report.figures.envelope import envelope
-
+COLUMNS = 600
+"""Bins across a figure: about one a pixel."""
 MOST = 16_384
 """Samples of a series that travel in the page; of a longer one the extremes."""
 _ZOOMED = "zoomed"
@@ -142,3 +142,31 @@ def _extremes(values: Samples) -> np.ndarray:
     lowest = [int(np.where(np.isfinite(one), one, np.inf).argmin()) for one in parts]
     highest = [int(np.where(np.isfinite(one), one, -np.inf).argmax()) for one in parts]
     return np.unique(np.concatenate([edges[:-1] + lowest, edges[:-1] + highest]))
+
+
+def envelope(
+    x: Float[np.ndarray, " samples"], y: Float[np.ndarray, " samples"], *, columns: int = COLUMNS
+) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, " points"]]:
+    """Smallest and largest value of every one of `columns` bins, in the order in which they occur; a short series unchanged.
+
+    Values that are not finite are left out; a bin of only such values leaves a gap.
+
+    Example:
+        >>> x = np.arange(10000.0)
+        >>> across, up = envelope(x, np.where(x == 1234.0, 7.0, 0.0), columns=100)
+        >>> len(across), float(up.max())
+        (200, 7.0)
+    """
+    if len(x) <= 2 * columns:
+        return x, y
+    length = -(-len(x) // columns)
+    padding = (0, -len(x) % length)
+    bins_x = np.pad(x, padding, mode="edge").reshape(-1, length)
+    bins_y = np.pad(y, padding, constant_values=np.nan).reshape(-1, length)
+    usable = np.isfinite(bins_y)
+    rows = np.arange(len(bins_y))[:, None]
+    lowest = np.where(usable, bins_y, np.inf).argmin(axis=1)
+    highest = np.where(usable, bins_y, -np.inf).argmax(axis=1)
+    chosen = np.sort(np.stack([lowest, highest], axis=1), axis=1)
+    values = np.where(usable.any(axis=1, keepdims=True), bins_y[rows, chosen], np.nan)
+    return bins_x[rows, chosen].ravel(), values.ravel()

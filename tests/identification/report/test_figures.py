@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from identification.report.figures.envelope import envelope
 from identification.report.figures.loops import loops
 from identification.report.figures.overlay import overlay
 from identification.report.figures.residuals import autocorrelation
+from identification.report.figures.zoom import envelope
 from identification.report.page_style import SCREEN
 from identification.report.write import draw
 from identification.result.record_view import impacts, measured_displacement, notable

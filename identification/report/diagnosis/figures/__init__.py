@@ -9,7 +9,19 @@ from identification.report.diagnosis.figures.maps import maps
 from identification.report.diagnosis.figures.misfits import misfits
 from identification.report.diagnosis.figures.profiles import best_profile, other_profiles
 from identification.report.diagnosis.figures.restitution import restitution
+from identification.report.diagnosis.figures.ring_downs import ring_downs
 
-FIGURES: tuple[Drawer, ...] = (best_profile, other_profiles, loop_kink, restitution, maps, learned, misfits, before_after, candidates)
+FIGURES: tuple[Drawer, ...] = (
+    best_profile,
+    other_profiles,
+    loop_kink,
+    restitution,
+    ring_downs,
+    maps,
+    learned,
+    misfits,
+    before_after,
+    candidates,
+)
 
 __all__ = ["FIGURES", "Drawer"]
