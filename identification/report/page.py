@@ -48,6 +48,7 @@ def page(
         parameters=rows.parameter_rows(result),
         derived=rows.derived_rows(result),
         reasons=rows.reasons(result),
+        alone=rows.alone_rows(result),
         reference=reference,
         comparisons=rows.comparison_rows(comparisons),
         not_compared=unmatched(comparisons, reference) if reference is not None else (),

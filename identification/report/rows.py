@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Experiment, Record
+from identification.result.between_records import Disagreement
 from identification.result.reference import Comparison
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
 from identification.wording.channel_labels import label
-from identification.wording.numbers import NONE, percent, rounded, significant, unit_text, with_unit
+from identification.wording.numbers import NONE, chance_text, percent, rounded, significant, unit_text, with_unit
 
 LISTED_FROM = 0.1
 """Correlations below this are left out of lists."""
@@ -56,9 +57,52 @@ class ComparisonRow:
     remark: str
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class AloneRow:
+    """One parameter as each record alone estimates it, beside the estimate from all together.
+
+    Attributes:
+        symbol, unit: of the parameter.
+        together: estimate from all records, one value for all.
+        records: file, estimate, and its deviation from the mean over records in its own standard errors.
+        test: scatter over the errors as chi-square (Cochran's Q), its degrees of freedom, and the chance that noise scatters as much.
+        scatter: standard deviation between records beyond the errors.
+        pooled: mean over records, with the error that allows for the scatter.
+    """
+
+    symbol: str
+    unit: str
+    together: str
+    records: tuple[tuple[str, str, str], ...]
+    test: str
+    scatter: str
+    pooled: str
+
+
 def parameter_rows(result: FitResult) -> list[ParameterRow]:
     """Shared parameters in the order of the fit."""
     return [_parameter(estimate) for estimate in result.parameters]
+
+
+def alone_rows(result: FitResult) -> list[AloneRow]:
+    """Parameters that several records identify, each record alone, in the order of the fit."""
+    estimates = {one.spec.name: one for one in result.parameters}
+    return [_alone(one, estimates[one.name]) for one in result.between_records]
+
+
+def _alone(one: Disagreement, together: ParameterEstimate) -> AloneRow:
+    mean, error = one.pooled
+    return AloneRow(
+        symbol=together.spec.symbol,
+        unit=unit_text(together.spec.unit),
+        together=rounded(together.value, together.stderr).text,
+        records=tuple(
+            (file, rounded(value, stderr).text, _signed((value - mean) / stderr, " σ")) for file, (value, stderr) in one.records.items()
+        ),
+        test=f"{significant(one.chi2, 3)} of {one.degrees} ({chance_text(one.chance)})",
+        scatter=significant(one.scatter, 2),
+        pooled=rounded(mean, error).text,
+    )
 
 
 def derived_rows(result: FitResult) -> list[tuple[str, str, str]]:

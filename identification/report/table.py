@@ -8,6 +8,7 @@ from rich.text import Text
 from identification.experiment import Experiment
 from identification.report.rows import (
     LISTED_FROM,
+    alone_rows,
     channel_rows,
     comparison_rows,
     correlations,
@@ -43,6 +44,8 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
         blocks.append(_line(f"derived: {values}"))
     blocks.append(_line(_correlations(result)))
     blocks.append(_records(result.records, result.experiment))
+    if result.between_records:
+        blocks += [_line("each record alone, and the mean over records:"), _alone(result)]
     if result.held_back:
         blocks += [_line("not fitted, predicted:"), _records(result.held_back, result.experiment)]
     if reference is not None:
@@ -85,6 +88,18 @@ def _records(records: tuple[RecordFit, ...], experiment: Experiment) -> Table:
         for row in channel_rows(record, experiment):
             table.add_row(*names, row.channel, row.misfit, compact(row.nrmse))
             names = ("", "", "")
+    return table
+
+
+def _alone(result: FitResult) -> Table:
+    """Each parameter that several records identify: a line a record, then the mean over them with the test of their scatter."""
+    table = open_table("parameter", "record", "value", "off", "scatter", "Q (chance)", right=(3, 4))
+    for row in alone_rows(result):
+        name = symbol_text(row.symbol)
+        for file, value, off in row.records:
+            table.add_row(name, file, compact(value), off)
+            name = ""
+        table.add_row("", "mean over records", compact(row.pooled), "", compact(row.scatter), compact(row.test))
     return table
 
 

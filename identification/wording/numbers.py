@@ -8,6 +8,7 @@ _RAISED = str.maketrans("0123456789-+n", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺ⁿ")
 _LOWERED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _PLAIN_FROM, _PLAIN_BELOW = -3, 5
 _DIGITS = 5
+_LEAST_CHANCE = 1e-99
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -80,6 +81,16 @@ def significant(number: float | None, digits: int = 3) -> str:
     power = math.floor(math.log10(abs(number)))
     decimals = max(digits - 1 - (power - exponent), 0)
     return Rounded(value=_fixed(number / 10.0**exponent, decimals), error="", exponent=exponent, decimals=decimals).text
+
+
+def chance_text(chance: float) -> str:
+    """A chance that may be very small.
+
+    Example:
+        >>> chance_text(0.0), chance_text(0.25), chance_text(3.3e-7), chance_text(1.0)
+        ('< 1 × 10⁻⁹⁹', '0.25', '3.3 × 10⁻⁷', '1')
+    """
+    return "< 1 × 10⁻⁹⁹" if chance < _LEAST_CHANCE else significant(chance, 2).removesuffix(".0")
 
 
 def compact(text: str) -> str:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 
 from identification.diagnosis.diagnosis import Considered, Diagnosis, Number
-from identification.report.diagnosis.words import beside, chance_text, effect_words, plain_name
+from identification.report.diagnosis.words import beside, effect_words, plain_name
 from identification.result.between_records import Disagreement
 from identification.wording.channel_labels import spoken
-from identification.wording.numbers import NONE, rounded, significant, unit_text
+from identification.wording.numbers import NONE, chance_text, rounded, significant, unit_text
 from identification.wording.symbols import symbol_text
 from vibrojax.channels import CHANNELS
 from vibrojax.model import MASS

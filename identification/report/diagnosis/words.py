@@ -10,7 +10,6 @@ from identification.wording.lists import joined
 from identification.wording.numbers import significant
 from vibrojax.effects import EFFECTS
 
-_LEAST_CHANCE = 1e-99
 _ALMOST = 0.999
 
 
@@ -122,16 +121,6 @@ def where(effect: Asserted) -> str:
 def beside(candidate: Considered) -> str:
     """The model to which a candidate was added."""
     return joined([plain_name(name) for name in candidate.beside]) if candidate.beside else "nominal"
-
-
-def chance_text(chance: float) -> str:
-    """A chance that may be very small.
-
-    Example:
-        >>> chance_text(0.0), chance_text(0.25), chance_text(3.3e-7), chance_text(1.0)
-        ('< 1 × 10⁻⁹⁹', '0.25', '3.3 × 10⁻⁷', '1')
-    """
-    return "< 1 × 10⁻⁹⁹" if chance < _LEAST_CHANCE else significant(chance, 2).removesuffix(".0")
 
 
 def probability_text(probability: float) -> str:

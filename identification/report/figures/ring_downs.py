@@ -67,7 +67,8 @@ def ring_down_picture(found: RingDowns, lines: Sequence[Line], experiment: Exper
     lower.xaxis.set_major_locator(FixedLocator(_ticks(*lower.get_xlim())))
     lower.xaxis.set_minor_locator(NullLocator())
     lower.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    upper.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0.1, handlelength=2.6)
+    handles, names = upper.get_legend_handles_labels()
+    upper.legend([handles[-1], *handles[:-1]], [names[-1], *names[:-1]], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0.1, handlelength=2.6)
     damping = 100.0 * np.concatenate([one.damping for one in found.measured])
     return Picture(
         name="damping-and-frequency",

@@ -9,10 +9,10 @@ from matplotlib.ticker import NullLocator
 from identification.diagnosis.calibration import ALPHA as FALSE_ALARM
 from identification.diagnosis.diagnosis import Considered, Diagnosis
 from identification.report.diagnosis.rows import spoken_detail, strongest
-from identification.report.diagnosis.words import beside, chance_text, plain_name
+from identification.report.diagnosis.words import beside, plain_name
 from identification.report.figures.base import LINK, Picture
 from identification.report.page_style import PageStyle
-from identification.wording.numbers import significant
+from identification.wording.numbers import chance_text, significant
 from vibrojax.drawing import literal, new_figure
 
 _MOST = 10
