@@ -31,19 +31,23 @@ _MARGIN = 2
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Flight:
-    """Samples of a record between contacts; `noise` and `level`, about which it swings, are those of the displacement, m."""
+    """Samples of a record between contacts; `noise` and `level`, about which it swings, are those of the displacement, m.
+
+    `returns`: a contact ends it; otherwise the hammer may have come to rest in it.
+    """
 
     record: Record
     fit: RecordFit
     part: slice
     noise: float
     level: float
+    returns: bool
 
     def ring_down(self, u: np.ndarray, frequency: float, level: float) -> tuple[RingDown | None, bool]:
         """Damping and frequency by amplitude of a motion at the flight's times, and whether it is a single swing out and back."""
         time = self.fit.time[self.part][: len(u)]
         long = ring_down(self.fit.file, time, u, noise=self.noise)
-        if long is not None or not frequency:
+        if long is not None or not self.returns:
             return long, False
         return one_flight(self.fit.file, time, u, noise=self.noise, level=level, frequency=frequency), True
 
@@ -102,7 +106,7 @@ def _flights(experiment: Experiment, fit: RecordFit) -> Iterator[_Flight]:
     near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known & ~near, [False]]).astype(int)))
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        yield _Flight(record=record, fit=fit, part=slice(first, end), noise=noise, level=level)
+        yield _Flight(record=record, fit=fit, part=slice(first, end), noise=noise, level=level, returns=end < len(near) and bool(near[end]))
 
 
 def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[RingDown, ...]:

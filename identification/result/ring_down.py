@@ -131,55 +131,66 @@ def one_flight(
 ) -> RingDown | None:
     """Damping and frequency of one flight between impacts, as a single point; None where it does not swing out and back.
 
-    A viscously damped sinusoid about a known level is fitted to the flight by least squares; the amplitude is that of its envelope in the
-    middle. Errors follow from the noise, or from the scatter about the sinusoid where that is larger.
+    The motion of an oscillator with viscous and dry friction, which is at rest at its turning point, is fitted to the flight by least squares.
+    The damping ratio is that of the viscous oscillator with the same loss of energy on the way: with A^2 = u^2 + (u' / omega)^2 at both ends,
+
+    ln(A_1 / A_2) / (omega (t_2 - t_1) - (sin 2 omega t_2 - sin 2 omega t_1) / 2), t counted from the turning point.
+
+    The amplitude is the distance of the turning point from the level. Errors follow from the noise, or from the scatter about the fitted
+    motion where that is larger.
 
     Arguments:
         file: of the record.
         time: of the samples, s.
         u: displacement, m; NaN where it was not recorded.
         noise: its standard deviation, m.
-        level: about which the flight swings, m.
+        level: of the hammer at rest, m.
         frequency: rough, Hz.
     """
     usable = np.isfinite(u)
     time, u = time[usable], u[usable] - level
-    if len(u) < _FEWEST:
+    if len(u) < 2 * _FEWEST:
         return None
     furthest = int(np.argmax(np.abs(u)))
-    if not _FEWEST // 2 <= furthest < len(u) - _FEWEST // 2 or abs(u[furthest]) < 2.0 * noise * np.sqrt(2.0 * np.log(len(u))):
+    if not _FEWEST // 2 <= furthest < len(u) - _FEWEST // 2 or abs(u[furthest]) < _range_of_noise(noise, len(u)):
+        return None  # it does not turn, creeps, or rests
+    scale, omega = float(u[furthest]), 2.0 * np.pi * frequency
+    angle = omega * (time - time[furthest])
+    found = least_squares(lambda x: _out_and_back(x, angle) - u / scale, [0.0, 1.0, 1.0, 0.0, 0.0], x_scale=[0.1, 1.0, 0.1, 0.1, 0.1])
+    variance = max((noise / scale) ** 2, float(found.fun @ found.fun) / (len(u) - len(found.x)))
+    covariance = variance * np.linalg.pinv(found.jac.T @ found.jac)
+    damping, turn, pulse = _equivalent_damping(found.x, angle), abs(found.x[1]), abs(found.x[2])
+    small = 1e-5 * np.eye(len(found.x))
+    slope = np.array([(_equivalent_damping(found.x + d, angle) - _equivalent_damping(found.x - d, angle)) / 2e-5 for d in small])
+    if not np.isfinite([damping, *slope]).all():
         return None
-    since, scale, omega = time - 0.5 * (time[0] + time[-1]), float(np.max(np.abs(u))), 2.0 * np.pi * frequency
-
-    def parts(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        cosine, sine, decay, pulse = unknowns
-        envelope, turned = np.exp(-decay * omega * since), pulse * omega * since
-        return envelope, envelope * (cosine * np.cos(turned) + sine * np.sin(turned)), turned
-
-    def misfit(unknowns: np.ndarray) -> np.ndarray:
-        return parts(unknowns)[1] - u / scale
-
-    def slope(unknowns: np.ndarray) -> np.ndarray:
-        envelope, value, turned = parts(unknowns)
-        cosine, sine = unknowns[:2]
-        by_pulse = envelope * omega * since * (sine * np.cos(turned) - cosine * np.sin(turned))
-        return np.stack([envelope * np.cos(turned), envelope * np.sin(turned), -omega * since * value, by_pulse], axis=1)
-
-    begin = np.array([0.0, 0.0, 0.0, 1.0])
-    begin[:2] = np.linalg.lstsq(slope(begin)[:, :2], u / scale, rcond=None)[0]
-    found = least_squares(misfit, begin, slope, method="lm")
-    jacobian = slope(found.x)
-    variance = max((noise / scale) ** 2, float(found.fun @ found.fun) / (len(u) - 4))
-    covariance = variance * np.linalg.pinv(jacobian.T @ jacobian)
-    (decay, pulse), errors = found.x[2:], np.sqrt(np.diag(covariance)[2:])
     return RingDown(
         file=file,
-        amplitude=(scale * float(np.hypot(*found.x[:2])),),
-        damping=(float(decay / np.hypot(decay, pulse)),),
-        damping_stderr=(float(errors[0] / abs(pulse)),),
-        frequency=(float(abs(pulse) * frequency),),
-        frequency_stderr=(float(errors[1] * frequency),),
+        amplitude=(abs(scale) * float(turn),),
+        damping=(damping,),
+        damping_stderr=(float(np.sqrt(slope @ covariance @ slope)),),
+        frequency=(float(pulse * frequency),),
+        frequency_stderr=(float(np.sqrt(covariance[2, 2]) * frequency),),
     )
+
+
+def _out_and_back(unknowns: Float[np.ndarray, " unknowns"], angle: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
+    """Motion with viscous and dry friction about its turning point: the place of that, its distance, frequency, damping ratio, friction."""
+    place, turn, pulse, zeta, friction = unknowns
+    since = pulse * (angle - place)
+    middle = friction * np.sign(since)
+    decay = np.exp(-np.clip(zeta * since, -20.0, 20.0))
+    return middle + (turn - middle) * decay * (np.cos(since) + zeta * np.sin(since))
+
+
+def _equivalent_damping(unknowns: Float[np.ndarray, " unknowns"], angle: Float[np.ndarray, " samples"]) -> float:
+    """Damping ratio of the viscous oscillator that loses as much energy between both ends."""
+    place, _, pulse, _, _ = unknowns
+    ends, step = angle[[0, -1]], 1e-4
+    u, later, earlier = (_out_and_back(unknowns, ends + shift) for shift in (0.0, step, -step))
+    size = np.hypot(u, (later - earlier) / (2.0 * step * pulse))
+    since = pulse * (ends - place)
+    return float(np.log(size[0] / size[1]) / (since[1] - since[0] - 0.5 * (np.sin(2.0 * since[1]) - np.sin(2.0 * since[0]))))
 
 
 def together(flights: Sequence[RingDown]) -> RingDown:
@@ -194,7 +205,7 @@ def _swing_variance(turns: _Turns, which: Int[np.ndarray, " swings"]) -> Float[n
 
 
 def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], noise: float) -> _Turns | None:
-    """Turning points by local polynomials, up to the first that was missed."""
+    """Turning points by local polynomials, up to the first that was missed or is not resolved."""
     rough = _alternating(u, noise)
     if len(rough) < 3:
         return None
@@ -204,8 +215,10 @@ def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]
         width = _OF_HALF_CYCLE * float(np.min(half[max(index - 1, 0) : index + 1]))
         one = _polynomial(time, u, time[place], width, noise)
         if one is None:
-            return None
+            break
         found.append(one)
+    if len(found) < 3:
+        return None
     at, at_error, value, value_error = np.array(found).T
     half = np.diff(at)
     odd = np.flatnonzero((half[1:] > _MISSED * half[:-1]) | (half[:-1] > _MISSED * half[1:]))
@@ -215,12 +228,17 @@ def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]
 
 def _alternating(u: Float[np.ndarray, " samples"], noise: float) -> Int[np.ndarray, " turns"]:
     """Samples at maxima and minima in turn, on either side of the middle, further apart than noise alone is in so many samples."""
-    least = 2.0 * noise * np.sqrt(2.0 * np.log(max(len(u), 2)))
-    places = np.sort(np.concatenate([find_peaks(sign * u, prominence=max(least, 1e-300))[0] for sign in (1.0, -1.0)]))
+    least = max(_range_of_noise(noise, len(u)), 1e-300)
+    places = np.sort(np.concatenate([find_peaks(sign * u, prominence=least)[0] for sign in (1.0, -1.0)]))
     if len(places) < 3:
         return places
     middle = float(np.median(0.5 * (u[places[1:]] + u[places[:-1]])))
     return np.array(list(_outermost(places, u - middle)), int)
+
+
+def _range_of_noise(noise: float, samples: int) -> float:
+    """From the smallest to the largest of so many samples of white noise, as expected."""
+    return 2.0 * noise * float(np.sqrt(2.0 * np.log(max(samples, 2))))
 
 
 def _outermost(places: Int[np.ndarray, " turns"], u: Float[np.ndarray, " samples"]) -> Iterator[int]:

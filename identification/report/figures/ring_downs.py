@@ -21,7 +21,7 @@ SECTION = "decay"
 _NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
 _MOST_TICKS = 7
 _VAGUE = 3.0
-"""Standard error, over the median one, above which a point does not widen the axis."""
+"""Standard error, over the median one, above which a point does not widen an axis."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -62,8 +62,10 @@ def ring_down_picture(found: RingDowns, lines: Sequence[Line], experiment: Exper
     lower.set_ylabel("frequency f (Hz)")
     lower.set_xlabel(f"amplitude of {look.symbol} ({unit_text(look.unit)})")
     amplitudes = look.factor * np.concatenate([one.amplitude for one in found.measured])
+    errors = np.concatenate([one.damping_stderr for one in found.measured])
+    shown = amplitudes[errors <= _VAGUE * np.median(errors)]
     lower.set_xscale("log")
-    lower.set_xlim(0.92 * amplitudes.min(), 1.08 * amplitudes.max())
+    lower.set_xlim(0.92 * shown.min(), 1.08 * shown.max())
     lower.xaxis.set_major_locator(FixedLocator(_ticks(*lower.get_xlim())))
     lower.xaxis.set_minor_locator(NullLocator())
     lower.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
