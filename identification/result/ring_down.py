@@ -56,7 +56,6 @@ class RingDowns:
     models: dict[str, tuple[RingDown, ...]] = dataclasses.field(default_factory=dict)
     left_out: dict[str, str] = dataclasses.field(default_factory=dict)
 
-
     def document(self) -> dict[str, Any]:
         """As plain data for `fit.json` and `diagnosis.json`; amplitudes in m, frequencies in Hz."""
         models = {name: [dataclasses.asdict(one) for one in found] for name, found in self.models.items()}
@@ -131,8 +130,8 @@ def one_flight(
 ) -> RingDown | None:
     """Damping and frequency of one flight between impacts, as a single point; None where it does not swing out and back.
 
-    The motion of an oscillator with viscous and dry friction, which is at rest at its turning point, is fitted to the flight by least squares.
-    The damping ratio is that of the viscous oscillator with the same loss of energy on the way: with A^2 = u^2 + (u' / omega)^2 at both ends,
+    The motion of an oscillator with viscous and dry friction, which is at rest at its turning point, is fitted by least squares. The
+    damping ratio is that of the viscous oscillator that loses as much energy on the way: with A^2 = u^2 + (u' / omega)^2 at both ends,
 
     ln(A_1 / A_2) / (omega (t_2 - t_1) - (sin 2 omega t_2 - sin 2 omega t_1) / 2), t counted from the turning point.
 
@@ -213,7 +212,7 @@ def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]
     found = []
     for index, place in enumerate(rough):
         width = _OF_HALF_CYCLE * float(np.min(half[max(index - 1, 0) : index + 1]))
-        one = _polynomial(time, u, time[place], width, noise)
+        one = _polynomial(time, u, float(time[place]), width, noise)
         if one is None:
             break
         found.append(one)

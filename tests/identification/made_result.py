@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.experiment import Experiment, Record, Sensor, Suspension
+from identification.result.between_records import Disagreement
 from identification.result.result import (
     NOT_IDENTIFIABLE,
     OK,
@@ -17,6 +18,7 @@ from identification.result.result import (
     SensorNoise,
     StartOutcome,
 )
+from identification.result.ring_down import RingDown, RingDowns
 from identification.result.unrest import Unrest
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
@@ -29,6 +31,33 @@ MODEL = Model(
     suspension=Linear(damping_ratio=ZETA, natural_frequency_hz=F_N),
     law=HuntCrossley(impact_stiffness=K_I, impact_exponent=N, impact_damping=LAMBDA_I),
 )
+
+
+def _ring_down(slope: float) -> RingDown:
+    """Of the drop test: damping that rises by `slope` of itself while the amplitude falls to a fifth."""
+    amplitude = np.geomspace(3e-3, 6e-4, 8)
+    damping = ZETA * (1.0 + slope * np.linspace(0.0, 1.0, 8))
+    columns = {"amplitude": amplitude, "damping": damping, "damping_stderr": np.full(8, 5e-4), "frequency": np.full(8, F_N)}
+    columns |= {"frequency_stderr": np.full(8, 2e-3)}
+    return RingDown(file="drop.csv", **{name: tuple(values.tolist()) for name, values in columns.items()})
+
+
+RING_DOWNS = RingDowns(
+    measured=(_ring_down(0.31),),
+    models={"nominal": (_ring_down(0.0),)},
+    left_out={"cart1.csv": "driven <throughout>, so that nothing decays"},
+)
+WITH_CANDIDATES = RingDowns(
+    measured=RING_DOWNS.measured,
+    models={
+        "nominal": (_ring_down(0.0),),
+        "quadratic_drag": (_ring_down(-0.2),),
+        "time_offset": (_ring_down(1e-3),),
+        "augmented": (_ring_down(0.3),),
+    },
+    left_out=RING_DOWNS.left_out,
+)
+"""Of a diagnosis: the second candidate swings as the nominal model does."""
 
 
 def made_result(
@@ -66,6 +95,16 @@ def made_result(
         noise={name: SensorNoise(scale=1.02, order=order) for order, name in enumerate(channels)},
         seed=7,
         seconds={"fit": 1.5},
+        between_records=(
+            Disagreement(
+                name="k_i",
+                chi2=23.1,
+                degrees=1,
+                chance=1.5e-6,
+                records={"drop.csv": (2.0e6, 2e3), "cart1.csv": (2.02e6, 4e3)},
+            ),
+        ),
+        ring_downs=RING_DOWNS,
     )
 
 

@@ -70,7 +70,15 @@ def ring_down_picture(found: RingDowns, lines: Sequence[Line], experiment: Exper
     lower.xaxis.set_minor_locator(NullLocator())
     lower.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     handles, names = upper.get_legend_handles_labels()
-    upper.legend([handles[-1], *handles[:-1]], [names[-1], *names[:-1]], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0.1, handlelength=2.6)
+    upper.legend(
+        [handles[-1], *handles[:-1]],
+        [names[-1], *names[:-1]],
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=2,
+        borderpad=0.1,
+        handlelength=2.6,
+    )
     damping = 100.0 * np.concatenate([one.damping for one in found.measured])
     return Picture(
         name="damping-and-frequency",
@@ -94,9 +102,7 @@ def left_out(found: RingDowns) -> list[str]:
     return [f"{joined(files)}: {why}" for why, files in reasons.items()]
 
 
-def _panel(
-    axes: Axes, measured: Sequence[RingDown], lines: Sequence[Line], what: tuple[str, float], look: Label, style: PageStyle
-) -> None:
+def _panel(axes: Axes, measured: Sequence[RingDown], lines: Sequence[Line], what: tuple[str, float], look: Label, style: PageStyle) -> None:
     """One quantity; its name as an attribute, and the factor to the axis."""
     name, factor = what
     amplitude, value, error = (np.concatenate([getattr(one, key) for one in measured]) for key in ("amplitude", name, f"{name}_stderr"))

@@ -21,6 +21,7 @@ from identification.diagnosis.diagnosis import (
 from identification.result.between_records import Disagreement
 from identification.result.result import FitResult, RecordFit
 from identification.result.unrest import Unrest
+from tests.identification.made_result import WITH_CANDIDATES
 from vibrojax.effects import CoulombFriction, CubicStiffness
 
 FRICTION = 0.03
@@ -76,6 +77,7 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         next_experiment="" if adequate else "A free decay from 2 mm without contact would separate dry friction from drag by 40 σ.",
         warnings=() if adequate else ("the budget of <5> minutes ended the search",),
         seconds={"nominal": 12.0, "search": 31.0},
+        ring_downs=result.ring_downs if adequate else WITH_CANDIDATES,
     )
 
 

@@ -11,16 +11,18 @@ from rich.console import Console
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.report.diagnosis.equation import equation_html
+from identification.report.diagnosis.figures.ring_downs import ring_downs
 from identification.report.diagnosis.figures.stretch import stretches
 from identification.report.diagnosis.learned_term import learned_term
 from identification.report.diagnosis.model_force import model_force
 from identification.report.diagnosis.rows import change_rows, scatter_rows
 from identification.report.diagnosis.write import draw
-from identification.report.page_style import PRINT
+from identification.report.page_style import PRINT, SCREEN
 from identification.wording.numbers import NONE
 from tests.identification.diagnosis.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import is_grey, read, svgs, unpacked
+from vibrojax.drawing import style
 from vibrojax.effects import EFFECTS, GainError, MainsHum
 from vibrojax.effects.free_form import FreeForm
 
@@ -341,3 +343,14 @@ def test_every_listed_equation_can_be_written(name):
     html = str(equation_html(EFFECTS[name].equation))
     assert html.count("<sub>") == html.count("</sub>")
     assert "_" not in html and "^" not in html and "'" not in html
+
+
+def test_damping_of_candidates_is_drawn_by_name_where_it_differs(made):
+    with style():
+        legend = next(iter(ring_downs(made[MISSING], SCREEN))).figure.axes[0].get_legend()
+        names = [text.get_text() for text in legend.get_texts()]
+    assert names == ["measured", "nominal model", "nominal with quadratic drag", "with coulomb friction"]
+
+
+def test_records_without_a_decay_are_stated(pages):
+    assert "No decay was read in cart1.csv: driven <throughout>" in read(pages[MISSING][0]).text

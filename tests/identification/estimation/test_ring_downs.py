@@ -22,7 +22,12 @@ LINEAR = Model(mass=MASS, suspension=Linear(damping_ratio=ZETA, natural_frequenc
 
 
 def recorded(
-    acceleration, start: tuple[float, float] = (5e-3, 0.0), *, kind: str = "free-decay", gap: float = 1.0, channel: str = "hammer_displacement"
+    acceleration,
+    start: tuple[float, float] = (5e-3, 0.0),
+    *,
+    kind: str = "free-decay",
+    gap: float = 1.0,
+    channel: str = "hammer_displacement",
 ) -> tuple[Record, RecordFit]:
     """A record that SciPy integrates, beside a perfect prediction of it, to which an unknown zero of the sensor belongs."""
 

@@ -9,11 +9,14 @@ from PIL import Image
 from identification.report.figures.loops import loops
 from identification.report.figures.overlay import overlay
 from identification.report.figures.residuals import autocorrelation
+from identification.report.figures.ring_downs import ring_downs
 from identification.report.figures.zoom import envelope
 from identification.report.page_style import SCREEN
 from identification.report.write import draw
 from identification.result.record_view import impacts, measured_displacement, notable
-from tests.identification.made_result import made_result
+from identification.result.result import Added
+from identification.result.ring_down import RingDowns
+from tests.identification.made_result import RING_DOWNS, made_result
 from vibrojax.drawing import png, style
 
 EXPECTED = {
@@ -21,6 +24,7 @@ EXPECTED = {
     "force-indentation",
     "restitution",
     "phase-plane",
+    "damping-and-frequency",
     "record-01-overlay",
     "record-02-overlay",
     "record-01-impacts",
@@ -60,7 +64,13 @@ def test_any_channel_may_be_missing(channels):
 def test_records_without_contact_and_without_starts(good):
     free = tuple(dataclasses.replace(r, in_contact=np.zeros_like(r.in_contact)) for r in good.records)
     alone = dataclasses.replace(good, records=free, starts=good.starts[:1], correlated=("n",), correlation=np.eye(1))
-    assert {image.name for image in draw(alone)} == {"phase-plane", "record-01-overlay", "record-02-overlay", "residuals"}
+    assert {image.name for image in draw(alone)} == {
+        "phase-plane",
+        "damping-and-frequency",
+        "record-01-overlay",
+        "record-02-overlay",
+        "residuals",
+    }
 
 
 def test_gaps_in_a_record_are_drawn_as_gaps(good):
@@ -121,3 +131,36 @@ def test_the_same_figure_gives_the_same_bytes(good):
     with style():
         once, again = (png(next(loops(good, SCREEN)).figure) for _ in range(2))
     assert once == again
+
+
+def test_damping_is_drawn_over_amplitude_with_its_errors_and_the_model(good):
+    with style():
+        picture = next(iter(ring_downs(good, SCREEN)))
+        above, below = picture.figure.axes
+        (model,) = [line for line in above.lines if line.get_label() == "nominal model"]
+        np.testing.assert_allclose(model.get_xdata(), 1e3 * np.array(RING_DOWNS.measured[0].amplitude))
+        np.testing.assert_allclose(model.get_ydata(), 1.0)
+        assert above.get_ylim()[0] <= 0.0, "level damping looks level"
+        assert [text.get_text() for text in above.get_legend().get_texts()] == ["measured", "nominal model"]
+        assert (below.get_xlabel(), below.get_ylabel()) == ("amplitude of u (mm)", "frequency f (Hz)")
+        assert not list(ring_downs(dataclasses.replace(good, ring_downs=RingDowns(left_out=RING_DOWNS.left_out)), SCREEN))
+
+
+def test_effects_on_request_have_a_line_by_their_name(good):
+    added = Added(names=("coulomb_friction",), places=("",), gain=9.0, chance=1e-4, bic=-3.0, held_back=None)
+    models = RING_DOWNS.models | {"augmented": RING_DOWNS.measured}
+    with style():
+        picture = next(
+            iter(ring_downs(dataclasses.replace(good, added=added, ring_downs=dataclasses.replace(RING_DOWNS, models=models)), SCREEN))
+        )
+        legend = picture.figure.axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["measured", "nominal model", "with coulomb friction"]
+
+
+def test_a_point_that_is_hardly_known_does_not_widen_the_axes(good):
+    vague = dataclasses.replace(RING_DOWNS.measured[0], file="b.csv", amplitude=(1e-6,) * 8, damping=(0.9,) * 8, damping_stderr=(0.5,) * 8)
+    found = dataclasses.replace(RING_DOWNS, measured=(*RING_DOWNS.measured, *RING_DOWNS.measured, vague))
+    with style():
+        above, _ = next(iter(ring_downs(dataclasses.replace(good, ring_downs=found), SCREEN))).figure.axes
+        assert above.get_ylim()[1] < 5.0
+        assert above.get_xlim()[0] > 0.1

@@ -193,3 +193,10 @@ def test_an_empty_multistart_and_no_derived_numbers(good, tmp_path):
 
 def test_every_style_that_the_command_line_lists_is_there():
     assert tuple(STYLES) == STYLE_NAMES
+
+
+def test_each_record_alone_and_what_has_no_decay_are_on_the_page(written):
+    text = read(written[0]).text
+    assert re.search(r"Each record alone.*drop\.csv.*2\.0000 ± 0\.0020.*cart1\.csv.*2\.0200 ± 0\.0040.*mean over records", text, re.DOTALL)
+    assert "23.1 of 1 (1.5 × 10⁻⁶)" in text
+    assert "No decay was read in cart1.csv: driven <throughout>, so that nothing decays." in text

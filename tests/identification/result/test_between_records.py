@@ -4,8 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from statsmodels.stats.meta_analysis import combine_effects
 
 from identification.diagnosis.calibration import ALPHA
+from identification.estimation.nominal import nominal_fit
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.result.between_records import Disagreement, disagreements
 from identification.windows.prepare import prepare
@@ -54,3 +56,31 @@ def test_scatter_is_that_of_the_values_where_errors_are_small(values):
 def test_what_one_record_alone_determines_does_not_scatter():
     records = {"a.csv": (1.0, 1e-9), "b.csv": (2.0, 1.0)}
     assert Disagreement(name="f_n", chi2=9.0, degrees=1, chance=1e-3, records=records).scatter == 0.0
+
+
+def test_the_mean_over_records_is_that_of_statsmodels():
+    """Random effects by the method of moments."""
+    values, errors = np.array([1.0, 1.3, 0.8, 1.6]), np.array([0.1, 0.05, 0.2, 0.1])
+    records = {f"{k}.csv": (float(value), float(error)) for k, (value, error) in enumerate(zip(values, errors, strict=True))}
+    one = Disagreement(name="k_i", chi2=np.nan, degrees=3, chance=0.0, records=records)
+    peer = combine_effects(values, errors**2, method_re="dl", use_t=False)
+    assert one.scatter == pytest.approx(np.sqrt(peer.tau2))
+    assert one.pooled == pytest.approx((peer.mean_effect_re, peer.sd_eff_w_re))
+    assert one.document()["pooled"]["value"] == one.pooled[0]
+
+
+def test_where_errors_explain_the_scatter_the_mean_has_the_error_of_all_together():
+    records = {"a.csv": (1.0, 0.1), "b.csv": (1.05, 0.2)}
+    one = Disagreement(name="k_i", chi2=0.05, degrees=1, chance=0.8, records=records)
+    assert one.pooled[1] == pytest.approx((0.1**-2 + 0.2**-2) ** -0.5)
+
+
+def test_what_a_record_estimates_alone_is_what_its_own_fit_gives(example, fits):
+    """One step from the common fit, against a fit of one record to the end."""
+    short, together = cropped(example, 3000, (0, 1, 2, 3)), by_name(fits[0])
+    record = short.records[2]
+    alone = nominal_fit(dataclasses.replace(short, records=(record,)))
+    assert alone.converged
+    for name in ("k_i", "n", "lambda_i", "zeta", "f_n"):
+        value, error = together[name].records[record.file]
+        assert abs(value - float(alone.model.values()[name])) < 0.25 * error, name
