@@ -99,7 +99,7 @@ def _alone(result: FitResult) -> Table:
         for file, value, off in row.records:
             table.add_row(name, file, compact(value), off)
             name = ""
-        table.add_row("", "mean over records", compact(row.pooled), "", compact(row.scatter), compact(row.test))
+        table.add_row("", "mean", compact(row.pooled), "", compact(row.scatter), compact(row.test))
     return table
 
 

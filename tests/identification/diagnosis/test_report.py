@@ -106,6 +106,7 @@ def test_every_picture_is_drawn_and_legible(made):
         "missing",
         "missing-others",
         "restitution",
+        "damping-and-frequency",
         "residual-maps",
         "misfits",
         "candidates",
@@ -115,7 +116,8 @@ def test_every_picture_is_drawn_and_legible(made):
     assert {image.name for image in draw(made[MISSING])} == expected
     assert {image.name for image in draw(made[UNLISTED])} == expected | {"learned-term", "kink"}
     for verdict in (ADEQUATE, RESTLESS):
-        assert {image.name for image in draw(made[verdict])} == {"misfits", "candidates", "record-01-nominal", "record-02-nominal"}
+        drawn = {"damping-and-frequency", "misfits", "candidates", "record-01-nominal", "record-02-nominal"}
+        assert {image.name for image in draw(made[verdict])} == drawn
     for image in draw(made[UNLISTED]):
         with Image.open(io.BytesIO(image.png)) as opened:
             assert opened.size[0] > 300
