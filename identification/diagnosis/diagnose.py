@@ -139,7 +139,6 @@ def _concluded(
         lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         restless = unrest(after, alpha=ALPHA)
         decays = _ring_downs(found, experiment, shown_before, shown_after)
-        finished = found.ended not in (BUDGET, FAILED)
         said = sentences(
             verdict,
             named,
@@ -151,7 +150,7 @@ def _concluded(
             restless,
             lost,
             in_part=_in_part(found) if verdict == UNLISTED else None,
-            finished=finished,
+            finished=found.ended not in (BUDGET, FAILED),
             limited=bool(limit_warning(among)),
         )
     return Diagnosis(
