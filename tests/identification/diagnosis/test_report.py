@@ -286,7 +286,7 @@ def test_other_phases_are_drawn_where_they_are(made, phase):
     parts = [one.part.stop - one.part.start for one in stretches(other)]
     assert {one.channel for one in stretches(other)} == {"impact_force"}
     assert (max(parts) < 200) == (phase in ("contact", "separation"))
-    assert len(draw(other)) == 8
+    assert len(draw(other)) == 9
 
 
 def test_an_instant_is_shown_where_it_is(made):
