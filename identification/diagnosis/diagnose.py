@@ -12,7 +12,7 @@ from identification.diagnosis.calibration import ALPHA, RELEVANT
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.diagnosis.errors import numbers
 from identification.diagnosis.free_form.free_form import Learned, learn
-from identification.diagnosis.held_out import held_out
+from identification.diagnosis.held_out import Predictions
 from identification.diagnosis.locate.locate import locate
 from identification.diagnosis.locate.loop_kink import loop_kink
 from identification.diagnosis.locate.next_experiment import next_experiment
@@ -23,7 +23,6 @@ from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search.among import limit_warning
 from identification.diagnosis.search.forward import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
-from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.nominal import nominal_fit
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
@@ -99,16 +98,16 @@ def diagnose_experiment(
         found = search(start, deadline=course.deadline, among=among, progress=progress)
     with course.stage("model"):
         term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
-        predicted = _Predicted()
+        predicted = Predictions(experiment)
         cause = _cause(found, term, predicted)
     return _concluded(experiment, found, cause, among, course, predicted)
 
 
-def _cause(found: Search, term: Learned | None, predicted: "_Predicted") -> _Cause:
+def _cause(found: Search, term: Learned | None, predicted: Predictions) -> _Cause:
     """Verdict from the share of the misfit: a free-form term if it adds more than `RELEVANT` to the listed effects; else these, if any.
 
-    It has to add as much on windows left out of the fit, where these can be predicted: a flexible term always gains on those it was fitted
-    to. Without listed effects, the verdict depends on whether the random force is significant.
+    It has to add as much on held-back records, else on windows left out of the fit, where these can be predicted: a flexible term always
+    gains on those it was fitted to. Without listed effects, the verdict depends on whether the random force is significant.
     """
     nominal, model = found.first.fitted, found.fitted
     if (
@@ -123,18 +122,18 @@ def _cause(found: Search, term: Learned | None, predicted: "_Predicted") -> _Cau
 
 
 def _concluded(
-    experiment: Experiment, found: Search, cause: _Cause, among: Collection[str], course: _Course, predicted: "_Predicted"
+    experiment: Experiment, found: Search, cause: _Cause, among: Collection[str], course: _Course, predicted: Predictions
 ) -> Diagnosis:
     """The verdict with its evidence: held-out errors, alternatives, location of the misfit, next experiment."""
     start, verdict, after = found.first.fitted, cause.verdict, cause.fitted
     with course.stage("evidence"):
         course.progress("predicting windows left out of the fit")
-        shown_before = _side(start, experiment, predicted)
-        shown_after = shown_before if after is start else _side(after, experiment, predicted)
+        shown_before = _side(start, predicted)
+        shown_after = shown_before if after is start else _side(after, predicted)
         named = asserted(found, after, shown_after.parameters) if verdict == MISSING else ()
         ambiguous = twins(found.steps, tuple(one.effect.name for one in named)) if named else ()
         location = _location(found.first, named, verdict)
-        rows = considered(found, predicted)
+        rows = considered(found, predicted.windows)
         advice = next_experiment(found, ambiguous)
         lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
         restless = unrest(after, alpha=ALPHA)
@@ -201,29 +200,16 @@ def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
     return tuple(said)
 
 
-class _Predicted:
-    """Held-out error of each model (`held_out`), computed once per model."""
-
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[Fitted, float]] = {}
-
-    def __call__(self, fitted: Fitted) -> float:
-        if id(fitted) not in self._known:
-            self._known[id(fitted)] = fitted, held_out(fitted)
-        return self._known[id(fitted)][1]
-
-
-def _side(fitted: Fitted, experiment: Experiment, predicted: _Predicted) -> Side:
+def _side(fitted: Fitted, predicted: Predictions) -> Side:
     """A model with parameters, errors and predictions, for the fitted records and for those held back."""
-    unseen = held_back_fits(experiment, fitted.model)
     return Side(
         model=fitted.model,
         parameters=numbers(fitted),
         chi2_reduced=fitted.chi2_reduced,
-        held_out_nrmse=rms_nrmse(unseen) if unseen else predicted(fitted),
+        held_out_nrmse=predicted(fitted),
         records=_fits(fitted),
         disagreements=disagreements(fitted),
-        held_back=unseen,
+        held_back=predicted.records(fitted),
     )
 
 

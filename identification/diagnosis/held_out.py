@@ -1,22 +1,50 @@
-"""Cross-validation: prediction error of a model on windows left out of its fit."""
+"""Prediction errors of a model on what was left out of its fit: held-back records, or windows (cross-validation)."""
 
 import dataclasses
 
 import numpy as np
 from jaxtyping import Float
 
-from identification.estimation.held_back import SIGNAL
+from identification.estimation.held_back import SIGNAL, held_back_fits, rms_nrmse
+from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations, reduce, solve
 from identification.least_squares.fit import bounds, free_unknowns, integrator_for, with_prior
 from identification.least_squares.levenberg_marquardt import settle
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.linearised import Linearised, linearised
+from identification.result.result import RecordFit
 from identification.windows.layout import Estimate
 from identification.windows.prepare import Prepared, windows_of
 
 FOLDS = 4
 _LOST = 4.0
 """Upper limit of a channel's normalised mean squared error, for predictions that diverge."""
+
+
+class Predictions:
+    """Errors of each model on what was left out of its fit, computed once per model: of held-back records, and of windows (`held_out`)."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment = experiment
+        self._windows: dict[int, tuple[Fitted, float]] = {}
+        self._records: dict[int, tuple[Fitted, tuple[RecordFit, ...]]] = {}
+
+    def windows(self, fitted: Fitted) -> float:
+        """Error on windows left out of the fit."""
+        if id(fitted) not in self._windows:
+            self._windows[id(fitted)] = fitted, held_out(fitted)
+        return self._windows[id(fitted)][1]
+
+    def records(self, fitted: Fitted) -> tuple[RecordFit, ...]:
+        """Predictions of the held-back records."""
+        if id(fitted) not in self._records:
+            self._records[id(fitted)] = fitted, held_back_fits(self._experiment, fitted.model)
+        return self._records[id(fitted)][1]
+
+    def __call__(self, fitted: Fitted) -> float:
+        """Error on the held-back records, where there are any; else on windows left out of the fit."""
+        unseen = self.records(fitted)
+        return rms_nrmse(unseen) if unseen else self.windows(fitted)
 
 
 def held_out(fitted: Fitted) -> float:

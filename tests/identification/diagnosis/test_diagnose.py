@@ -12,9 +12,10 @@ from identification.diagnosis import diagnose
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Diagnosis
 from identification.diagnosis.free_form.free_form import Learned
+from identification.diagnosis.held_out import Predictions
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.search.forward import Search
-from identification.experiment import load_experiment
+from identification.experiment import Experiment, load_experiment
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.joint import Point
 from identification.windows.prepare import Prepared
@@ -141,11 +142,11 @@ def bare(kind: type, **values):
 )
 def test_a_term_that_predicts_nothing_hides_no_listed_effect(monkeypatch, model_error, term_error, verdict):
     monkeypatch.setattr(diagnose, "share_added", lambda *models: 0.5)
-    predicted = diagnose._Predicted()
+    predicted = Predictions(bare(Experiment, records=()))
     prepared = bare(Prepared, model=bare(Model, effects=(CoulombFriction(0.1),)))
     model, more = (bare(Fitted, point=bare(Point, prepared=prepared)) for _ in range(2))
     for fitted, error in ((model, model_error), (more, term_error)):
-        predicted._known[id(fitted)] = fitted, error
+        predicted._windows[id(fitted)], predicted._records[id(fitted)] = (fitted, error), (fitted, ())
     found = bare(Search, steps=(), last=bare(Scored, fitted=model))
     cause = diagnose._cause(found, bare(Learned, fitted=more, formula="f"), predicted)
     assert (cause.verdict, cause.fitted is more, cause.formula) == (verdict, verdict == UNLISTED, "f" if verdict == UNLISTED else "")
