@@ -1,6 +1,7 @@
 """Windows of the records: short initial-value problems of multiple shooting."""
 
 import dataclasses
+import math
 from typing import Any
 
 import equinox as eqx
@@ -56,18 +57,34 @@ class WindowLength:
     longest: int = 1000
     """Lower and upper limit, samples."""
     calm: int = 1000
-    """Samples of a free decay, and of forced motion without impacts: there errors do not grow, and damping appears over several periods."""
+    """Samples of a free decay, and of forced motion without impacts, at least: there errors do not grow."""
+    periods: int = 4
+    """Periods of such a motion, in up to `most` samples: kinds of damping differ in how the amplitude falls from one to the next."""
+    most: int = 4096
+    """Limit to that, samples: the memory of a fit is in proportion to the length of a window."""
 
     def samples(self, record: Record, motion: Kinematics | None) -> int:
         """Length of the windows of this record, samples."""
         flies = motion is not None and not motion.touching.any()
         if record.kind == "free-decay" or (record.kind == "forced" and flies):
-            return min(max(self.longest, self.calm), len(record.time))
+            several = 0 if motion is None else min(math.ceil(self.periods * period(motion.u)), self.most)
+            return min(max(self.longest, self.calm, several), len(record.time))
         if motion is None:
             return min(self.longest, len(record.time))
         touches = int(np.sum(np.diff(motion.touching.astype(int)) == 1))
         fair = len(record.time) / max(touches / self.impacts, 1.0)
         return int(np.clip(fair, self.fewest, self.longest))
+
+
+def period(u: Float[np.ndarray, " samples"]) -> float:
+    """Mean period of a vibration about its mean, samples; their number where it does not complete one.
+
+    Example:
+        >>> period(np.sin(2.0 * np.pi * np.arange(1000) / 125.0 + 0.1))
+        125.0
+    """
+    turns = np.count_nonzero(np.diff(np.signbit(u - u.mean())))
+    return 2.0 * len(u) / max(turns, 2)
 
 
 def cut(record: Record, motion: Kinematics | None, samples: int) -> list[tuple[int, int]]:

@@ -51,13 +51,15 @@ def test_window_length_follows_the_impacts(impacts, expected):
 
 
 @pytest.mark.parametrize("kind", ["free-decay", "forced"])
-def test_motion_without_impacts_is_cut_into_long_windows_even_where_others_are_short(kind):
+@pytest.mark.parametrize(("samples", "period", "expected"), [(4000, 50, 1000), (4000, 500, 2000), (4000, 3000, 4000), (9000, 3000, 4096)])
+def test_motion_without_impacts_is_cut_into_several_periods_even_where_others_are_short(kind, samples, period, expected):
     """What brakes a swing hardly shows within one period, and nothing there makes errors grow."""
-    record, motion = record_with(np.zeros(4000, bool))
+    record, motion = record_with(np.zeros(samples, bool))
+    motion = dataclasses.replace(motion, u=np.cos(2.0 * np.pi * (np.arange(samples) + 0.5) / period))
     calm = dataclasses.replace(record, kind=kind)
     assert SHORT.samples(record, motion) == 170
-    assert SHORT.samples(calm, motion) == 1000
-    assert LONG.samples(calm, motion) == 4000
+    assert SHORT.samples(calm, motion) == expected
+    assert LONG.samples(calm, motion) == min(samples, 4096)
 
 
 def test_forced_motion_with_impacts_is_cut_into_short_windows():
