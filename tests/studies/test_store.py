@@ -155,7 +155,7 @@ def test_what_is_no_store_or_in_use_is_refused(tmp_path):
     with pytest.raises(InputError, match="file cannot be opened"):
         make(job, store=tmp_path / "file")
     (tmp_path / "folder").mkdir()
-    with pytest.raises(InputError, match="folder is not a store of a study"):
+    with pytest.raises(InputError, match="folder is not a store of a study, or is damaged"):
         make(job, store=tmp_path / "folder")
     lock = os.open(tmp_path / "folder", os.O_RDONLY)
     fcntl.flock(lock, fcntl.LOCK_EX)
@@ -179,3 +179,75 @@ def test_tiles_cover_every_point_once():
             seen[tuple(tile.parts.values())] += 1
             assert tile.after is None or tile.after < tile.number
         assert (seen == 1).all()
+
+
+def flipped(file, place: int) -> None:
+    """One bit of a file turned over."""
+    content = bytearray(file.read_bytes())
+    content[place % len(content)] ^= 1
+    file.write_bytes(content)
+
+
+def cut(file, place: int) -> None:
+    """A file without its end."""
+    file.write_bytes(file.read_bytes()[: place % file.stat().st_size])
+
+
+def swapped(file, place: int) -> None:
+    """A whole chunk, of another tile."""
+    other = next(each for each in sorted(file.parents[1].rglob("*")) if each.is_file() and each.read_bytes() != file.read_bytes())
+    file.write_bytes(other.read_bytes())
+
+
+@pytest.mark.parametrize("array", ["impact_force", "tile_done"])
+@pytest.mark.parametrize("damage", [flipped, cut, lambda file, place: file.unlink(), swapped], ids=["bit", "cut", "deleted", "swapped"])
+def test_a_damaged_tile_is_named_and_made_again(damage, array, tmp_path):
+    job, store, said = peterka_job(lyapunov_cycles=0), tmp_path / "a.zarr", []
+    whole = make(job, store=store)
+    before = contents(store)
+    damage(next(path for path in sorted((store / array / "c").rglob("*")) if path.is_file()), 5)
+    xr.testing.assert_identical(make(job, store=store, notice=said.append), whole)
+    assert contents(store) == before
+    if (array, damage.__name__) != ("tile_done", "<lambda>"):  # a tile without a mark is one that was never finished
+        assert said == [f"{store}: tile 1 (clearance 0.2 to 0.2, ratio 1.4 to 3.2) is damaged; it is made again"]
+
+
+@pytest.mark.parametrize("damage", [flipped, cut, lambda file, place: file.unlink()], ids=["bit", "cut", "deleted"])
+@pytest.mark.parametrize("file", ["zarr.json", "impact_force/zarr.json", "ratio/zarr.json", "ratio/c/0"])
+def test_a_store_whose_description_is_damaged_is_refused(file, damage, tmp_path):
+    job, store = peterka_job(lyapunov_cycles=0), tmp_path / "a.zarr"
+    make(job, store=store)
+    for place in (11, 300):
+        kept = (store / file).read_bytes()
+        damage(store / file, place)
+        before = contents(store)
+        with pytest.raises(InputError, match=r"damaged|begun with other settings"):
+            make(job, store=store)
+        assert contents(store) == before
+        (store / file).write_bytes(kept)
+
+
+def test_other_programs_meet_the_checksum_of_a_chunk(tmp_path):
+    make(peterka_job(lyapunov_cycles=0), store=tmp_path / "a.zarr")
+    flipped(tmp_path / "a.zarr" / "impact_force" / "c" / "0" / "0", 5)
+    with pytest.raises(ValueError, match="checksum"), xr.open_zarr(tmp_path / "a.zarr", consolidated=False) as data:
+        data["impact_force"].load()
+
+
+def test_a_store_that_another_run_made_first_is_in_use(tmp_path, monkeypatch):
+    """Two first runs: the second finds the place taken when its own store is ready."""
+    job, store = peterka_job(lyapunov_cycles=0), tmp_path / "a.zarr"
+    locks = []
+
+    def taken_first(*names):
+        store.mkdir()
+        (store / "zarr.json").write_text("{}")
+        locks.append(os.open(store, os.O_RDONLY))
+        fcntl.flock(locks[0], fcntl.LOCK_EX)
+        monkeypatch.undo()
+        os.rename(*names)
+
+    monkeypatch.setattr("vibrojax.studies.store.os.rename", taken_first)
+    with pytest.raises(InputError, match="a.zarr is in use"):
+        make(job, store=store)
+    os.close(locks[0])

@@ -186,7 +186,7 @@ def _made(job: Any, shared: Shared, begin: float) -> Any:
             say("integrating")
             return make(job)
     with connected(shared.cluster) as client, points_done(job.lanes, quiet=shared.quiet) as progress:
-        return make(job, store=shared.store, client=client, progress=progress)
+        return make(job, store=shared.store, client=client, progress=progress, notice=lambda text: typer.echo(text, err=True))
 
 
 def _rigs(shared: Shared) -> tuple[Any, Any]:

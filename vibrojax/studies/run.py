@@ -1,6 +1,7 @@
 """Make a study: at once, or tile by tile into a store, here or on a cluster."""
 
 import json
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,14 @@ Progress = Callable[[int, int], None]
 """Called with the number of operating points done, and of those done before this run."""
 
 
-def make(job: Job, *, store: Path | None = None, client: Any = None, progress: Progress = lambda done, before: None) -> xr.Dataset:
+def make(
+    job: Job,
+    *,
+    store: Path | None = None,
+    client: Any = None,
+    progress: Progress = lambda done, before: None,
+    notice: Callable[[str], None] = warnings.warn,
+) -> xr.Dataset:
     """Make a study, or what is left of it.
 
     Arguments:
@@ -26,6 +34,7 @@ def make(job: Job, *, store: Path | None = None, client: Any = None, progress: P
         store: Zarr store that receives tile after tile; an unfinished one is finished. None: all in memory.
         client: `dask.distributed.Client` whose workers make and write the tiles, on a file system that they share; None works here.
         progress: called after every tile.
+        notice: called with a sentence for every tile of the store that is damaged, and is made again.
 
     Returns:
         The study; with draws, its quantiles and probabilities over them (see `quantiles`).
@@ -47,7 +56,7 @@ def make(job: Job, *, store: Path | None = None, client: Any = None, progress: P
         began.append(_first(job, plan[0]) if client is None else client.submit(_first, job, plan[0], pure=False).result())
         return began[0]
 
-    with opened(store, job, first) as done:
+    with opened(store, job, first, notice) as done:
         if began:
             put(store, job, plan[0], began[0])
             done[0] = True
@@ -55,7 +64,7 @@ def make(job: Job, *, store: Path | None = None, client: Any = None, progress: P
         before = 0 if began else sum(job.size(tile) for tile in plan if done[tile.number])
         progress(job.lanes - sum(job.size(tile) for tile in left), before)
         (_here if client is None else _on_cluster)(job, store, left, before, progress, client)
-        return _finished(job, read(store))
+        return _finished(job, read(store, job))
 
 
 def _first(job: Job, tile: Tile) -> xr.Dataset:

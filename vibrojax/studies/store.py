@@ -1,10 +1,12 @@
 """A study on disk while it grows: one Zarr store, tile by tile, that ends with the same bytes however often it was broken off.
 
 Every tile is one chunk of each variable and each chunk file is moved into place whole (Zarr's local store does so). A tile counts as done
-when its mark in `tile_done` is set, which is written after its chunks. The store holds nothing about time or machine. The store itself is
+when its mark in `tile_done` is the checksum of its numbers, which is written after its chunks; every chunk file ends with a checksum of its
+bytes (CRC-32C), which other programs that read Zarr compare as well. The store holds nothing about time or machine. The store itself is
 made aside and moved into place, and a run holds a lock on the folder as long as it lives.
 """
 
+import errno
 import fcntl
 import json
 import os
@@ -20,6 +22,7 @@ import xarray as xr
 
 from vibrojax.errors import InputError
 from vibrojax.model_file import model_document
+from vibrojax.studies.checksum import COORDINATES, DESCRIPTION, description_checksum, tile_checksum
 from vibrojax.studies.job import Job, Tile, tiles
 
 _JOB, _DONE = "job", "tile_done"
@@ -29,19 +32,21 @@ _FORMAT: Any = {"zarr_format": 3, "consolidated": False}
 
 
 @contextmanager
-def opened(path: Path, job: Job, first: Callable[[], xr.Dataset]) -> Iterator[np.ndarray]:
+def opened(path: Path, job: Job, first: Callable[[], xr.Dataset], notice: Callable[[str], None]) -> Iterator[np.ndarray]:
     """Hold the store of a job, made new where there is none.
 
     Arguments:
         path: of the store.
         job: the study.
         first: makes the first tile, from which a new store takes its shape.
+        notice: called with a sentence for every tile that is damaged; such a tile counts as not done.
 
     Yields:
         Which tiles are done, one flag a tile.
 
     Raises:
-        InputError: the store was begun with other settings, is none of ours, is in use, or its parent does not exist.
+        InputError: the store was begun with other settings, is none of ours, is damaged in what describes it, is in use, or its parent does
+            not exist.
     """
     path = Path(path).absolute()
     lock = _locked(path) if path.exists() else _made(path, job, first())
@@ -49,26 +54,34 @@ def opened(path: Path, job: Job, first: Callable[[], xr.Dataset]) -> Iterator[np
         _check(path, job)
         for rest in path.rglob("*.partial"):
             rest.unlink(missing_ok=True)
-        yield _marks(path, "r")[:] == 1
+        yield _whole_tiles(path, job, notice)
     finally:
         os.close(lock)
 
 
 def put(path: Path, job: Job, tile: Tile, data: xr.Dataset) -> None:
     """Write one tile, then its mark; to be done by one process at a time for each tile."""
-    region = {job.dim(name): part for name, part in tile.parts.items()}
     data = data.drop_vars(list(data.coords))
     if tile.draw is not None:
-        data, region = data.expand_dims("draw"), region | {"draw": slice(tile.draw, tile.draw + 1)}
-    data.to_zarr(path, region=region, mode="r+", **_FORMAT)
-    _marks(path, "r+")[tile.number] = 1
+        data = data.expand_dims("draw")
+    data.to_zarr(path, region=_region(job, tile), mode="r+", **_FORMAT)
+    _marks(path, "r+")[tile.number] = tile_checksum(data)
 
 
-def read(path: Path) -> xr.Dataset:
-    """All tiles as one data set, in memory."""
+def read(path: Path, job: Job) -> xr.Dataset:
+    """All tiles as one data set, in memory.
+
+    Raises:
+        InputError: a tile is not as it was written.
+    """
     with xr.open_zarr(path, chunks=None, **_FORMAT) as data:
+        marks = data[_DONE].values
         whole = data.drop_vars(_DONE).load()
-    whole.attrs.pop(_JOB)
+    for tile in tiles(job):
+        if marks[tile.number] != tile_checksum(whole.isel(_region(job, tile))):
+            raise InputError(f"{path}: {_named(job, tile)} was changed while it was read: expected no other writer; run the command again")
+    for name in (_JOB, DESCRIPTION, COORDINATES):
+        whole.attrs.pop(name)
     return whole
 
 
@@ -89,8 +102,38 @@ def _marks(path: Path, mode: Any) -> Any:
     return zarr.open_array(path, path=_DONE, mode=mode)
 
 
+def _region(job: Job, tile: Tile) -> dict[str, slice]:
+    """Where a tile lies in the store."""
+    place = {job.dim(name): part for name, part in tile.parts.items()}
+    return place if tile.draw is None else place | {"draw": slice(tile.draw, tile.draw + 1)}
+
+
+def _named(job: Job, tile: Tile) -> str:
+    """A tile in words."""
+    parts = [f"{job.dim(name)} {job.axes[name][part][0]} to {job.axes[name][part][-1]}" for name, part in tile.parts.items()]
+    return f"tile {tile.number + 1} ({', '.join(parts if tile.draw is None else [f'draw {tile.draw + 1}', *parts])})"
+
+
+def _whole_tiles(path: Path, job: Job, notice: Callable[[str], None]) -> np.ndarray:
+    """Which tiles are done and as they were written."""
+    done = np.zeros(len(tiles(job)), dtype=bool)
+    with xr.open_zarr(path, chunks=None, **_FORMAT) as data:
+        for tile in tiles(job):
+            try:
+                mark = data[_DONE][tile.number].values
+                done[tile.number] = mark != 0 and mark == tile_checksum(data.drop_vars(_DONE).isel(_region(job, tile)))
+                damaged = bool(mark != 0) and not done[tile.number]
+            except Exception:  # whatever a library finds wrong in a damaged chunk
+                damaged = True
+            if damaged:
+                notice(f"{path}: {_named(job, tile)} is damaged; it is made again")
+    return done
+
+
 def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
     """A new store, locked before anyone can see it."""
+    import zarr
+
     parent = path.parent
     if not parent.is_dir():
         raise InputError(f"cannot make the store {path}: {parent} is not a folder; make it, or name another store")
@@ -105,15 +148,27 @@ def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
     lock = _locked(aside)
     try:
         empty, chunks = _template(job, tile)
-        empty.to_zarr(aside, mode="w-", compute=False, encoding={name: {"chunks": sizes} for name, sizes in chunks.items()}, **_FORMAT)
+        codecs = {"compressors": _codecs()}
+        encoding = {name: {"chunks": sizes} | codecs for name, sizes in chunks.items()} | {name: codecs for name in map(str, empty.coords)}
+        empty.to_zarr(aside, mode="w-", compute=False, encoding=encoding, **_FORMAT)
+        zarr.open_group(aside, mode="r+", zarr_format=3).attrs[DESCRIPTION] = description_checksum(aside)
         os.chmod(aside, 0o777 & ~_umask())
         os.rename(aside, path)
     except OSError as error:
         os.close(lock)
+        if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another run was first
+            return _locked(path)
         raise InputError(f"cannot make the store {path}: {error.strerror or error}; name another store") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
     return lock
+
+
+def _codecs() -> tuple[Any, Any]:
+    """Compression, and a checksum of what it gives."""
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    return ZstdCodec(), Crc32cCodec()
 
 
 def _template(job: Job, tile: xr.Dataset) -> tuple[xr.Dataset, dict[str, tuple[int, ...]]]:
@@ -131,24 +186,28 @@ def _template(job: Job, tile: xr.Dataset) -> tuple[xr.Dataset, dict[str, tuple[i
         fill = np.nan if np.issubdtype(part.dtype, np.floating) else 0
         variables[name] = (dims, dask.array.full(shape, fill, dtype=part.dtype, chunks=chunks[str(name)]), part.attrs)
     number = len(tiles(job))
-    variables[_DONE] = (("tile",), dask.array.zeros((number,), dtype=np.int8, chunks=(1,)), {"long_name": "whether the tile is complete"})
+    marks = dask.array.zeros((number,), dtype=np.uint64, chunks=(1,))
+    variables[_DONE] = (("tile",), marks, {"long_name": "checksum of the tile; 0: not done"})
     coords = {name: (part.dims, part.values, part.attrs) for name, part in tile.coords.items()}
     for name, values in job.axes.items():
         dim = job.dim(name)
         coords[dim] = ((dim,), values.astype(object) if name == "direction" else values, tile[dim].attrs)
     attrs = {name: value for name, value in tile.attrs.items() if name not in _OF_A_RUN}
-    attrs |= {"model": json.dumps(model_document(job.model)), _JOB: json.dumps(job.document())}
+    attrs |= {"model": json.dumps(model_document(job.model)), _JOB: json.dumps(job.document()), COORDINATES: sorted(map(str, coords))}
     return xr.Dataset(variables, coords, attrs), chunks | {_DONE: (1,)}
 
 
 def _check(path: Path, job: Job) -> None:
-    """Refuse a store that is not of this job."""
-    import zarr
-
+    """Refuse a store that is not of this job, or whose description is not as it was written."""
     try:
-        begun = json.loads(str(zarr.open_group(path, mode="r", zarr_format=3).attrs[_JOB]))
-    except (OSError, KeyError, ValueError, AttributeError) as error:
-        raise InputError(f"{path} is not a store of a study: expected one, or nothing at that place; name another store") from error
+        attributes = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
+        begun, written, found = json.loads(attributes[_JOB]), attributes[DESCRIPTION], description_checksum(path)
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(
+            f"{path} is not a store of a study, or is damaged: expected a whole one, or nothing at that place; name another store"
+        ) from error
+    if written != found:
+        raise InputError(f"{path} is damaged in what describes its arrays: expected it as it was written; name another store")
     now = json.loads(json.dumps(job.document()))
     differing = list(_differences(begun, now, ""))
     if differing:
