@@ -10,6 +10,7 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.readers import read_columns
+from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.units import FACTORS, factor_to_si, same_unit
 
 UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
@@ -105,6 +106,8 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
     try:
         everything = read_columns(path, frozenset(names), path.name)
         return [_column(name, everything.values[name], everything.units) for name in names if name in everything.values], {}, {}
+    except TooCostlyError:
+        raise
     except ExperimentError as error:
         first = error
     found, own_time, unusable, time_unit = [], {}, {}, "s"

@@ -4,6 +4,7 @@ from collections.abc import Set as AbstractSet
 from pathlib import Path, PurePath
 
 from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.readers.apart import APART
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
 
@@ -77,6 +78,12 @@ def read_columns(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
     Raises:
         ExperimentError: the file is damaged or not as its format asks.
     """
+    reader, _ = check_suffix(file)
+    return APART.read(path, wanted, file, reader.format) if reader.apart else read_here(path, wanted, file)
+
+
+def read_here(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
+    """Read the wanted columns in this process; arguments, result and errors as for `read_columns`."""
     reader, _ = check_suffix(file)
     try:
         return reader.read(path, wanted)

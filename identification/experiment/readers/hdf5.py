@@ -20,6 +20,7 @@ class Hdf5Reader(AbstractReader):
 
     suffixes = (".h5", ".hdf5")
     format = "HDF5"
+    apart = True
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""
@@ -42,39 +43,43 @@ def read_hdf5(path: Path, wanted: AbstractSet[str]) -> Columns:
     stored = path.stat().st_size
     with h5py.File(path, "r", locking=False) as file:
         datasets = _datasets(file)
-        chosen = {name: dataset for name, dataset in datasets.items() if name in wanted}
-        for name, dataset in chosen.items():
-            _check(dataset, name)
+        chosen = {name: _checked(dataset, name) for name, dataset in datasets.items() if name in wanted}
         check_claim(8 * sum(max(prod(dataset.shape), prod(dataset.chunks or ())) for dataset in chosen.values()), stored, "the file")
         values = {name: as_column(np.asarray(dataset[()]), name) for name, dataset in chosen.items()}
     return Columns(names=tuple(datasets), values=values)
 
 
-def _datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
-    """Find the data sets at the top level; where there is none, those of the only group."""
+def _datasets(file: h5py.File) -> dict[str, "h5py.Dataset | None"]:
+    """Find the data sets at the top level; where there is none, those of the only group. None stands for a link."""
     members = _members(file)
-    datasets = {name: item for name, item in members.items() if isinstance(item, h5py.Dataset)}
     groups = {name: item for name, item in members.items() if isinstance(item, h5py.Group)}
-    if datasets:
-        return datasets
-    if len(groups) != 1:
+    datasets = {name: item for name, item in members.items() if not isinstance(item, h5py.Group)}
+    if len(groups) == 1 and not any(isinstance(item, h5py.Dataset) for item in datasets.values()):
+        (group,) = groups.values()
+        return datasets | {name: item for name, item in _members(group).items() if not isinstance(item, h5py.Group)}
+    if not datasets:
         raise ExperimentError(
             f"the file has no data set at the top level and {len(groups)} groups ({listed(groups)}): expected data sets at the top level "
             "or in one group; export one group"
         )
-    (group,) = groups.values()
-    return {name: item for name, item in _members(group).items() if isinstance(item, h5py.Dataset)}
+    return datasets
 
 
-def _members(group: h5py.Group) -> dict[str, h5py.Group | h5py.Dataset]:
-    """List what lies in a group itself; MATLAB's bookkeeping ("#refs#") and links are left out."""
-    own = [str(name) for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
-    members = {name: group[name] for name in own if not name.startswith("#")}
-    return {name: item for name, item in members.items() if isinstance(item, h5py.Group | h5py.Dataset)}
+def _members(group: h5py.Group) -> dict[str, "h5py.Group | h5py.Dataset | None"]:
+    """List what lies in a group itself, None for a link; MATLAB's bookkeeping ("#refs#") is left out."""
+    members: dict[str, h5py.Group | h5py.Dataset | None] = {}
+    for name in (str(name) for name in group if not str(name).startswith("#")):
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            members[name] = None
+        elif isinstance(item := group[name], h5py.Group | h5py.Dataset):
+            members[name] = item
+    return members
 
 
-def _check(dataset: h5py.Dataset, name: str) -> None:
+def _checked(dataset: "h5py.Dataset | None", name: str) -> h5py.Dataset:
     """Refuse whatever is not a plain column of this file."""
+    if dataset is None:
+        raise ExperimentError(f"column {shown(name)} is a link: expected the data set itself in the record; copy it in")
     if dataset.is_virtual or dataset.external:
         raise ExperimentError(f"column {shown(name)} is stored in another file: expected all data in the record itself; copy it in")
     if dataset.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"struct", b"logical"):
@@ -83,3 +88,4 @@ def _check(dataset: h5py.Dataset, name: str) -> None:
         raise ExperimentError(f"column {shown(name)} is empty: expected one dimension; store one array per channel")
     check_shape(dataset.shape, name)
     check_numeric(dataset.dtype, name)
+    return dataset

@@ -7,6 +7,9 @@ MAX_TEXT_BYTES = 4 * 2**30
 # A measured signal carries noise and never shrinks a hundredfold; small files are let through whatever their ratio.
 MAX_RATIO = 100
 FREE_BYTES = 64 * 2**20
+# For a file that is read in a process of its own: what the libraries take to start with, and far more than any of them needs for a byte.
+FREE_SECONDS, BYTES_PER_SECOND = 15, 1_000_000
+FREE_MEMORY, COPIES = 2**30, 3
 
 
 def allowed_bytes(stored_bytes: int) -> int:
@@ -55,3 +58,31 @@ def check_claim(claimed_bytes: int, stored_bytes: int, what: str) -> None:
             f"{what} claims {claimed_bytes} bytes in a file of {stored_bytes} bytes: expected at most {allowed_bytes(stored_bytes)}; "
             "the file is damaged, export it again"
         )
+
+
+def allowed_seconds(stored_bytes: int) -> int:
+    """Processor time that reading a file may take.
+
+    Args:
+        stored_bytes: the file's own size.
+
+    Returns:
+        The limit in s.
+
+    Example:
+        >>> allowed_seconds(3_000_000)
+        18
+    """
+    return FREE_SECONDS + stored_bytes // BYTES_PER_SECOND
+
+
+def allowed_memory(stored_bytes: int) -> int:
+    """Memory that reading a file may take: some copies of what it may unfold to.
+
+    Args:
+        stored_bytes: the file's own size.
+
+    Returns:
+        The limit in bytes.
+    """
+    return FREE_MEMORY + COPIES * allowed_bytes(stored_bytes)

@@ -19,6 +19,7 @@ class MatReader(AbstractReader):
 
     suffixes = (".mat",)
     format = "MATLAB"
+    apart = True
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""

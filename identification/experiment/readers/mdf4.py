@@ -17,6 +17,9 @@ from identification.experiment.readers.recorder import RecorderChannel, to_colum
 LIBRARY = "asammdf"
 TIME_MASTER = 1
 """Synchronisation type of a master channel that counts time."""
+CONVERSIONS = {0: "none", 1: "linear", 2: "rational", 4: "table", 5: "table", 6: "table of ranges"}
+"""Types of conversion that give numbers by a fixed rule."""
+FORMULA = 3
 
 
 class Mdf4Reader(AbstractReader):
@@ -27,6 +30,8 @@ class Mdf4Reader(AbstractReader):
 
     suffixes = (".mf4",)
     format = "MDF 4"
+    apart = True
+    library = LIBRARY
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""
@@ -86,6 +91,7 @@ def _channel(file: Any, group: int, index: int, channel: Any, name: str) -> Reco
         return loaded[0]
 
     def read() -> np.ndarray:
+        _check_conversion(channel, name)
         samples = np.asarray(signal().samples)
         check_numeric(samples.dtype, name)
         invalid = signal().invalidation_bits
@@ -94,6 +100,8 @@ def _channel(file: Any, group: int, index: int, channel: Any, name: str) -> Reco
     def time() -> np.ndarray:
         if axis is not None and axis.sync_type != TIME_MASTER:
             raise ExperimentError(f"channel {shown(name)} is recorded over {shown(axis.name)}, which is no time: expected {TIME} in s")
+        if axis is not None:
+            _check_conversion(axis, str(axis.name))
         return np.asarray(signal().timestamps)
 
     conversion = channel.conversion
@@ -103,3 +111,18 @@ def _channel(file: Any, group: int, index: int, channel: Any, name: str) -> Reco
     return RecorderChannel(
         name=name, unit=str(unit or ""), samples=cycles, read=read, time=None if axis is None else time, time_unit=time_unit
     )
+
+
+def _check_conversion(channel: Any, name: str) -> None:
+    """Refuse a formula, which the library would evaluate as written, and whatever else gives no number by a fixed rule."""
+    conversion = channel.conversion
+    if conversion is None:
+        return
+    kind = int(conversion.conversion_type)
+    if kind == FORMULA:
+        raise ExperimentError(
+            f"channel {shown(name)} is converted by the formula {shown(conversion.formula)}, which is not evaluated: expected a "
+            "linear or rational conversion, or a table of numbers; export physical values"
+        )
+    if kind not in CONVERSIONS:
+        raise ExperimentError(f"channel {shown(name)} is converted to text or bits (type {kind}): expected numbers; export the raw values")

@@ -24,6 +24,8 @@ class TdmsReader(AbstractReader):
 
     suffixes = (".tdms",)
     format = "TDMS"
+    apart = True
+    library = LIBRARY
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""

@@ -31,6 +31,8 @@ class UffReader(AbstractReader):
 
     suffixes = (".unv", ".uff")
     format = "universal file"
+    apart = True
+    library = LIBRARY
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""

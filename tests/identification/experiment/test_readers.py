@@ -147,9 +147,21 @@ def test_only_wanted_data_sets_count(tmp_path):
         file["there"] = h5py.ExternalLink("b.h5", "F")
         file.create_dataset("picture", shape=(10**6, 10**6), dtype="f8", chunks=(8, 8))
         file["text"] = "hello"
-    found = read(tmp_path / "a.h5", "F", "F2", "there")
-    assert found.names == ("F", "picture", "text")
+    found = read(tmp_path / "a.h5", "F", "absent")
+    assert found.names == ("F", "F2", "picture", "text", "there")
     assert list(found.values) == ["F"]
+    for link in ("F2", "there"):
+        with pytest.raises(ExperimentError, match=f"column '{link}' is a link: expected the data set itself in the record"):
+            read(tmp_path / "a.h5", "F", link)
+
+
+def test_a_link_beside_the_only_group_is_refused(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["run/F"] = np.arange(3)
+        file["there"] = h5py.ExternalLink("b.h5", "F")
+    assert read(tmp_path / "a.h5", "F").names == ("there", "F")
+    with pytest.raises(ExperimentError, match="column 'there' is a link"):
+        read(tmp_path / "a.h5", "there")
 
 
 @pytest.mark.parametrize(

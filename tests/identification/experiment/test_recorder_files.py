@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.experiment.readers import read_columns
+from identification.experiment.readers import read_columns, read_here
 from tests.identification.experiment.recorder_files import RATE, SAMPLES, TIME, UNITS, values, write_mdf4, write_tdms, write_uff
 
 LIBRARIES = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff", ".mf4": "asammdf"}
@@ -146,7 +146,7 @@ def test_without_the_library_the_extra_is_named(suffix, tmp_path, monkeypatch):
     (tmp_path / f"a{suffix}").write_bytes(b"whatever")
     monkeypatch.setitem(sys.modules, LIBRARIES[suffix], None)
     with pytest.raises(ExperimentError, match=re.escape('run pip install "vibrojax[labdata]", or export')):
-        read(tmp_path / f"a{suffix}", "time")
+        read_here(tmp_path / f"a{suffix}", frozenset({"time"}), f"a{suffix}")
 
 
 SHORT = {"hammer": values()["hammer"], "load cell": values()["load cell"][: SAMPLES // 2]}
@@ -312,6 +312,42 @@ def test_mdf_over_an_angle_is_no_record(tmp_path):
         file.save(tmp_path / "a.mf4", overwrite=True)
     with pytest.raises(ExperimentError, match=r"channel 'hammer' is recorded over 'crank', which is no time"):
         read(tmp_path / "a.mf4", "time", "hammer")
+
+
+def with_formula(path, formula):
+    """A channel behind an algebraic conversion."""
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(np.arange(SAMPLES), TIME, name="hammer", conversion={"formula": formula})])
+        file.save(path, overwrite=True)
+    return path
+
+
+@pytest.mark.parametrize("formula", ["9**9**9**9", "2*X+1"])
+def test_an_mdf_formula_is_refused_and_not_evaluated(formula, tmp_path):
+    message = re.escape(f"channel 'hammer' is converted by the formula {formula!r}, which is not evaluated")
+    with pytest.raises(ExperimentError, match=message):
+        read(with_formula(tmp_path / "a.mf4", formula), "time", "hammer")
+
+
+@pytest.mark.parametrize("conversion", [{"a": 2.0, "b": 1.0}, {"P1": 0, "P2": 2, "P3": 1, "P4": 0, "P5": 0, "P6": 1}])
+def test_mdf_linear_and_rational_conversions_are_applied(conversion, tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    raw = np.arange(SAMPLES, dtype=np.int32)
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(raw, TIME, name="hammer", conversion=conversion)])
+        file.save(tmp_path / "a.mf4", overwrite=True)
+    np.testing.assert_array_equal(read(tmp_path / "a.mf4", "hammer").values["hammer"], 2.0 * raw + 1.0)
+
+
+def test_mdf_text_is_refused(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    table = {"val_0": 0, "text_0": "low", "val_1": 1, "text_1": "high"}
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(np.arange(SAMPLES) % 2, TIME, name="hammer", conversion=table)])
+        file.save(tmp_path / "a.mf4", overwrite=True)
+    with pytest.raises(ExperimentError, match="channel 'hammer' is converted to text"):
+        read(tmp_path / "a.mf4", "hammer")
 
 
 def test_an_mdf_file_that_was_never_finished(tmp_path):
