@@ -28,6 +28,7 @@ from identification.result.netcdf_result import StoredFit, fit_dataset
 from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.prepare import check_precision
 from identification.windows.simulate import simulate_record
+from vibrojax.aside import filled
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 
@@ -48,7 +49,7 @@ class _Shown(abc.ABC):
         """Write what the command writes."""
 
     def report(self, folder: Path | str, style: str = "screen") -> Path:
-        """Write what the command writes, and return the path of the page.
+        """Write what the command writes, all of it or nothing, and return the path of the page.
 
         Arguments:
             folder: made where it is not there.
@@ -60,8 +61,8 @@ class _Shown(abc.ABC):
         if style not in STYLES:
             raise InputError(f"style is {style!r}: expected one of {', '.join(STYLES)}")
         path = Path(folder)
-        path.mkdir(parents=True, exist_ok=True)
-        self._write(path, STYLES[style])
+        with filled(path) as aside:
+            self._write(aside, STYLES[style])
         return path / "report.html"
 
     def __repr__(self) -> str:

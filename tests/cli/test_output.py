@@ -1,7 +1,12 @@
 """Results appear all at once or not at all."""
 
 import errno
+import fcntl
+import json
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -122,3 +127,106 @@ def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(InputError, match="Permission denied"), output_folder(tmp_path / "out"):
         pass
+
+
+def old_results(out, *more):
+    """An earlier set."""
+    for name in (*"abcdefghijkl", *more):
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        (out / name).write_text("old")
+    return out
+
+
+def write_new(folder):
+    for name in "abcdefghijkl":
+        (folder / name).write_text("new")
+
+
+def texts(out):
+    return {(out / name).read_text() for name in "abcdefghijkl"}
+
+
+@pytest.fixture
+def sixth_move_fails(monkeypatch):
+    """An error of the disk, as the files are moved one by one."""
+    calls = []
+
+    def failing(*names):
+        calls.append(names)
+        if len(calls) == 6:
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(names[0]))
+        os.rename(*names)
+
+    monkeypatch.setattr("vibrojax.aside.os.replace", failing)
+    return calls
+
+
+def test_results_are_replaced_in_one_step(tmp_path, sixth_move_fails):
+    """No file is moved by itself."""
+    out = old_results(tmp_path / "out")
+    with output_folder(out) as folder:
+        write_new(folder)
+    assert texts(out) == {"new"} and sixth_move_fails == []
+
+
+def test_where_the_folder_has_to_stay_an_error_puts_everything_back(tmp_path, sixth_move_fails):
+    out = old_results(tmp_path / "out", "archive/mine")
+    with pytest.raises(InputError, match=r"out/f: Input/output error; name another folder"), output_folder(out) as folder:
+        write_new(folder)
+        (folder / "only-new").write_text("new")
+    assert texts(out) == {"old"} and len(sixth_move_fails) == 6 + 6
+    assert sorted(os.listdir(out)) == sorted([*"abcdefghijkl", "archive"]) and os.listdir(tmp_path) == ["out"]
+
+
+def test_the_current_folder_is_not_replaced_under_who_works_in_it(tmp_path, monkeypatch):
+    out = old_results(tmp_path / "out")
+    monkeypatch.chdir(out)
+    with output_folder(out) as folder:
+        write_new(folder)
+    assert texts(Path(".")) == {"new"} and out.samefile(".")
+
+
+def test_a_file_that_comes_while_the_results_are_made_stays(tmp_path):
+    out = old_results(tmp_path / "out")
+    with output_folder(out) as folder:
+        write_new(folder)
+        (out / "notes.txt").write_text("mine")
+    assert (out / "notes.txt").read_text() == "mine" and texts(out) == {"new"}
+
+
+def test_rights_links_and_what_the_folder_links_to_stay(tmp_path):
+    real = old_results(tmp_path / "real")
+    real.chmod(0o750)
+    (real / "link").symlink_to("nowhere")
+    (tmp_path / "out").symlink_to("real")
+    with output_folder(tmp_path / "out") as folder:
+        write_new(folder)
+    assert (tmp_path / "out").is_symlink() and texts(real) == {"new"}
+    assert real.stat().st_mode & 0o777 == 0o750 and os.readlink(real / "link") == "nowhere"
+
+
+def test_what_a_killed_run_has_left_is_cleared_and_a_living_one_is_not_disturbed(tmp_path):
+    for name in (".out-unfinished-dead", ".out-unfinished-alive", ".other-unfinished-1"):
+        old_results(tmp_path / name)
+    lock = os.open(tmp_path / ".out-unfinished-alive", os.O_RDONLY)
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    with output_folder(tmp_path / "out") as folder:
+        write_new(folder)
+    os.close(lock)
+    assert sorted(os.listdir(tmp_path)) == [".other-unfinished-1", ".out-unfinished-alive", "out"]
+
+
+def test_a_folder_that_a_killed_run_has_moved_away_comes_back(tmp_path):
+    old_results(tmp_path / ".out-replaced-1", "notes.txt")
+    with pytest.raises(RuntimeError), output_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert os.listdir(tmp_path) == ["out"] and texts(tmp_path / "out") == {"old"}
+
+
+def test_a_kill_or_an_error_at_any_step_mixes_nothing(root):
+    """In a program of its own, which forks."""
+    command = [sys.executable, "-m", "benchmarks.reliability.result_sets"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=root)
+    found = json.loads(done.stdout)
+    assert found.pop("steps") > 500
+    assert found == {"mixed": 0, "unexpected": 0, "not_mended": 0}

@@ -8,7 +8,6 @@ from rich.console import Console
 from rich.table import Table
 
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
@@ -48,16 +47,15 @@ def continue_(
     at = begin if at is None else at
     check_file(model, "the model.json that a fit or a preset wrote")
     settings = _settings({"gap": gap, "amplitude": amplitude, "frequency": frequency}, parameter, at)
-    with interruptible() as interruption, output_folder(out) as folder, stages(quiet=quiet) as say:
+    with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
-        with interruption.deferred():
-            prepare_jax()
-            from vibrojax.continuation import ForcedRig
-            from vibrojax.continuation.job import follow_and_write
-            from vibrojax.model_file import read_model
+        prepare_jax()
+        from vibrojax.continuation import ForcedRig
+        from vibrojax.continuation.job import follow_and_write
+        from vibrojax.model_file import read_model
 
         rig = ForcedRig(read_model(model), settings["gap"], settings["amplitude"], settings["frequency"])
-        branch = follow_and_write(rig, parameter, (begin, end), folder, at=at, start=start, progress=interruption.watched(say))
+        branch = follow_and_write(rig, parameter, (begin, end), folder, at=at, start=start, progress=say)
     table = Table("special point", branch.label, "impacts a period", "largest multiplier")
     for place in branch.special:
         largest = complex(place.orbit.multipliers[0])

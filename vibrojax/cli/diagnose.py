@@ -8,7 +8,6 @@ from rich.console import Console
 
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
@@ -52,20 +51,17 @@ def diagnose(
     check_source(experiment, recipe, data)
     out = default_folder("diagnose", experiment, recipe) if out is None else out
     with (
-        interruptible() as interruption,
         output_folder(out) as folder,
         experiment_source(experiment, recipe, data) as source,
         stages(quiet=quiet) as say,
     ):
         say("loading JAX")
-        with interruption.deferred():
-            prepare_jax()
-            from identification.commands.run import run_diagnose
-            from identification.report.page_style import STYLES
+        prepare_jax()
+        from identification.commands.run import run_diagnose
+        from identification.report.page_style import STYLES
 
-        progress = interruption.watched(say)
         summary = run_diagnose(
-            source, folder, only=only or (), without=without or (), budget_minutes=budget_minutes, style=STYLES[style], progress=progress
+            source, folder, only=only or (), without=without or (), budget_minutes=budget_minutes, style=STYLES[style], progress=say
         )
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)

@@ -1,11 +1,12 @@
 """How a command ends: every expected error becomes one line on standard error and an exit status."""
 
-import signal
+import atexit
 import sys
 from typing import Any, NoReturn
 
 import typer
 
+from vibrojax.cli import interrupt
 from vibrojax.errors import InputError, NoConvergenceError
 
 BAD_INPUT = 2
@@ -15,21 +16,22 @@ _BAD_USAGE: type[Exception] = typer.BadParameter.mro()[1]
 
 
 def run(app: typer.Typer) -> NoReturn:
-    """Run a command-line app on `sys.argv` and exit: 0 done, 2 bad input, 3 no convergence.
+    """Run a command-line app on `sys.argv` and exit: 0 done, 2 bad input, 3 no convergence, 130 ended on request.
 
     Errors that nobody expects keep their traceback.
     """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever is told to end leaves as little behind as after Ctrl-C
-    try:
-        status = app(standalone_mode=False)  # else Typer draws errors itself, as a box of several lines
-    except _BAD_USAGE as error:
-        _fail(_usage_text(error), BAD_INPUT)
-    except ValueError as error:
-        if not _is_bad_input(error):
-            raise
-        _fail(str(error), BAD_INPUT)
-    except NoConvergenceError as error:
-        _fail(str(error), NO_CONVERGENCE)
+    with interrupt.watched():
+        try:
+            status = app(standalone_mode=False)  # else Typer draws errors itself, as a box of several lines
+        except _BAD_USAGE as error:
+            status = _fail(_usage_text(error), BAD_INPUT)
+        except ValueError as error:
+            if not _is_bad_input(error):
+                raise
+            status = _fail(str(error), BAD_INPUT)
+        except NoConvergenceError as error:
+            status = _fail(str(error), NO_CONVERGENCE)
+    atexit.register(interrupt.ignore)
     sys.exit(status or 0)
 
 
@@ -59,8 +61,8 @@ def _is_bad_input(error: ValueError) -> bool:
     return isinstance(error, ExperimentError)
 
 
-def _fail(message: str, status: int) -> NoReturn:
+def _fail(message: str, status: int) -> int:
     """One line, whatever the message holds."""
     if message:
         typer.echo(f"error: {' '.join(message.split())}", err=True)
-    sys.exit(status)
+    return status

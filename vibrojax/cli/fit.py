@@ -9,7 +9,6 @@ from rich.console import Console
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
-from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
@@ -55,18 +54,15 @@ def fit(
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
     with (
-        interruptible() as interruption,
         output_folder(out) as folder,
         experiment_source(experiment, recipe, data) as source,
         stages(quiet=quiet) as say,
     ):
         say("loading JAX")
-        with interruption.deferred():
-            prepare_jax()
-            from identification.commands.run import run_fit
-            from identification.report.page_style import STYLES
+        prepare_jax()
+        from identification.commands.run import run_fit
+        from identification.report.page_style import STYLES
 
-        progress = interruption.watched(say)
         summary = run_fit(
             source,
             folder,
@@ -76,7 +72,7 @@ def fit(
             starts=starts,
             seed=seed,
             style=STYLES[style],
-            progress=progress,
+            progress=say,
         )
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)

@@ -2,23 +2,24 @@
 
 import errno
 import os
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from vibrojax.aside import filled, made_aside
+from vibrojax.cli import interrupt
 from vibrojax.errors import InputError
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_FAULT = (*_NO_ROOM, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENAMETOOLONG)
 
 
 @contextmanager
 def output_folder(out: Path) -> Iterator[Path]:
-    """Lend an empty folder to write results into; move its files to `out` when the block ends without an error.
+    """Lend an empty folder to write results into; `out` holds them when the block ends without an error (see `vibrojax.aside.filled`).
 
-    Files of the same name from an earlier run are replaced, one by one; other files in `out` are left alone. When the
-    block fails, `out` is as it was before, or is not there.
+    Files of the same name from an earlier run are replaced, other files in `out` are left alone. When the block fails, or is interrupted,
+    `out` is as it was before, or is not there.
 
     Args:
         out: folder that shall hold the results; it and its parents are created on success.
@@ -33,23 +34,12 @@ def output_folder(out: Path) -> Iterator[Path]:
     parking = next(path for path in (out, *out.parents) if os.path.lexists(path))
     if not parking.is_dir():
         raise InputError(f"cannot write results to {out}: {parking} is not a folder; name another folder with --out")
+    lent: list[Path] = []
     try:
-        aside = Path(tempfile.mkdtemp(prefix=f".{out.name}-unfinished-", dir=parking))
+        with interrupt.removed_at_end(lent), filled(out, commit=interrupt.held, made=lent.append) as folder:
+            yield folder
     except OSError as error:
-        raise InputError(f"cannot write results to {out}: {parking}: {error.strerror}; name another folder with --out") from error
-    try:
-        yield aside
-        try:
-            _refuse_other_kinds(aside, out)
-            _move_files(aside, out)
-        except OSError as error:
-            raise InputError(f"cannot write results to {out}: {error.filename2 or error.filename}: {error.strerror}") from error
-    except OSError as error:
-        if error.errno not in _NO_ROOM:
-            raise
-        raise InputError(f"cannot write results to {out}: {error.strerror}; make room, or name another place with --out") from error
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
+        raise _told(error, out, lent) from error
 
 
 @contextmanager
@@ -59,30 +49,31 @@ def output_file(out: Path) -> Iterator[Path]:
     A pipe or a device is lent itself: it is written to, and not replaced.
 
     Raises:
-        InputError: as `output_folder`, for the folder that `out` is in.
+        InputError: as `output_folder`, for the folder that `out` is in, which must be there.
     """
     if out.exists() and not out.is_file():
         yield out
         return
-    target = out.resolve()
-    with output_folder(target.parent) as folder:
-        yield folder / target.name
+    target, lent = out.resolve(), []
+    if not target.parent.is_dir():
+        raise InputError(f"cannot write {out}: {target.parent} is not a folder; name another file with --out")
+    try:
+        with interrupt.removed_at_end(lent), made_aside(target) as aside:
+            lent.append(aside.path)
+            yield aside.path / target.name
+            os.replace(aside.path / target.name, target)
+    except OSError as error:
+        raise _told(error, out, lent) from error
 
 
-def _refuse_other_kinds(source: Path, target: Path) -> None:
-    """Before anything is moved: a folder in the place of a file, or a file in that of a folder."""
-    for item in sorted(source.rglob("*")):
-        there = target / item.relative_to(source)
-        if there.exists() and there.is_dir() != item.is_dir():
-            number = errno.EISDIR if there.is_dir() else errno.ENOTDIR
-            raise OSError(number, os.strerror(number), str(there))
-
-
-def _move_files(source: Path, target: Path) -> None:
-    """Folders are made, never moved: the lent one is private to the user, those made here obey the umask."""
-    target.mkdir(parents=True, exist_ok=True)
-    for item in sorted(source.iterdir()):
-        if item.is_dir():
-            _move_files(item, target / item.name)
-        else:
-            os.replace(item, target / item.name)
+def _told(error: OSError, out: Path, lent: list[Path]) -> Exception:
+    """A fault of the place that results go to, in one line; any other error as it is."""
+    out = out.absolute()
+    place = str(error.filename2 or error.filename or "")
+    for path in lent:
+        place = place.replace(str(path), str(out))
+    of_place = not lent or Path(place).is_relative_to(out) or Path(place) in out.parents if place else error.errno in _FAULT
+    if not of_place and error.errno not in _NO_ROOM:
+        return error
+    remedy = "make room, or name another place with --out" if error.errno in _NO_ROOM else "name another folder with --out"
+    return InputError(f"cannot write results to {out}: {place + ': ' if place else ''}{error.strerror or error}; {remedy}")

@@ -9,6 +9,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, T
 from rich.progress import Progress as Bar
 from rich.text import Text
 
+from vibrojax.cli.interrupt import at_end
+
 Progress = Callable[[str], None]
 _EVERY = 10.0
 """s between two lines in a log file."""
@@ -25,7 +27,7 @@ def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
     if not console.is_terminal:
         yield lambda stage: console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True)
         return
-    with console.status("starting") as status:
+    with at_end(console.show_cursor), console.status("starting") as status:
         yield lambda stage: status.update(f"{stage}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
 
 
@@ -50,7 +52,7 @@ def points_done(total: int, *, quiet: bool) -> Iterator[Callable[[int, int], Non
         yield line
         return
     columns = TextColumn("operating points"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn()
-    with Bar(*columns, console=console, transient=True) as bar:
+    with at_end(console.show_cursor), Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("points", total=total)
 
         def shown(done: int, before: int) -> None:

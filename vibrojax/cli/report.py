@@ -7,7 +7,6 @@ import typer
 from rich.console import Console
 
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Quiet, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
@@ -32,12 +31,11 @@ def report(
     """
     check_file(directory / "result.nc", "the result.nc that a fit or a diagnosis writes")
     out = directory if out is None else out
-    with interruptible() as interruption, output_folder(out) as folder, stages(quiet=quiet) as say:
+    with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
-        with interruption.deferred():
-            prepare_jax()
-            from identification.commands.run import run_report
-            from identification.report.page_style import STYLES
+        prepare_jax()
+        from identification.commands.run import run_report
+        from identification.report.page_style import STYLES
 
         say("drawing the report")
         summary = run_report(directory, folder, style=STYLES[style])

@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_experiment, check_file
@@ -37,10 +36,9 @@ def simulate(
     """
     check_file(model, "the model.json that a fit wrote")
     check_experiment(experiment)
-    with interruptible() as interruption, output_folder(out) as folder:
-        with interruption.deferred():
-            prepare_jax()
-            from identification.commands.run import run_simulate
+    with output_folder(out) as folder:
+        prepare_jax()
+        from identification.commands.run import run_simulate
 
         run_simulate(model, experiment, folder, out=out, as_recorded=as_recorded)
         tables = len(list(folder.iterdir()))

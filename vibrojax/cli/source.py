@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from vibrojax.cli.interrupt import removed_at_end
 from vibrojax.cli.paths import check_experiment
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
@@ -59,5 +60,5 @@ def experiment_source(experiment: Path | None, recipe: str | None, data: Path | 
     from identification.recipes.load import load_recipe
     from identification.recipes.prepare import recipe_experiment
 
-    with recipe_experiment(load_recipe(recipe), data) as folder:
+    with recipe_experiment(load_recipe(recipe), data) as folder, removed_at_end([folder]):
         yield folder

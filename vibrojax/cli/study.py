@@ -10,7 +10,6 @@ from rich.console import Console
 
 from vibrojax.cli.cluster import check_extra, connected
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.interrupt import interruptible
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import points_done, stages
 from vibrojax.cli.study_options import Shared, with_shared
@@ -152,20 +151,18 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
     if shared.store is not None:
         check_extra(cluster=shared.cluster is not None)
     begin = time.perf_counter()
-    with interruptible() as interruption, output_folder(shared.out) as folder:
+    with output_folder(shared.out) as folder:
         with stages(quiet=shared.quiet, since=begin) as say:
             say("loading JAX")
-            with interruption.deferred():
-                prepare_jax()
-                from vibrojax.batch import Span
-                from vibrojax.studies.job import Job
-                from vibrojax.studies.write import write_study
+            prepare_jax()
+            from vibrojax.batch import Span
+            from vibrojax.studies.job import Job
+            from vibrojax.studies.write import write_study
 
             more = {} if span is None else {"span": Span(**span)}
             model, draws = _rigs(shared)
             job = Job(study=name, model=model, axes=axes, settings=settings | more, draws=draws, points=shared.tile)
         data = _made(job, shared, begin)
-        interruption.check()
         with stages(quiet=shared.quiet, since=begin) as say:
             say("drawing")
             files = [path.name for path in write_study(name, data, folder)]

@@ -10,8 +10,6 @@ import errno
 import fcntl
 import json
 import os
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibrojax.aside import made_aside
 from vibrojax.errors import InputError
 from vibrojax.model_file import model_document
 from vibrojax.studies.checksum import COORDINATES, DESCRIPTION, description_checksum, tile_checksum
@@ -137,31 +136,21 @@ def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
     parent = path.parent
     if not parent.is_dir():
         raise InputError(f"cannot make the store {path}: {parent} is not a folder; make it, or name another store")
-    for rest in parent.glob(f".{path.name}-unfinished-*"):
-        with _taken(rest) as free:
-            if free:
-                shutil.rmtree(rest, ignore_errors=True)
     try:
-        aside = Path(tempfile.mkdtemp(prefix=f".{path.name}-unfinished-", dir=parent))
+        with made_aside(path) as aside:
+            empty, chunks = _template(job, tile)
+            codecs = {"compressors": _codecs()}
+            encoding = {name: {"chunks": sizes} | codecs for name, sizes in chunks.items()} | {
+                name: codecs for name in map(str, empty.coords)
+            }
+            empty.to_zarr(aside.path, mode="w-", compute=False, encoding=encoding, **_FORMAT)
+            zarr.open_group(aside.path, mode="r+", zarr_format=3).attrs[DESCRIPTION] = description_checksum(aside.path)
+            os.rename(aside.path, path)
+            return os.dup(aside.lock)
     except OSError as error:
-        raise InputError(f"cannot make the store {path}: {parent}: {error.strerror}; name another store") from error
-    lock = _locked(aside)
-    try:
-        empty, chunks = _template(job, tile)
-        codecs = {"compressors": _codecs()}
-        encoding = {name: {"chunks": sizes} | codecs for name, sizes in chunks.items()} | {name: codecs for name in map(str, empty.coords)}
-        empty.to_zarr(aside, mode="w-", compute=False, encoding=encoding, **_FORMAT)
-        zarr.open_group(aside, mode="r+", zarr_format=3).attrs[DESCRIPTION] = description_checksum(aside)
-        os.chmod(aside, 0o777 & ~_umask())
-        os.rename(aside, path)
-    except OSError as error:
-        os.close(lock)
         if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another run was first
             return _locked(path)
         raise InputError(f"cannot make the store {path}: {error.strerror or error}; name another store") from error
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
-    return lock
 
 
 def _codecs() -> tuple[Any, Any]:
@@ -246,23 +235,3 @@ def _locked(path: Path) -> int:
         os.close(lock)
         raise InputError(f"{path} is in use: expected a store that no other run works on; wait for that run, or end it") from error
     return lock
-
-
-@contextmanager
-def _taken(path: Path) -> Iterator[bool]:
-    """Whether nobody else holds the lock on a folder."""
-    try:
-        lock = _locked(path)
-    except InputError:
-        yield False
-        return
-    try:
-        yield True
-    finally:
-        os.close(lock)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
