@@ -190,3 +190,26 @@ def test_a_restitution_above_one_is_not_possible(tmp_path):
     (tmp_path / "model.json").write_text(json.dumps(document), encoding="utf-8")
     with pytest.raises(InputError, match=r"e is 1.5: expected a number of at most 1"):
         read_model(tmp_path / "model.json")
+
+
+def with_term(term: str) -> str:
+    """A model with one learned term."""
+    document = model_document(MODEL) | {"effects": [{"name": "free_form", "terms": [term], "c1": 1.0}]}
+    return json.dumps({key: value for key, value in document.items() if key != "units"})
+
+
+@pytest.mark.parametrize(
+    ("term", "message"), [("u " * 2_500_000, "a term has more than 6 factors"), ("u" * 5_000_000, "factor 'uuu.* is not known")]
+)
+def test_a_term_of_megabytes_is_refused_in_a_short_line(term, message, tmp_path):
+    (tmp_path / "model.json").write_text(with_term(term))
+    with pytest.raises(InputError, match=message) as caught:
+        read_model(tmp_path / "model.json")
+    assert len(str(caught.value)) < 1000
+
+
+def test_an_object_of_very_many_keys_is_read_once(tmp_path):
+    """And not once for each of them."""
+    (tmp_path / "model.json").write_text("{" + ", ".join(f'"k{number}": 0' for number in range(400_000)) + "}")
+    with pytest.raises(InputError, match="'schema' is missing"):
+        read_model(tmp_path / "model.json")

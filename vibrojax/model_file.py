@@ -15,7 +15,7 @@ from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
 from vibrojax.effects.free_form import MOST_TERMS, FreeForm
-from vibrojax.errors import InputError
+from vibrojax.errors import InputError, one_line, shown
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
@@ -85,7 +85,7 @@ def read_model(path: Path) -> Model:
         InputError: the file cannot be read, is not of this format, names an unknown law, suspension, effect, channel, key or unit, or holds
             a number that is not finite or not possible; the message says which.
     """
-    return model_from_document(_parsed(path), str(path))
+    return model_from_document(read_json(path), str(path))
 
 
 def model_from_document(document: Any, where: str) -> Model:
@@ -103,7 +103,7 @@ def model_from_document(document: Any, where: str) -> Model:
     """
     table = _Table(values=document, where=where)
     if table.needed("schema") != SCHEMA or isinstance(table.needed("schema"), bool):
-        table.refuse(f"schema is {table.needed('schema')!r}: expected {SCHEMA}; write the model again with this version")
+        table.refuse(f"schema is {shown(table.needed('schema'))}: expected {SCHEMA}; write the model again with this version")
     table.allow(_TOP)
     mass = table.number("mass", zero=False)
     below = table.table("suspension")
@@ -118,7 +118,7 @@ def model_from_document(document: Any, where: str) -> Model:
     law = rule(**{p.field: below.number(p.name, zero=p.logarithmic, most=p.most) for p in rule.parameters})
     effects = tuple(_effect(part) for part in table.tables("effects"))
     if "units" in table.values and table.values["units"] != _units(kind, rule, effects):
-        table.refuse(f"units are {table.values['units']}: expected {_units(kind, rule, effects)}; give the numbers in these")
+        table.refuse(f"units are {shown(table.values['units'])}: expected {_units(kind, rule, effects)}; give the numbers in these")
     return Model(mass=mass, suspension=suspension, law=law, effects=effects)
 
 
@@ -153,7 +153,7 @@ def _free_form(table: "_Table") -> FreeForm:
     try:
         blank = FreeForm(terms=terms, of_channel=of_channel)
     except ValueError as error:
-        table.refuse(f"terms are {list(terms)}: {error}")
+        table.refuse(f"terms are {shown(list(terms))}: {error}")
     table.allow(["name", "terms", "channel", *(p.name for p in blank.parameters)])
     numbers = {p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in blank.parameters}
     return dataclasses.replace(blank, **numbers)
@@ -201,26 +201,36 @@ def _number(value: Any, name: str) -> float:
     return number
 
 
-def _parsed(path: Path) -> Any:
-    """The document, with what plain JSON parsing lets through refused."""
+def read_json(path: Path, expected: str = "a model.json that a fit wrote") -> Any:
+    """A JSON document, with what plain parsing lets through refused.
+
+    Args:
+        path: of the file.
+        expected: what the file should be, for messages.
+
+    Raises:
+        InputError: it cannot be read, is too large, is not JSON, or gives a key twice.
+    """
     try:
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}): expected a model.json that a fit wrote") from error
+        raise InputError(f"{path} cannot be read ({error.strerror or error}): expected {expected}") from error
     if len(content) > MAX_BYTES:
-        raise InputError(f"{path} is larger than {MAX_BYTES} bytes: expected a model.json that a fit wrote")
+        raise InputError(f"{path} is larger than {MAX_BYTES} bytes: expected {expected}")
     try:
         return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_without_repetition)
     except (ValueError, RecursionError) as error:
-        raise InputError(" ".join(f"{path} is not valid JSON ({error}): expected a model.json that a fit wrote".split())) from error
+        raise InputError(" ".join(f"{path} is not valid JSON ({error}): expected {expected}".split())) from error
 
 
 def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    keys = [key for key, _ in pairs]
-    if repeated := sorted({key for key in keys if keys.count(key) > 1}):
-        raise ValueError(f"key {repeated[0]!r} is given twice")
-    return dict(pairs)
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"key {shown(key)} is given twice")
+        found[key] = value
+    return found
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -235,7 +245,7 @@ class _Table:
             self.refuse(f"a {type(self.values).__name__} where an object {{…}} is expected; correct it")
 
     def refuse(self, problem: str) -> NoReturn:
-        raise InputError(" ".join(f"{self.where}: {problem}".split()))
+        raise InputError(one_line(f"{self.where}: {problem}"))
 
     def needed(self, key: str) -> Any:
         return self.values[key] if key in self.values else self.refuse(f"{key!r} is missing; expected a model.json that a fit wrote")
@@ -243,7 +253,7 @@ class _Table:
     def allow(self, known: Iterable[str]) -> None:
         for key in self.values:
             if key not in known:
-                self.refuse(f"unknown key {key!r}{_suggestion(key, known)}")
+                self.refuse(f"unknown key {shown(key)}{_suggestion(key, known)}")
 
     def table(self, key: str) -> "_Table":
         return _Table(values=self.needed(key), where=f"{self.where}, {key}")
@@ -258,20 +268,20 @@ class _Table:
     def text(self, key: str) -> str:
         value = self.needed(key)
         if not isinstance(value, str):
-            self.refuse(f"{key} is {value!r}: expected a text in quotes")
+            self.refuse(f"{key} is {shown(value)}: expected a text in quotes")
         return value
 
     def texts(self, key: str, *, most: int) -> tuple[str, ...]:
         """A list of so many texts at most."""
         values = self.needed(key)
         if not isinstance(values, list) or not 1 <= len(values) <= most or not all(isinstance(value, str) for value in values):
-            self.refuse(f"{key} is {values!r}: expected a list of 1 to {most} texts in quotes")
+            self.refuse(f"{key} is {shown(values)}: expected a list of 1 to {most} texts in quotes")
         return tuple(values)
 
     def choice(self, key: str, known: Iterable[str]) -> str:
         value = self.needed(key)
         if not isinstance(value, str) or value not in known:
-            self.refuse(f"unknown {key} {value!r}{_suggestion(str(value), known)}")
+            self.refuse(f"unknown {key} {shown(value)}{_suggestion(str(value), known)}")
         return value
 
     def number(self, key: str, *, zero: bool, negative: bool = False, most: float = math.inf) -> float:
@@ -279,7 +289,7 @@ class _Table:
         value = self.needed(key)
         wanted = "a finite number" if negative else f"a finite number {'of at least' if zero else 'above'} 0"
         if isinstance(value, bool) or not isinstance(value, int | float):
-            self.refuse(f"{key} is {value!r}: expected {wanted}")
+            self.refuse(f"{key} is {shown(value)}: expected {wanted}")
         try:
             number = float(value)
         except OverflowError:
@@ -292,5 +302,5 @@ class _Table:
 
 
 def _suggestion(given: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(given, list(known), n=1)
+    near = difflib.get_close_matches(given[:60], list(known), n=1)
     return f": did you mean {near[0]!r}?" if near else f": expected one of {', '.join(known)}"

@@ -1,6 +1,5 @@
 """A proposed experiment file: what is known is written, what is guessed says so, what nobody can guess is left to fill in."""
 
-import json
 from pathlib import Path
 
 from identification.experiment.channels import CHANNELS, TIME, si_unit
@@ -8,6 +7,7 @@ from identification.experiment.readers import stem_of
 from identification.experiment.units import factor_to_si, same_unit
 from identification.inspection.inspect import Inspected, Inspection
 from identification.inspection.mapping import Mapped
+from vibrojax.errors import printable
 
 HEAD = """\
 # Proposed from the recorded files. Fill in the lines that say TO FILL IN (take the "#" away), and check every guess.
@@ -45,7 +45,7 @@ def propose(inspection: Inspection, folder: Path) -> str:
     parts = [HEAD.format(name=_text(inspection.folder.resolve().name or "experiment"))]
     parts += [_sensor(*sensors[channel]) for channel in CHANNELS if channel in sensors]
     parts += [_record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}) for one in inspection.files]
-    parts += [f"# {name} is left out: {reason}\n" for name, reason in inspection.failed.items()]
+    parts += [f"# {printable(name)} is left out: {printable(reason)}\n" for name, reason in inspection.failed.items()]
     return "\n".join(parts)
 
 
@@ -57,7 +57,7 @@ def _reason(one: Inspected, inspection: Inspection) -> str:
         return "no column could be taken for a channel; name them in 'columns' of the record"
     stem = stem_of(one.found.file)
     twin = next(other for other in inspection.files if stem_of(other.found.file) == stem)
-    return "" if twin is one else f"{twin.found.file} has the same name but for its suffix; rename one"
+    return "" if twin is one else f"{printable(twin.found.file)} has the same name but for its suffix; rename one"
 
 
 def _certainty(each: Mapped) -> int:
@@ -67,18 +67,17 @@ def _certainty(each: Mapped) -> int:
 
 def _sensor(each: Mapped, one: Inspected) -> str:
     """The table of a channel, as its first record has it."""
-    unit = f"# guess: {each.guessed}" if each.guessed else f"# as {one.found.file} states"
+    file = printable(one.found.file)
+    unit = f"# guess: {each.guessed}" if each.guessed else f"# as {file} states"
     lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}']
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
     si = si_unit(each.channel)
     if facts.noise is not None:
-        lines.append(
-            f"# noise = {facts.noise * each.factor:.2g} # {si}; left out, it is estimated from each record: this is {one.found.file}"
-        )
+        lines.append(f"# noise = {facts.noise * each.factor:.2g} # {si}; left out, it is estimated from each record: this is {file}")
     if facts.saturation:
         ends = sorted(found.level * each.factor for found in facts.saturation)
         low, high = (-ends[0], ends[0]) if len(ends) == 1 and ends[0] > 0 else (ends[0], ends[-1] if len(ends) > 1 else -ends[0])
-        lines.append(f"# range = [{low:.6g}, {high:.6g}] # {si}; {one.found.file} seems to saturate: samples beyond are then left out")
+        lines.append(f"# range = [{low:.6g}, {high:.6g}] # {si}; {file} seems to saturate: samples beyond are then left out")
     return "\n".join(lines) + "\n"
 
 
@@ -87,7 +86,7 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     found, guess = one.found, one.guess
     reason = _reason(one, inspection)
     if reason:
-        return f"# {found.file} is left out: {reason}\n"
+        return f"# {printable(found.file)} is left out: {printable(reason)}\n"
     file = (inspection.folder / found.file).resolve().relative_to(folder.resolve()).as_posix()
     lines = [
         "[[record]]",
@@ -129,4 +128,5 @@ def _differs(each: Mapped, declared: Mapped) -> bool:
 
 def _text(value: str) -> str:
     """A TOML string."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    escaped = (each if each.isprintable() else f"\\U{ord(each):08x}" for each in value.replace("\\", "\\\\").replace('"', '\\"'))
+    return f'"{"".join(escaped)}"'

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from identification.inspection.facts import ColumnFacts, TimeFacts
 from identification.inspection.inspect import Inspected, Inspection
+from vibrojax.errors import printable
 
 
 def summary(inspection: Inspection) -> Group:
@@ -23,7 +24,7 @@ def summary(inspection: Inspection) -> Group:
     blocks: list[RenderableType] = []
     for one in inspection.files:
         blocks += [*_file(one), Text()]
-    blocks += [Text(f"{name} cannot be used: {reason}", style="bold") for name, reason in inspection.failed.items()]
+    blocks += [_bold(f"{name} cannot be used: {reason}") for name, reason in inspection.failed.items()]
     return Group(*blocks)
 
 
@@ -41,16 +42,20 @@ def _file(one: Inspected) -> list[RenderableType]:
         noise = "" if facts.noise is None else f"{facts.noise:.2g}"
         numbers = (_number(facts.low), _number(facts.high), noise)
         cells = (facts.column, facts.unit or "not stated", *numbers, channels.get(facts.column, ""))
-        table.add_row(*(Text(cell) for cell in cells), *([Text(remark)] if any(remarks) else []))
-    head = Text(one.found.file, style="bold")
+        table.add_row(*(Text(printable(cell)) for cell in cells), *([Text(printable(remark))] if any(remarks) else []))
+    head = _bold(one.found.file)
     head.append(f": {_time(one.time)}", "not bold")
     if one.found.time_guessed:
         head.append(f"; time taken to be in {one.found.time_unit}: {one.found.time_guessed}", "not bold")
     lines: list[RenderableType] = [head, table]
     if one.time.problem:
-        lines.append(Text(f"a fit would refuse it: {one.time.problem}", style="bold"))
-    lines += [Text(f"{name} cannot be used: {reason}", style="bold") for name, reason in one.found.unusable.items()]
+        lines.append(_bold(f"a fit would refuse it: {one.time.problem}"))
+    lines += [_bold(f"{name} cannot be used: {reason}") for name, reason in one.found.unusable.items()]
     return [*lines, Text(f"looks like {one.guess.kind}: {one.guess.why}")]
+
+
+def _bold(text: str) -> Text:
+    return Text(printable(text), style="bold")
 
 
 def _time(time: TimeFacts) -> str:

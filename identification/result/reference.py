@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import ExperimentError, check_printable, shown
 from identification.experiment.settings.schema import Table
 from identification.experiment.settings.toml_file import parse_toml
 from identification.result.result import FitResult
@@ -96,6 +96,7 @@ def read_reference(path: Path) -> Reference:
         values, _ = parse_toml(path)
         table = Table(values=values, where=path.name)
         table.allow("schema", "title", "value")
+        _check_shown(values, path.name)
         if table.needed_number("schema", unit="") != SCHEMA:
             raise ExperimentError(f"schema in {path.name} is {shown(values['schema'])}: expected {SCHEMA}")
         title = table.needed_string("title")
@@ -148,7 +149,15 @@ def unmatched(comparisons: Iterable[Comparison], reference: Reference) -> tuple[
     return tuple(row.name for row in reference.values if row.name not in known)
 
 
+def _check_shown(values: dict[str, object], where: str) -> None:
+    """Every text of the table is shown on the page."""
+    for key, value in values.items():
+        if isinstance(value, str):
+            check_printable(" ".join(value.split()), f"{key} in {where}")
+
+
 def _row(values: dict[str, object], where: str) -> ReferenceValue:
+    _check_shown(values, where)
     table = Table(values=values, where=where)
     table.allow("name", "symbol", "value", "unit", "source", "stderr", "note", "printed_unit")
     absent = values.get("value") == ABSENT

@@ -120,6 +120,13 @@ def test_expected_errors_are_one_line_and_leave_nothing(jobs, monkeypatch, capsy
     assert [path.name for path in tmp_path.iterdir()] == ["rig"]
 
 
+def test_a_message_is_printable_and_short_enough_to_read(jobs, monkeypatch, capsys):
+    jobs.error = InputError("\x1b[31mred\u202e " + "x" * 10_000 + "; correct it")
+    assert call(monkeypatch, fit.main, "rig", "--out", "results", "--quiet") == 2
+    told = capsys.readouterr().err
+    assert told.startswith("error: \\x1b[31mred\\u202e xxx") and told.endswith("; correct it\n") and len(told) < 1100
+
+
 @pytest.mark.parametrize("error", [ValueError("shapes differ"), RuntimeError("bug")])
 def test_unexpected_errors_keep_their_traceback(jobs, monkeypatch, error):
     jobs.error = error

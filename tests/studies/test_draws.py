@@ -75,6 +75,32 @@ def test_a_fit_that_cannot_be_drawn_from_is_refused(tmp_path):
         read_fit(tmp_path).draw(0, seed=0)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"names": ["k_i", "n", "zeta"]', '"names": 3'),
+        ('"names": ["k_i", "n", "zeta"]', '"names": [["k_i"], {}, "zeta"]'),
+        ('"names": ["k_i", "n", "zeta"]', '"names": ["k_i", "k_i", "zeta"]'),
+        ('"names": ["k_i", "n", "zeta"]', '"names": ["k_i", "n"]'),
+        ('"stderr": 100000.0', '"stderr": 1' + "0" * 400),
+        ('"stderr": 100000.0', '"stderr": [1]'),
+        ('"stderr": 100000.0', '"stderr": 1e999'),
+        ('"matrix": [', '"matrix": [[], '),
+        ('"matrix": [', '"matrix": ["x", '),
+        ('"parameters": {', '"parameters": [], "more": {'),
+        ('{"schema": 1', '[{"schema": 1'),
+        ('{"schema": 1', '{"schema": 1, "schema": 1'),
+    ],
+)
+def test_a_malformed_fit_is_one_line(old, new, tmp_path):
+    written_fit(tmp_path)
+    whole = (tmp_path / "fit.json").read_text()
+    assert old in whole
+    (tmp_path / "fit.json").write_text(whole.replace(old, new))
+    with pytest.raises(InputError, match=r"fit.json (is no fit.json|is not valid JSON)"):
+        read_fit(tmp_path)
+
+
 def test_a_map_over_draws_is_that_of_the_drawn_models(tmp_path):
     plane = {"clearance": np.array([0.2, 1.0]), "ratio": np.array([1.4, 1.9, 2.6, 3.2])}
     found = make(job("peterka", plane, lyapunov_cycles=0))

@@ -1,10 +1,13 @@
 """Where results go when the command line does not say."""
 
 import re
-import tomllib
 from pathlib import Path
 
 from vibrojax.data_files import data_path
+from vibrojax.toml_text import MAX_BYTES, parse_limited
+
+_LONGEST = 50
+"""Characters of an experiment's name in a folder's name, which the system limits to 255 bytes."""
 
 
 def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Path:
@@ -26,7 +29,8 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
     experiment = data_path("example") if experiment is None else experiment
     file = experiment / "experiment.toml" if experiment.is_dir() else experiment
     try:
-        name = str(tomllib.loads(file.read_text(encoding="utf-8"))["experiment"]["name"])
+        with file.open("rb") as stream:
+            name = str(parse_limited(stream.read(MAX_BYTES).decode("utf-8-sig"))["experiment"]["name"])
     except (OSError, ValueError, KeyError, TypeError):
         name = file.absolute().parent.name
     return Path(f"{job}-{_plain(name) or 'experiment'}")
@@ -34,4 +38,4 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
 
 def _plain(name: str) -> str:
     """A name as part of a folder's name."""
-    return re.sub(r"[^\w.-]+", "-", name).strip("-.")
+    return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:_LONGEST].strip("-.")

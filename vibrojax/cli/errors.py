@@ -7,7 +7,8 @@ from typing import Any, NoReturn
 import typer
 
 from vibrojax.cli import interrupt
-from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.cli.streams import lasting_streams
+from vibrojax.errors import InputError, NoConvergenceError, one_line
 
 BAD_INPUT = 2
 NO_CONVERGENCE = 3
@@ -20,19 +21,27 @@ def run(app: typer.Typer) -> NoReturn:
 
     Errors that nobody expects keep their traceback.
     """
-    with interrupt.watched():
-        try:
-            status = app(standalone_mode=False)  # else Typer draws errors itself, as a box of several lines
-        except _BAD_USAGE as error:
-            status = _fail(_usage_text(error), BAD_INPUT)
-        except ValueError as error:
-            if not _is_bad_input(error):
-                raise
-            status = _fail(str(error), BAD_INPUT)
-        except NoConvergenceError as error:
-            status = _fail(str(error), NO_CONVERGENCE)
+    with interrupt.watched(), lasting_streams() as out:
+        status = _status(app)
+        out.flush()
+        if out.error is not None and not isinstance(out.error, BrokenPipeError):
+            status = _fail(f"standard output cannot be written ({out.error.strerror}): make room, or send it elsewhere", BAD_INPUT)
     atexit.register(interrupt.ignore)
-    sys.exit(status or 0)
+    sys.exit(status)
+
+
+def _status(app: typer.Typer) -> int:
+    """Exit status of an app, once it has said what is wrong."""
+    try:
+        return app(standalone_mode=False) or 0  # else Typer draws errors itself, as a box of several lines
+    except _BAD_USAGE as error:
+        return _fail(_usage_text(error), BAD_INPUT)
+    except ValueError as error:
+        if not _is_bad_input(error):
+            raise
+        return _fail(str(error), BAD_INPUT)
+    except NoConvergenceError as error:
+        return _fail(str(error), NO_CONVERGENCE)
 
 
 def _usage_text(error: Any) -> str:
@@ -64,5 +73,5 @@ def _is_bad_input(error: ValueError) -> bool:
 def _fail(message: str, status: int) -> int:
     """One line, whatever the message holds."""
     if message:
-        typer.echo(f"error: {' '.join(message.split())}", err=True)
+        typer.echo(f"error: {one_line(message)}", err=True)
     return status

@@ -11,11 +11,14 @@ import numpy as np
 from vibrojax.channels import UNITS
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe
+from vibrojax.errors import shown
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 MOST_TERMS = 6
 """Terms that one effect can hold."""
+MOST_FACTORS = 6
+"""Factors that one term can hold."""
 LINES = 2
 """Sines of unknown frequency among them."""
 _CREEP = 1e-3
@@ -127,7 +130,7 @@ class FreeForm(AbstractEffect):
         if not 1 <= len(self.terms) <= MOST_TERMS:
             raise ValueError(f"{len(self.terms)} terms: expected 1 to {MOST_TERMS}")
         if len(set(self.terms)) < len(self.terms):
-            raise ValueError(f"a term is given twice among {self.terms}; add up their coefficients")
+            raise ValueError(f"a term is given twice among {shown(self.terms)}; add up their coefficients")
         for term in self.terms:
             factors(term)
 
@@ -229,8 +232,12 @@ def factors(term: str) -> list[tuple[str, int]]:
         match = _FACTOR.fullmatch(text)
         base, power = (match["base"], int(match["power"] or 1)) if match else (text, 1)
         if base not in _PLAIN and base not in _SHAPED or not 1 <= power <= _MOST_POWER:
-            raise ValueError(f"factor {text!r} is not known: expected one of {', '.join([*_PLAIN, *_SHAPED])}, with a power if need be")
+            raise ValueError(
+                f"factor {shown(text)} is not known: expected one of {', '.join([*_PLAIN, *_SHAPED])}, with a power if need be"
+            )
         found.append((base, power))
+        if len(found) > MOST_FACTORS:
+            raise ValueError(f"a term has more than {MOST_FACTORS} factors: expected fewer; write a power where one repeats")
     if not found:
         raise ValueError('a term is empty: expected factors, as in "u^2 u\'"')
     return found

@@ -1,7 +1,7 @@
 """Parameter values that a fit leaves possible, drawn at random."""
 
 import dataclasses
-import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from vibrojax.errors import InputError
 from vibrojax.model import MASS, Model
-from vibrojax.model_file import read_model
+from vibrojax.model_file import read_json, read_model
 from vibrojax.parameters import Parameter
 
 _ROUNDS = 1000
@@ -89,21 +89,16 @@ def read_fit(folder: Path) -> Fit:
     model, path = read_model(folder / "model.json"), folder / "fit.json"
     known = {p.name: p for p in (*model.parameters, MASS)}
     best = {name: float(np.asarray(value)) for name, value in (model.values() | {MASS.name: model.mass}).items()}
+    document = read_json(path, "the fit.json of a fit")
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        listed: dict[str, dict] = document["parameters"]
-        names, matrix = document["correlation"]["names"], np.array(document["correlation"]["matrix"], dtype=float)
-        errors = {name: float(part["stderr"]) for name, part in listed.items() if part["stderr"] is not None}
-        values = {name: float(part["value"]) for name, part in listed.items()}
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}): {_REMEDY}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{path} is no fit.json ({type(error).__name__}: {error}): {_REMEDY}") from error
+        values, errors, names, matrix = _numbers(document)
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
+        raise InputError(f"{path} is no fit.json ({type(error).__name__}: {str(error)[:200]}): {_REMEDY}") from error
     for name, value in values.items():
         if name not in known or not np.isclose(value, best[name], rtol=_SAME, atol=0.0):
-            raise InputError(f"{path} has {name} = {value:g}, model.json has {best.get(name, 'none')}: {_REMEDY}")
+            raise InputError(f"{path} has {name[:60]} = {value:g}, model.json has {best.get(name, 'none')}: {_REMEDY}")
     chosen = [name for name in names if errors.get(name, 0.0) > 0]
-    if not chosen or matrix.shape != (len(names), len(names)) or not np.all(np.isfinite(matrix)):
+    if not chosen or not np.all(np.isfinite(matrix)):
         raise InputError(f"{path} gives no parameter a standard error and correlations: nothing can be drawn; {_REMEDY}")
     index = [names.index(name) for name in chosen]
     parameters = tuple(known[name] for name in chosen)
@@ -113,5 +108,24 @@ def read_fit(folder: Path) -> Fit:
         parameters=parameters,
         centre=np.array([p.to_internal(best[p.name]) for p in parameters]),
         covariance=matrix[np.ix_(index, index)] * np.outer(spread, spread),
-        held=tuple(name for name in listed if name not in chosen),
+        held=tuple(name for name in values if name not in chosen),
     )
+
+
+def _numbers(document: Any) -> tuple[dict[str, float], dict[str, float], list[str], Float[np.ndarray, "parameter parameter"]]:
+    """Values and standard errors by name, and the correlation matrix with the names of its rows.
+
+    Raises:
+        ValueError, KeyError, TypeError, AttributeError, OverflowError: the document is no fit.json.
+    """
+    listed, correlation = document["parameters"], document["correlation"]
+    names, matrix = list(correlation["names"]), np.array(correlation["matrix"], dtype=np.float64)
+    if not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise ValueError("names of correlations are no different texts")
+    if matrix.shape != (len(names), len(names)):
+        raise ValueError(f"a matrix of correlations of shape {matrix.shape} for {len(names)} names")
+    values = {str(name): float(part["value"]) for name, part in listed.items()}
+    errors = {str(name): float(part["stderr"]) for name, part in listed.items() if part["stderr"] is not None}
+    if not all(map(math.isfinite, (*values.values(), *errors.values()))):
+        raise ValueError("a value or standard error that is not finite")
+    return values, errors, names, matrix

@@ -1,13 +1,12 @@
 """The experiment file's text, parsed."""
 
 import hashlib
-import tomllib
 from pathlib import Path
 
 from identification.experiment.errors import ExperimentError
+from vibrojax.toml_text import MAX_BYTES, parse_limited
 
 FILE_NAME = "experiment.toml"
-MAX_BYTES = 10_000_000
 
 
 def find_experiment_file(path: Path) -> Path:
@@ -56,8 +55,8 @@ def parse_toml(file: Path) -> tuple[dict[str, object], str]:
         raise ExperimentError(f"{file.name} is larger than {MAX_BYTES} bytes: expected a short TOML text; put the data into record files")
     text = _decoded(content, file.name)
     try:
-        return tomllib.loads(text), hashlib.sha256(content).hexdigest()
-    except (ValueError, RecursionError) as error:
+        return parse_limited(text), hashlib.sha256(content).hexdigest()
+    except ValueError as error:
         place = "" if "line " in str(error) else f" (line {len(text.splitlines())} is the last)"
         raise ExperimentError(f"{file.name} is not valid TOML: {error}{place}; correct it there") from error
 

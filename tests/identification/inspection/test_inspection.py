@@ -1,15 +1,17 @@
 """What recorded files hold is reported as it is, and the proposed experiment file loads once mass and gaps are filled in."""
 
+import io
 import re
 import shutil
 import tomllib
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from identification.experiment import ExperimentError, load_experiment
 from identification.experiment.settings.schema import Table
-from identification.inspection import inspect_path, propose, template
+from identification.inspection import inspect_path, propose, summary, template
 from identification.inspection.sine import fit_sine
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
 from vibrojax.data_files import data_path
@@ -308,3 +310,18 @@ def test_the_template_names_every_channel():
 
     assert set(tomllib.loads(settings_on(template()))["sensors"]) == set(CHANNELS)
     assert all(f'"{kind}"' in template() for kind in KINDS)
+
+
+def test_names_with_control_characters_are_shown_escaped_and_proposed_exactly(tmp_path):
+    name = "impact\x07 \x1b[31mforce\u202e [N]"
+    write_csv(tmp_path / "a.csv", channels("drop-test") | {name: np.ones(TIME.size)})
+    (tmp_path / "b\n[c]\x1b.csv").write_text("no numbers")
+    found = inspect_path(tmp_path)
+    text = propose(found, tmp_path)
+    console = Console(width=400, record=True, file=io.StringIO(), force_terminal=False)
+    console.print(summary(found))
+    for shown in (text, console.export_text()):
+        assert all(each.isprintable() for each in shown.replace("\n", ""))
+        assert "b\\n[c]\\x1b.csv" in shown
+    assert tomllib.loads(text).keys() <= {"schema", "experiment", "hammer", "suspension", "sensors", "record"}
+    assert name in text.encode().decode("unicode_escape")

@@ -50,6 +50,8 @@ def test_rows_that_are_no_number_of_the_fit_are_reported(result, tmp_path):
 
 
 MALFORMED = [
+    ((ROW.replace("figure 1", "\\u001b[31m"),), r"source in value 1 of reference.toml is '\\x1b\[31m': expected printable"),
+    ((ROW.replace("figure 1", "\\u202eno"),), r"source in value 1 of reference.toml is '\\u202eno': expected printable"),
     ((ROW.replace("1.9e6", '"unknown"'),), "value in value 1 of reference.toml is 'unknown': expected a number"),
     ((ROW.replace("1.9e6", "nan"),), "value in value 1 .*finite"),
     ((ROW.replace("1.9e6", "true"),), "value in value 1"),
