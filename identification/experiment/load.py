@@ -101,13 +101,14 @@ def _record_settings(tables: object, name: str, *, to_fit: bool) -> list[RecordS
     settings = [read_record_settings(values, number) for number, values in enumerate(tables, start=1)]
     if to_fit and all(each.held_back for each in settings):
         raise ExperimentError(f"every record of {name} is held back: expected at least one to fit; set held_back = false there")
-    for place, each in enumerate(settings):
-        for earlier in settings[:place]:
-            if PurePosixPath(each.file) == PurePosixPath(earlier.file):
-                raise ExperimentError(f"{each.where} is there twice: expected every file once; remove one of the two tables")
-            if stem_of(each.file) == stem_of(earlier.file):
-                raise ExperimentError(
-                    f"{each.where} and {earlier.where} have one name but for folder or suffix: expected different names, "
-                    "because results bear them; rename one"
-                )
+    files: dict[PurePosixPath, RecordSettings] = {}
+    stems: dict[str, RecordSettings] = {}
+    for each in settings:
+        if files.setdefault(PurePosixPath(each.file), each) is not each:
+            raise ExperimentError(f"{each.where} is there twice: expected every file once; remove one of the two tables")
+        if (earlier := stems.setdefault(stem_of(each.file), each)) is not each:
+            raise ExperimentError(
+                f"{each.where} and {earlier.where} have one name but for folder or suffix: expected different names, "
+                "because results bear them; rename one"
+            )
     return settings

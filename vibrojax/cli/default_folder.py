@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 from vibrojax.data_files import data_path
-from vibrojax.toml_text import MAX_BYTES, parse_limited
 
 _LONGEST = 50
 """Characters of an experiment's name in a folder's name, which the system limits to 255 bytes."""
@@ -24,6 +23,8 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
         >>> print(default_folder("diagnose", None, "silverbox"))
         diagnose-silverbox
     """
+    from identification.experiment.settings.limited_toml import MAX_BYTES, parse_limited
+
     if recipe is not None:
         return Path(f"{job}-{_plain(recipe) or 'recipe'}")
     experiment = data_path("example") if experiment is None else experiment

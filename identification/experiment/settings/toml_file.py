@@ -4,7 +4,7 @@ import hashlib
 from pathlib import Path
 
 from identification.experiment.errors import ExperimentError
-from vibrojax.toml_text import MAX_BYTES, parse_limited
+from identification.experiment.settings.limited_toml import MAX_BYTES, parse_limited
 
 FILE_NAME = "experiment.toml"
 

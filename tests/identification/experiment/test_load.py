@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 
+import identification.experiment.load as load
 from identification.experiment import ExperimentError, ParameterOption, Sensor, Suspension, load_experiment
 from tests.identification.experiment.malformed import SAMPLES, add, columns, csv_lines, edit, write_valid
 
@@ -275,3 +276,17 @@ def test_a_measured_base_needs_no_frequency_but_a_cart_channel(folder):
 def test_the_layer_needs_no_jax():
     command = "import sys, identification.experiment; sys.exit(bool({'jax', 'equinox', 'vibrojax'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", command]).returncode == 0
+
+
+def test_records_are_not_compared_with_each_other_one_by_one(folder, monkeypatch):
+    """Twice the records, twice the work."""
+    asked = []
+    whole = load.stem_of
+    monkeypatch.setattr(load, "stem_of", lambda file: asked.append(file) or whole(file))
+    text = (folder / "experiment.toml").read_text()
+    for number in range(50):
+        (folder / f"more{number}.csv").write_bytes((folder / "drop.csv").read_bytes())
+        text += f'[[record]]\nfile = "more{number}.csv"\nkind = "drop-test"\ngap = 0.0\n'
+    (folder / "experiment.toml").write_text(text)
+    assert len(load_experiment(folder).records) == 52
+    assert len(asked) == 52
