@@ -118,7 +118,7 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
             time_unit = one.units.get(TIME, time_unit)
             found += [_column(name, one.values[name], one.units)] if name in one.values else []
         except ExperimentError as error:
-            unusable[name] = str(error).partition(": ")[2] or str(error)
+            unusable[name] = str(error).removeprefix(f"record {shown(path.name)}").lstrip(": ")
     if not found:
         raise first
     if TIME in names and TIME not in (column.name for column in found):  # a recorder's time axis comes with its channels
