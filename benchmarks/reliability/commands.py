@@ -76,7 +76,7 @@ class Command:
             yield process
         finally:
             process.kill()
-            process.communicate()
+            process.wait()
 
 
 def small_commands(folder: Path, names: tuple[str, ...]) -> list[Command]:

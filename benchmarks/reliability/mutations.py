@@ -10,12 +10,13 @@ _HOSTILE = (
     b"1e999", b"nan", b"-1", b"0", b"1" * 400, b"null", b"[]", b"{}", b'""', b"true", b"-0.0", b"1e-400", b"[[[[", b"\x00", b"\x1b[31m",
     b'"\\u202e"', b"../../x", b"9**9**9**9", b"a." * 300, b'"' + b"x" * 100_000 + b'"', "é".encode("latin-1"), b"inf",
 )  # fmt: skip
+_NUMBER = re.compile(rb"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.])")
 _TOKEN = re.compile(rb'"[^"\n]{0,80}"|-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|[A-Za-z_][\w.]*')
 
 
 def mutated(content: bytes, rng: random.Random) -> bytes:
     """Content with one to three changes; those of a text mostly leave it one."""
-    ways = (_token,) * 20 + _WAYS if content.isascii() else _WAYS
+    ways = (_token, _number) * 10 + _WAYS if content.isascii() else _WAYS
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         content = rng.choice(ways)(content or b"\0", rng)
     return content
@@ -63,7 +64,18 @@ def _token(content: bytes, rng: random.Random) -> bytes:
     if not found:
         return _bit(content, rng)
     one, other = rng.choice(found), rng.choice(found)
-    return content[: one.start()] + rng.choice((*_HOSTILE, other.group())) + content[one.end() :]
+    new = rng.choice(_HOSTILE) if rng.random() < 0.5 else other.group()
+    return content[: one.start()] + new + content[one.end() :]
+
+
+def _number(content: bytes, rng: random.Random) -> bytes:
+    """A number of a text replaced by another one, which may be a sensible one."""
+    found = list(_NUMBER.finditer(content, 0, 200_000))
+    if not found:
+        return _bit(content, rng)
+    one = rng.choice(found)
+    value = float(one.group()) * rng.choice((0.5, 1.01, 2.0, -1.0, 1e3, 1e-9, 1e30))
+    return content[: one.start()] + repr(value).encode() + content[one.end() :]
 
 
 def _place(content: bytes, rng: random.Random) -> int:

@@ -1,5 +1,6 @@
 """Mutated inputs, one after the other in a process that is given 20 s and 2 GB for each."""
 
+import gzip
 import json
 import logging
 import os
@@ -43,7 +44,7 @@ def outcome(kind: str, number: int, seed: int, folder: Path, *, peer: bool = Fal
         for beside in sound.iterdir():
             (folder / beside.name).write_bytes(beside.read_bytes())
     rng = random.Random(f"{seed} {kind} {number}")
-    (folder / one.name).write_bytes(mutated((sound / one.name).read_bytes(), rng))
+    (folder / one.name).write_bytes(_changed((sound / one.name).read_bytes(), rng, packed=one.name.endswith(".gz")))
     try:
         (peers()[kind] if peer else one.use)(folder / one.name)
     except (ExperimentError, InputError) as error:
@@ -53,6 +54,13 @@ def outcome(kind: str, number: int, seed: int, folder: Path, *, peer: bool = Fal
     except Exception as error:
         return (REFUSED if peer else TRACEBACK), f"{type(error).__name__}: {error}"[:300]
     return ACCEPTED, ""
+
+
+def _changed(content: bytes, rng: random.Random, *, packed: bool) -> bytes:
+    """A mutated file; of a packed one half the time what is in it."""
+    if packed and rng.random() < 0.5:
+        return gzip.compress(mutated(gzip.decompress(content), rng), mtime=0)
+    return mutated(content, rng)
 
 
 def main() -> None:

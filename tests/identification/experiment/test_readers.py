@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from identification.experiment import ExperimentError
-from identification.experiment.readers import check_suffix, read_columns, stem_of
+from identification.experiment.readers import READERS, check_suffix, read_columns, stem_of
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
 samples = hnp.arrays(np.float64, st.integers(1, 40), elements=numbers)
@@ -204,3 +204,20 @@ def test_mat_text_is_no_column(tmp_path):
 def test_known_suffixes(file):
     assert stem_of(file) == "a"
     assert file.lower().endswith(check_suffix(file)[1])
+
+
+MATLAB_5 = b"MATLAB 5.0 MAT-file" + b" " * 105 + b"\x00\x01IM"
+UNIVERSAL, MDF = b"    -1\n    58\n", b"MDF     4.10    "
+MAGIC = (b"", b"\x89HDF\r\n\x1a\n", MATLAB_5, b"PK\x03\x04", b"\x1f\x8b\x08", b"TDSm", UNIVERSAL, MDF, b"time,F\n0,")
+
+
+@in_one_folder
+@given(begin=st.sampled_from(MAGIC), rest=st.binary(max_size=300), suffix=st.sampled_from([s for each in READERS for s in each.suffixes]))
+def test_any_bytes_end_in_a_result_or_in_one_line(begin, rest, suffix, tmp_path):
+    (tmp_path / f"a{suffix}").write_bytes(begin + rest)
+    try:
+        found = read(tmp_path / f"a{suffix}", "time", "F")
+    except ExperimentError as error:
+        assert "\n" not in str(error)
+    else:
+        assert all(column.dtype == np.float64 and column.ndim == 1 for column in found.values.values())
