@@ -62,7 +62,7 @@ def figures(options: argparse.Namespace, console: Console) -> tuple[dict[str, An
         console.print(f"{kind}: {dict(counts)}")
     total = sum((Counter(each) for each in by_kind.values()), Counter())
     found: dict[str, Any] = {"inputs": total.total(), **{name: total[name] for name in OUTCOMES}, "by_kind": by_kind}
-    found["peers"] = {}
+    found |= dict.fromkeys(("kills", "mixed_results", "resumed_identical", "damaged", "damage_unnoticed"), 0) | {"peers": {}}
     for kind in peers() if options.peers else ():
         found["peers"][kind] = dict(campaign(kind, options.peers, options.seed, peer=True)[0])
         console.print(f"{kind}, read by others: {found['peers'][kind]}")
@@ -76,7 +76,6 @@ def _disturbed(options: argparse.Namespace, rng: random.Random, folder: Path, fo
     steps = subprocess.run([sys.executable, "-m", "benchmarks.reliability.result_sets"], capture_output=True, text=True, check=True)
     found["steps_of_writing"] = json.loads(steps.stdout)
     wrong = [f"steps of writing: {found['steps_of_writing']}"] if any(list(found["steps_of_writing"].values())[1:]) else []
-    prepare_jax()
     commands = small_commands(folder, tuple(options.commands))
     killed, lines = kills(commands, options.kills, rng)
     found |= killed
@@ -104,6 +103,7 @@ def _disturbed(options: argparse.Namespace, rng: random.Random, folder: Path, fo
     found["resumed_identical"] = json.loads(resumed.read_text(encoding="utf-8"))["same_bytes"] if resumed.exists() else 0
     wrong += [f"studies: {done.stdout[-300:]}{done.stderr[-300:]}"] if done.returncode else []
     console.print(f"studies resumed to the same bytes: {found['resumed_identical']} of {options.kills}")
+    prepare_jax()
     stores, lost = damaged_stores(options.kills, options.seed, folder)
     found |= {"damaged": sum(stores.values()), "damage_unnoticed": stores[UNNOTICED], "stores": stores}
     console.print(f"damaged stores: {stores}")
