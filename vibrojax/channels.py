@@ -36,8 +36,8 @@ def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, "
     """What the recorder shows along one trajectory, SI.
 
     Displacements and accelerations of hammer and cart are absolute, `relative_displacement` is u = x - y, and `impact_force` is the
-    push of the stop in front, positive in compression; `reaction_force` is all that holds the hammer back, applied force less inertia:
-    what suspension and stop resist with. Ideal readings, but for the faults of sensors among the system's effects.
+    push of the stop in front, positive in compression; `reaction_force` is all that holds the hammer back, applied force and
+    load less inertia: what suspension and stop resist with. Ideal readings, but for the faults of sensors among the system's effects.
     """
     ts, u, v, own = trajectory.ts, trajectory.u, trajectory.v, trajectory.own
     forces = system.forces(ts, u, v, own, trajectory.in_contact, trajectory.approach_speed)
@@ -52,7 +52,7 @@ def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, "
         "impact_force": forces.push,
         "applied_force": system.applied.force(ts),
         "relative_displacement": u,
-        "reaction_force": system.applied.force(ts) - system.mass * forces.absolute,
+        "reaction_force": system.applied.force(ts) + system.load - system.mass * forces.absolute,
     }
     motion = system.motion(ts, u, v, own, trajectory.in_contact)
     for effect, part in sorted(system.each(own), key=lambda one: one[0].is_fault):  # the recorder's faults come last

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
+from vibrojax.load import Load
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import AbstractSuspension
 from vibrojax.system import System
@@ -37,6 +38,8 @@ class Model(eqx.Module):
     suspension: AbstractSuspension
     law: AbstractContactLaw
     effects: tuple[AbstractEffect, ...] = ()
+    load: Load = Load()
+    """Known constant forces: gravity along an incline, and others."""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -62,6 +65,7 @@ class Model(eqx.Module):
             suspension=_with(self.suspension, values),
             law=_with(self.law, values),
             effects=tuple(_with(effect, values) for effect in self.effects),
+            load=self.load,
         )
 
     def system(self, *, gap: Value, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
@@ -70,7 +74,16 @@ class Model(eqx.Module):
         for effect in self.effects:
             base = effect.base(base)
             law, gap = effect.stop(law, gap)
-        return System(mass=self.mass, suspension=self.suspension, law=law, gap=gap, base=base, applied=applied, effects=self.effects)
+        return System(
+            mass=self.mass,
+            suspension=self.suspension,
+            law=law,
+            gap=gap,
+            base=base,
+            applied=applied,
+            effects=self.effects,
+            load=self.load.force(self.mass),
+        )
 
     def in_record(self, acts: Callable[[str], Value]) -> "Model":
         """The model as it is in one record: effects at home in a single one are on, 1, or off, 0, as `acts` says of its file."""

@@ -16,13 +16,16 @@ from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
 from vibrojax.effects.free_form import MOST_TERMS, FreeForm
 from vibrojax.errors import InputError, one_line, shown
+from vibrojax.load import Load
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 SCHEMA = 1
 MAX_BYTES = 10_000_000
-_TOP = ("schema", "mass", "suspension", "law", "effects", "units", "provenance")
+_TOP = ("schema", "mass", "load", "suspension", "law", "effects", "units", "provenance")
+_LOAD = {"incline": "rad", "constant_force": "N"}
+"""Known constant forces, by field."""
 _RECORD, _CHANNEL = ("in_file", "record"), ("of_channel", "channel")
 """Field of an effect that acts in one record, or on one channel; and its key in the file."""
 
@@ -46,7 +49,7 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
 
     An effect that acts in one record or on one channel names it (`record`, `channel`), one that was learned lists its
     `terms`. A parameter of which every record has its own value is written as the model holds it, zero unless it was set. `effects` is left
-    out where there are none.
+    out where there are none, and so is `load`, the constant forces that are known.
 
     Example:
         >>> from vibrojax.suspension import Linear
@@ -64,10 +67,11 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
     return {
         "schema": SCHEMA,
         "mass": _number(model.mass, "mass"),
+        **({"load": {name: _number(getattr(model.load, name), name) for name in _LOAD}} if model.load.acts else {}),
         "suspension": {"kind": suspension.name} | numbers["suspension"],
         "law": {"name": law.name} | numbers["law"],
         **effects,
-        "units": _units(type(suspension), type(law), model.effects),
+        "units": _units(type(suspension), type(law), model.effects, load=model.load.acts),
         "provenance": dict(provenance or {}),
     }
 
@@ -117,9 +121,17 @@ def model_from_document(document: Any, where: str) -> Model:
     below.allow(["name", *(p.name for p in rule.parameters)])
     law = rule(**{p.field: below.number(p.name, zero=p.logarithmic, most=p.most) for p in rule.parameters})
     effects = tuple(_effect(part) for part in table.tables("effects"))
-    if "units" in table.values and table.values["units"] != _units(kind, rule, effects):
-        table.refuse(f"units are {shown(table.values['units'])}: expected {_units(kind, rule, effects)}; give the numbers in these")
-    return Model(mass=mass, suspension=suspension, law=law, effects=effects)
+    load = _load(table.table("load")) if "load" in table.values else Load()
+    units = _units(kind, rule, effects, load="load" in table.values)
+    if "units" in table.values and table.values["units"] != units:
+        table.refuse(f"units are {shown(table.values['units'])}: expected {units}; give the numbers in these")
+    return Model(mass=mass, suspension=suspension, law=law, effects=effects, load=load)
+
+
+def _load(table: "_Table") -> Load:
+    """The known constant forces from their object in the file."""
+    table.allow(_LOAD)
+    return Load(**{name: table.number(name, zero=True, negative=True) for name in _LOAD})
 
 
 def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
@@ -178,13 +190,13 @@ def _geometry(suspension: Any) -> dict[str, float]:
     return {"length": _number(suspension.length, "length")} if _has_length(type(suspension)) else {}
 
 
-def _units(suspension: Any, law: Any, effects: Iterable[AbstractEffect]) -> dict[str, Any]:
+def _units(suspension: Any, law: Any, effects: Iterable[AbstractEffect], *, load: bool) -> dict[str, Any]:
     length = {"length": "m"} if _has_length(suspension) else {}
     listed: dict[str, Iterable[Parameter]] = {"suspension": suspension.parameters, "law": law.parameters}
     fields = {p.field: p.unit for p in listed["suspension"]}
     of_effects = [{p.name: _unit(p, effect) for p in effect.parameters} for effect in effects]
     shared = {"mass": MASS.unit, "suspension": fields | length, "law": {p.name: p.unit for p in listed["law"]}}
-    return shared | ({"effects": of_effects} if of_effects else {})
+    return shared | ({"effects": of_effects} if of_effects else {}) | ({"load": _LOAD} if load else {})
 
 
 def _unit(parameter: Parameter, effect: AbstractEffect) -> str:

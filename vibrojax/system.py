@@ -44,7 +44,7 @@ class Forces(NamedTuple):
 class System(eqx.Module):
     """Hammer of mass m on a suspension in a moving cart, in front of a stop at distance `gap`.
 
-    u'' = suspension(u, u', drive) with drive = -y'' + (applied force + effects - contact force) / m; u = x - y, delta = u - gap.
+    u'' = suspension(u, u', drive) with drive = -y'' + (applied force + load + effects - contact force) / m; u = x - y, delta = u - gap.
     Physics only: which solver integrates it, and with which smoothing, is the integrator's business.
     """
 
@@ -57,6 +57,8 @@ class System(eqx.Module):
     base: AbstractBaseMotion
     applied: AbstractAppliedForce
     effects: tuple[AbstractEffect, ...] = ()
+    load: Value = 0.0
+    """Known constant force on the hammer, N, positive towards the stop (`vibrojax.load`)."""
 
     @property
     def own_size(self) -> int:
@@ -100,7 +102,7 @@ class System(eqx.Module):
             pushed = self.law.force(jnp.maximum(near.indentation, 0.0), near.rate, approach_speed)
             push = jnp.where(in_contact, pushed, jnp.zeros_like(pushed)) * near.side
         motion = _motion(t, u, v, near, in_contact)
-        force, base_acceleration = self.applied.force(t) - push, self.base.acceleration(t)
+        force, base_acceleration = self.applied.force(t) + self.load - push, self.base.acceleration(t)
         for effect, part in self.each(own):
             force = force + effect.force(motion, part)
             base_acceleration = base_acceleration + effect.base_acceleration(part, push)
@@ -112,7 +114,7 @@ class System(eqx.Module):
 
     def relative_acceleration(self, t: Scalars, u: Scalars, v: Scalars, contact_force: Scalars) -> Scalars:
         """u'', m/s^2, under a given push of the stop, N; of a system without effects."""
-        drive = (self.applied.force(t) - contact_force) / self.mass - self.base.acceleration(t)
+        drive = (self.applied.force(t) + self.load - contact_force) / self.mass - self.base.acceleration(t)
         return self.suspension.acceleration(u, v, drive)
 
     def contact_force(self, u: Scalars, v: Scalars, approach_speed: Scalars) -> Scalars:

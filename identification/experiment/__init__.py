@@ -6,7 +6,7 @@ from identification.experiment.experiment import Experiment
 from identification.experiment.load import load_experiment
 from identification.experiment.noise import estimate_noise
 from identification.experiment.record import Record
-from identification.experiment.rig import ParameterOption, Suspension
+from identification.experiment.rig import Load, ParameterOption, Suspension
 from identification.experiment.sensor import Sensor
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "MOTION_CHANNELS",
     "Experiment",
     "ExperimentError",
+    "Load",
     "ParameterOption",
     "Record",
     "Sensor",

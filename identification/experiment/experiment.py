@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from identification.experiment.record import Record
-from identification.experiment.rig import ParameterOption, Suspension
+from identification.experiment.rig import Load, ParameterOption, Suspension
 from identification.experiment.sensor import Sensor
 
 
@@ -18,6 +18,7 @@ class Experiment:
         mass: of the hammer, kg, above 0.
         mass_is_known: False where the mass was not weighed and is to be estimated, `mass` being the first guess.
         suspension: how the hammer hangs.
+        load: constant forces on the hammer that are known.
         law: name of the contact law the operator chose, not checked here; None for the nominal one.
         parameters: what the operator wants of single parameters, by name.
         sensors: by channel.
@@ -32,6 +33,7 @@ class Experiment:
     records: tuple[Record, ...]
     sha256: str
     mass_is_known: bool = True
+    load: Load = Load()
     law: str | None = None
     parameters: dict[str, ParameterOption] = field(default_factory=dict)
     sensors: dict[str, Sensor] = field(default_factory=dict)

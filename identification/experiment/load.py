@@ -10,13 +10,13 @@ from identification.experiment.fittable import check_fittable
 from identification.experiment.readers import stem_of
 from identification.experiment.settings.noise_table import with_noise
 from identification.experiment.settings.record_settings import RecordSettings, read_record_settings
-from identification.experiment.settings.rig_settings import read_parameters, read_sensors, read_suspension
+from identification.experiment.settings.rig_settings import read_load, read_parameters, read_sensors, read_suspension
 from identification.experiment.settings.scales import check_scales
 from identification.experiment.settings.schema import Table
 from identification.experiment.settings.toml_file import find_experiment_file, parse_toml
 
 SCHEMA = 1
-TABLES = ("experiment", "hammer", "suspension", "contact", "parameters", "sensors")
+TABLES = ("experiment", "hammer", "rig", "suspension", "contact", "parameters", "sensors")
 
 
 def load_experiment(path: str | PathLike[str], *, need_files: bool = True) -> Experiment:
@@ -64,6 +64,7 @@ experiment.toml; check the path
         mass=mass,
         mass_is_known=mass_is_known,
         suspension=suspension,
+        load=read_load(tables["rig"], suspension),
         law=tables["contact"].string("law"),
         parameters=read_parameters(tables["parameters"]),
         sensors=sensors,

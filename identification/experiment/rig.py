@@ -17,6 +17,19 @@ class Suspension:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Load:
+    """Constant forces on the hammer that the operator knows; positive towards the stop.
+
+    Attributes:
+        incline: angle of the rail to the horizontal, rad; positive where the stop lies downhill.
+        constant_force: N.
+    """
+
+    incline: float = 0.0
+    constant_force: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class ParameterOption:
     """What the operator wants of one parameter of the fit.
 

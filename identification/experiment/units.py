@@ -26,9 +26,10 @@ FACTORS: dict[str, dict[str, float]] = {
     },
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
     "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "m/s²": 1.0, "g": STANDARD_GRAVITY, "gn": STANDARD_GRAVITY},
+    "angle": {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "V": 1.0},
 }
-SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "force": "N"}
+SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N"}
 
 # As programs of National Instruments and makers of front ends write them out.
 ALIASES = {
@@ -56,11 +57,11 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
 
     Args:
         unit: as written in the experiment file.
-        dimension: "displacement", "time", "acceleration" or "force".
+        dimension: "displacement", "time", "acceleration", "angle" or "force".
         where: the place in the experiment file, for the message.
 
     Returns:
-        SI value of one `unit` (m, s, m/s^2 or N).
+        SI value of one `unit` (m, s, m/s^2, rad or N).
 
     Raises:
         ExperimentError: the unit is unknown or of another dimension; the message names the accepted ones.

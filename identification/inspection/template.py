@@ -13,6 +13,11 @@ schema = 1 # version of this format
 mass = 0.4 # kg, weighed with everything that moves with it
 #estimate_mass = true # mass is a first guess only and is estimated; needs a force channel
 
+# Constant forces on the hammer that are known; left out, there are none. Both are positive towards the stop.
+#[rig]
+#incline = "5 deg" # of the rail to the horizontal: the hammer is pulled by m g sin(incline) towards a stop that lies downhill
+#constant_force = "0.2 N" # a weight on a string, a known preload
+
 [suspension]
 kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any angle) and "free" (no spring, no damper) are the others
 #kind = "pendulum" # instead of the line above

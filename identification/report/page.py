@@ -45,6 +45,7 @@ def page(
         seconds=result.seconds,
         result=result,
         verdict=verdict,
+        load=rows.load_words(result.model),
         parameters=rows.parameter_rows(result),
         derived=rows.derived_rows(result),
         reasons=rows.reasons(result),

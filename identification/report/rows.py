@@ -10,6 +10,7 @@ from identification.result.reference import Comparison
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
 from identification.wording.channel_labels import label
 from identification.wording.numbers import NONE, chance_text, percent, rounded, significant, unit_text, with_unit
+from vibrojax.model import Model
 
 LISTED_FROM = 0.1
 """Correlations below this are left out of lists."""
@@ -138,6 +139,19 @@ def channel_rows(record: RecordFit, experiment: Experiment) -> list[ChannelRow]:
         )
         for channel, chi2 in record.chi2_reduced.items()
     ]
+
+
+def load_words(model: Model) -> str:
+    """Known constant forces on the hammer, with the sum towards the stop; empty where there are none."""
+    parts, load = [], model.load
+    if load.incline:
+        parts.append(f"incline of {float(np.degrees(load.incline)):.4g}°")
+    if load.constant_force:
+        parts.append(f"constant force of {float(load.constant_force):.4g} N")
+    if not parts:
+        return ""
+    force = float(load.force(model.mass))
+    return f"{' and '.join(parts)}: {abs(force):.4g} N {'towards' if force >= 0.0 else 'away from'} the stop at all times"
 
 
 def recorded(record: RecordFit, experiment: Experiment) -> Record | None:

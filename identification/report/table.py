@@ -13,6 +13,7 @@ from identification.report.rows import (
     comparison_rows,
     correlations,
     derived_rows,
+    load_words,
     parameter_rows,
     reasons,
     windows,
@@ -63,6 +64,8 @@ def _verdict(result: FitResult) -> Text:
         f"\n{result.experiment.name}: {len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom", "not bold"
     )
     text.append(f"\n{result.model.law.title}, {result.model.suspension.name} suspension", "not bold")
+    if load := load_words(result.model):
+        text.append(f"\nknown load: {load}", "not bold")
     return text
 
 

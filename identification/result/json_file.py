@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
+from vibrojax.model_file import model_document
 
 SCHEMA = 1
 VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
@@ -42,6 +43,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "experiment": result.experiment.name,
         "law": result.model.law.name,
         "suspension": result.model.suspension.name,
+        "load": model_document(result.model).get("load"),
         "effects": None if result.added is None else dataclasses.asdict(result.added),
         "parameters": {p.spec.name: _parameter(p) for p in result.parameters},
         "derived": {d.name: {"value": d.value, "stderr": d.stderr, "unit": d.unit} for d in result.derived},

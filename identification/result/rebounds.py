@@ -78,7 +78,8 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
     let_go = [record for record in records if record.kind != "prescribed" and _contacts(record)]
     if _is_free(model) and all(record.kind == "drop-test" for record in let_go):
-        return _by_law([one for record in let_go for one in _of_record(record, _by_itself(record), flight)], model)
+        downhill = float(model.load.force(model.mass) / model.mass)
+        return _by_law([one for record in let_go for one in _of_record(record, _by_itself(record, downhill), flight)], model)
     found = [one for record in let_go for one in _of_record(record, _beside_the_fit(record), flight)]
     return [one for one in found if one.fitted_speed > _GRAZES * one.approach_speed and np.isfinite(one.fitted)]
 
@@ -167,11 +168,12 @@ class _Course:
     piece: np.ndarray
 
 
-def _by_itself(record: RecordFit) -> _Course | None:
-    """Displacement relative to rest, for a hammer on which only the stop acts; None where no displacement was recorded."""
+def _by_itself(record: RecordFit, downhill: float) -> _Course | None:
+    """Displacement relative to a fall at a constant acceleration, m/s^2: only stop and load act. None where it was not recorded."""
     channel = _shows_the_hammer(record)
-    none = np.zeros(len(record.time))
-    return _Course(over=record.measured[channel], velocity=none, piece=none) if channel else None
+    since = record.time - record.time[0]
+    fallen, piece = 0.5 * downhill * since**2, np.zeros(len(since))
+    return _Course(over=record.measured[channel] - fallen, velocity=downhill * since, piece=piece) if channel else None
 
 
 def _beside_the_fit(record: RecordFit) -> _Course | None:

@@ -4,6 +4,7 @@ from typing import Any
 
 from identification.experiment import Experiment, ExperimentError
 from vibrojax.contact import LAWS, AbstractInstantaneousLaw
+from vibrojax.load import Load
 from vibrojax.model import Model
 from vibrojax.suspension import SUSPENSIONS
 
@@ -28,4 +29,5 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
         mass=experiment.mass,
         suspension=kind(**{p.field: numbers[p.field] for p in kind.parameters}, **geometry),
         law=LAWS[name](**{p.field: numbers[p.field] for p in LAWS[name].parameters}),
+        load=Load(incline=experiment.load.incline, constant_force=experiment.load.constant_force),
     )

@@ -6,9 +6,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
-from identification.experiment import Record
+from identification.experiment import Load, Record
 from identification.windows.kinematics import Kinematics, bridged, stands_out
-from identification.windows.start.suspension import suspension_start
+from identification.windows.start.suspension import UNLOADED, suspension_start
+from vibrojax.load import STANDARD_GRAVITY
 
 _PERIODS = 4.0
 """Length of an integrated piece, in periods of the suspension: long enough to show its phase, short enough not to drift."""
@@ -24,7 +25,7 @@ Vibration = tuple[float, float]
 
 
 def integrated_motions(
-    records: list[Record], motions: list[Kinematics | None], base: list[np.ndarray], *, mass: float, stop: bool
+    records: list[Record], motions: list[Kinematics | None], base: list[np.ndarray], *, mass: float, stop: bool, load: Load = UNLOADED
 ) -> tuple[list[Kinematics | None], dict[int, tuple[float, float]]]:
     """Relative motions, completed by double integration of the hammer's acceleration; and the sines of carts without a sensor.
 
@@ -39,13 +40,14 @@ def integrated_motions(
         base: y'' of each record as far as known, m/s^2, shape (samples,).
         mass: of the hammer, kg.
         stop: whether the model has a stop.
+        load: constant forces that are known.
 
     Returns:
         The motions, still None where no acceleration was recorded or where it shows no vibration on a spring; and by index of the record
         amplitude, m, and phase, rad, of the carts without a sensor.
     """
     wanted = [i for i, r in enumerate(records) if motions[i] is None and "hammer_acceleration" in r.channels and r.kind != "prescribed"]
-    pieced = [_Pieced(record=records[i], rough=_rough(records[i], base[i], mass=mass, stop=stop), mass=mass) for i in wanted]
+    pieced = [_Pieced(record=records[i], rough=_rough(records[i], base[i], mass=mass, stop=stop), mass=mass, load=load) for i in wanted]
     vibration = _vibration(pieced, mass)
     if vibration is None:
         return motions, {}
@@ -60,7 +62,8 @@ def integrated_motions(
 def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
     """omega_n and zeta of the suspension; None where there is no vibration."""
     known, unseen = ([each for each in pieced if each.unseen is wanted] for wanted in (False, True))
-    start, _ = suspension_start([each.record for each in known], [each.rough for each in known], mass=mass)
+    load = pieced[0].load if pieced else UNLOADED
+    start, _ = suspension_start([each.record for each in known], [each.rough for each in known], mass=mass, load=load)
     if start and not unseen:
         return 2.0 * np.pi * start["f_n"], start["zeta"]
     if not unseen:
@@ -99,6 +102,7 @@ class _Pieced:
     record: Record
     rough: Kinematics
     mass: float
+    load: Load
 
     @property
     def unseen(self) -> bool:
@@ -133,9 +137,10 @@ class _Pieced:
         return motion, (float(np.hypot(sine, cosine)), float(np.arctan2(cosine, sine)))
 
     def _pull(self) -> np.ndarray:
-        """Applied force over mass less x'', m/s^2: the acceleration due to the suspension in flight."""
+        """Applied force and load over mass less x'', m/s^2: the acceleration due to the suspension in flight."""
         applied = bridged(self.record.time, self.record.channels["applied_force"]) if self.record.kind == "forced" else 0.0
-        return (applied + self.rough.inertia) / self.mass
+        downhill = STANDARD_GRAVITY * np.sin(self.load.incline)
+        return (applied + self.load.constant_force + self.rough.inertia) / self.mass + downhill
 
     def _terms(self, vibration: Vibration) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray], float]:
         """Columns of u and u' for every constant, double and single integral of the acceleration, and frequency of the cart, rad/s."""

@@ -87,7 +87,9 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     measured = [each.cart for each in inputs]
     accelerations = [_base_acceleration(r, b, m) for r, b, m in zip(records, bases, measured, strict=True)]
     motions = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
-    motions, sines = integrated_motions(records, motions, accelerations, mass=experiment.mass, stop=not isinstance(model.law, NoContact))
+    motions, sines = integrated_motions(
+        records, motions, accelerations, mass=experiment.mass, stop=not isinstance(model.law, NoContact), load=experiment.load
+    )
     bases = [sines.get(index, base) for index, base in enumerate(bases)]
 
     guesses = first_guesses(experiment, model, motions)

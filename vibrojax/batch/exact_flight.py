@@ -92,6 +92,8 @@ class ExactFlight(AbstractEngine):
             return f"effects ({', '.join(effect.name for effect in system.effects)})"
         if not isinstance(system.suspension, Linear):
             return f"suspension {system.suspension.name!r}, which is not linear"
+        if np.any(np.asarray(system.load) != 0.0):
+            return "a constant load on the hammer"
         if not isinstance(system.base, Harmonic) or not isinstance(system.applied, Unforced):
             return "an excitation other than a pure sine of the cart"
         if not np.all((np.asarray(system.suspension.damping_ratio) < 1.0) & (np.asarray(system.suspension.natural_frequency_hz) > 0.0)):

@@ -1,8 +1,10 @@
 """The experiment file's tables on the rig: suspension, parameters, sensors."""
 
+from math import pi
+
 from identification.experiment.channels import CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError, listed, shown, suggestion
-from identification.experiment.rig import ParameterOption, Suspension
+from identification.experiment.rig import Load, ParameterOption, Suspension
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.schema import Table, finite
 from identification.experiment.units import factor_to_si
@@ -32,6 +34,31 @@ def read_suspension(table: Table) -> Suspension:
             f"length in {table.where} is given for kind {shown(kind)}: expected only with {listed(WITH_LENGTH)}; remove it"
         )
     return Suspension(kind=kind)
+
+
+def read_load(table: Table, suspension: Suspension) -> Load:
+    """Read `[rig]`: constant forces on the hammer that are known.
+
+    Args:
+        table: the table; empty where nothing is known.
+        suspension: how the hammer hangs.
+
+    Returns:
+        The load.
+
+    Raises:
+        ExperimentError: unknown key, a value without its unit or out of range, or an incline of a body on a bearing.
+    """
+    table.allow("incline", "constant_force")
+    incline = table.quantity("incline", "angle", example="5 deg", bare=False) or 0.0
+    if abs(incline) > pi / 2:
+        raise ExperimentError(f"incline in {table.where} is {shown(table.values['incline'])}: expected at most 90 deg; correct it")
+    if incline and suspension.kind == "pivot":
+        raise ExperimentError(
+            f"incline in {table.where} is given for a pivot, whose angle counts from where gravity lets it hang: expected none; remove it, "
+            "and for a sensor whose zero lies elsewhere set its 'zero'"
+        )
+    return Load(incline=incline, constant_force=table.quantity("constant_force", "force", example="0.2 N") or 0.0)
 
 
 def read_parameters(tables: Table) -> dict[str, ParameterOption]:

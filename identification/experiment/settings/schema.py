@@ -1,10 +1,14 @@
 """Typed access to one table of the experiment file, with messages that say what to do."""
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from identification.experiment.errors import ExperimentError, listed, shown, suggestion
+from identification.experiment.units import SI_UNITS, factor_to_si
+
+QUANTITY = re.compile(r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[^\d\s.+-]\S*)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +61,31 @@ class Table:
         if value is None:
             raise ExperimentError(f"{key} is missing in {self.where}: expected {_wanted(unit, positive)}; add a line '{key} = …'")
         return value
+
+    def quantity(self, key: str, dimension: str, *, example: str, bare: bool = True) -> float | None:
+        """Read an optional number with its unit, such as "5 deg"; a bare number is in SI where that is allowed.
+
+        Args:
+            key: its name.
+            dimension: as for `factor_to_si`.
+            example: a value as it should be written, for the message.
+            bare: whether a number without a unit will do.
+
+        Returns:
+            The number in SI, finite; None where the key is absent.
+
+        Raises:
+            ExperimentError: it is neither, or its unit is unknown or of another dimension.
+        """
+        value = self.values.get(key)
+        if value is None:
+            return None
+        if isinstance(value, str) and (found := QUANTITY.fullmatch(value.strip())):
+            where = f"{key} of {self.where}"
+            return finite(float(found["number"]), where) * factor_to_si(found["unit"], dimension, where)
+        if isinstance(value, str) or not bare:
+            raise ExperimentError(f'{key} in {self.where} is {shown(value)}: expected a number with its unit; write {key} = "{example}"')
+        return finite(value, f"{key} in {self.where}", unit=SI_UNITS[dimension])
 
     def string(self, key: str, choices: Iterable[str] | None = None) -> str | None:
         """Read an optional, non-empty string, one of `choices` where these are given.

@@ -11,6 +11,7 @@ from identification.report.figures.ring_downs import left_out
 from identification.report.frame import framed
 from identification.report.image import Image
 from identification.report.page_style import PageStyle
+from identification.report.rows import load_words
 from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, significant
@@ -38,6 +39,7 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         seconds=diagnosis.seconds,
         filters={"equation": equation_html},
         diagnosis=diagnosis,
+        load=load_words(diagnosis.nominal_model),
         adequate=diagnosis.is_complete,
         missing=diagnosis.verdict == MISSING,
         headline=words.headline(diagnosis),

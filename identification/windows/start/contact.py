@@ -181,7 +181,7 @@ def _samples(model: Model, records: list[Record], motions: list[Kinematics | Non
         if motion is None or not motion.touching.any():
             continue
         u, v, base = (jnp.asarray(values) for values in (motion.u, motion.v, motion.base_acceleration))
-        free = np.asarray(model.suspension.acceleration(u, v, -base) + base)
+        free = np.asarray(model.suspension.acceleration(u, v, model.load.force(model.mass) / model.mass - base) + base)
         force = motion.force if load_cell else motion.inertia + model.mass * free
         if force is None:
             continue

@@ -17,7 +17,7 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     """
     records = list(experiment.records)
     wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
-    suspension, mass = suspension_start(records, motions, mass=experiment.mass if experiment.mass_is_known else None)
+    suspension, mass = suspension_start(records, motions, mass=experiment.mass if experiment.mass_is_known else None, load=experiment.load)
     suspension = suspension or prescribed_start(records, motions, mass=experiment.mass)
     listed = {p.name: p for p in model.suspension.parameters}
     values = {name: float(value) for name, value in model.values().items()}

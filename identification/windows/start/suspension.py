@@ -2,21 +2,23 @@
 
 import numpy as np
 
-from identification.experiment import Record
+from identification.experiment import Load, Record
 from identification.windows.kinematics import Kinematics, bridged, relative_displacement
 from identification.windows.start.bumps import bumps
+from vibrojax.load import STANDARD_GRAVITY
 
+UNLOADED = Load()
 _FEWEST = 10
 """Fewest equations of one bump length for a comparison of lengths by their residual."""
 
 
 def suspension_start(
-    records: list[Record], motions: list[Kinematics | None], *, mass: float | None
+    records: list[Record], motions: list[Kinematics | None], *, mass: float | None, load: Load = UNLOADED
 ) -> tuple[dict[str, float], float | None]:
     """Least-squares zeta and f_n over all flights of all records, and the mass where `mass` is None and a force was applied.
 
-    u'' + 2 zeta omega_n u' + omega_n^2 u = -y'' + f / m is multiplied by a bump phi that vanishes with its slope at both ends and
-    integrated by parts, so that no record is ever differentiated:
+    u'' + 2 zeta omega_n u' + omega_n^2 u = -y'' + f / m, f the applied force and the known load, is multiplied by a bump phi that
+    vanishes with its slope at both ends and integrated by parts, so that no record is ever differentiated:
     int(u phi'') - 2 zeta omega_n int(u phi') + omega_n^2 int(u phi) = int((f / m - y'') phi).
 
     Every length of the bump gives a separate solution: noise dominates short ones, long ones average the vibration away. The solution is
@@ -31,7 +33,7 @@ def suspension_start(
     by_length: dict[tuple[bool, int], list[tuple[float, ...]]] = {}
     for record, motion in zip(records, motions, strict=True):
         if motion is not None and record.kind != "prescribed":
-            for length, row in _rows(record, motion):
+            for length, row in _rows(record, motion, load):
                 by_length.setdefault((_in_acceleration(record), length), []).append(row)
     enough = [rows for rows in by_length.values() if len(rows) >= _FEWEST]
     if not enough:
@@ -59,7 +61,7 @@ def _solved(rows: np.ndarray, mass: float | None) -> tuple[np.ndarray, float]:
     return solution, float(left_over / max(np.mean(right**2), 1e-300))
 
 
-def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ...]]]:
+def _rows(record: Record, motion: Kinematics, load: Load) -> list[tuple[int, tuple[float, ...]]]:
     """Length and weak-form integrals of every bump in every flight: of u phi'', u phi', u phi, -y'' phi, f phi, and the equation's weight.
 
     Where only acceleration was recorded, u'' replaces u, and phi'' replaces phi beside y'' and f. The integrals average out noise, so u is
@@ -70,10 +72,11 @@ def _rows(record: Record, motion: Kinematics) -> list[tuple[int, tuple[float, ..
     dt = float(np.median(np.diff(record.time)))
     driven = record.kind == "forced"
     force = bridged(record.time, record.channels["applied_force"]) if driven else np.zeros_like(motion.u)
+    force, downhill = force + load.constant_force, STANDARD_GRAVITY * np.sin(load.incline)
     rows = []
     for bump in bumps(motion.touching, dt):
         u, under = (motion.a[bump.part], bump.curve) if alone else (recorded[bump.part], bump.value)
-        drive, pull = -motion.base_acceleration[bump.part] @ under, force[bump.part] @ under
+        drive, pull = (downhill - motion.base_acceleration[bump.part]) @ under, force[bump.part] @ under
         rows.append((len(u), (u @ bump.curve, u @ bump.slope, u @ bump.value, drive, pull, bump.weight)))
     return rows
 
