@@ -4,6 +4,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vibrojax import Linear, Model, read_model, simulate, write_model
+from vibrojax.batch import grid, integrate
 from vibrojax.contact import HuntCrossley, NoContact
 from vibrojax.errors import InputError
 from vibrojax.integrate import Landing, Smoothed
@@ -74,6 +75,13 @@ def test_a_hammer_that_bounces_down_an_incline_as_an_independent_integration_has
     expected = solve_ivp(rates, (0.0, 0.3), [-0.02, 0.1], method="DOP853", rtol=1e-10, atol=1e-13, max_step=2e-5, t_eval=np.asarray(ts))
     assert expected.y[0].max() > 1e-4
     np.testing.assert_allclose(displacement(Free(), law=law, gap=gap, ts=ts), expected.y[0], rtol=0, atol=2e-7)
+
+
+def test_many_operating_points_feel_the_load():
+    model = Model(mass=MASS, suspension=Linear(0.5, 3.0), law=NoContact(), load=SLOPE)
+    found = integrate(model, grid({"frequency_hz": [1.0, 2.0]}, base_amplitude=0.0, gap=1.0))
+    rest = FORCE / (MASS * (2 * np.pi * 3.0) ** 2)
+    np.testing.assert_allclose(np.asarray(found.u_max), rest, rtol=1e-6)
 
 
 def test_gravity_grows_with_the_mass_and_the_force_does_not():

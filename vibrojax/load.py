@@ -1,5 +1,7 @@
 """What is known to push the hammer at all times: gravity along an incline, and a constant force."""
 
+import math
+
 import equinox as eqx
 import jax.numpy as jnp
 
@@ -34,4 +36,5 @@ class Load(eqx.Module):
 
     def force(self, mass: Value) -> Value:
         """The sum, N, on a hammer of that mass, kg."""
-        return mass * STANDARD_GRAVITY * jnp.sin(self.incline) + self.constant_force
+        sine = math.sin(self.incline) if isinstance(self.incline, float) else jnp.sin(self.incline)
+        return mass * STANDARD_GRAVITY * sine + self.constant_force

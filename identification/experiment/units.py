@@ -31,6 +31,10 @@ FACTORS: dict[str, dict[str, float]] = {
 }
 SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N"}
 
+# Of columns that are no channel.
+OTHERS = frozenset(
+    ("mV", "A", "mA", "Hz", "kHz", "%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "rpm", "1/min", "1", "um/m", "m/s", "mm/s")
+)
 # As programs of National Instruments and makers of front ends write them out.
 ALIASES = {
     "Meters": "m",
@@ -102,6 +106,22 @@ def same_unit(unit: str, other: str, dimension: str) -> bool:
     if not {one, two} <= factors.keys():
         return False
     return one == two or (factors[one] == factors[two] and not STAND_INS & {one, two})
+
+
+def is_unit(text: str) -> bool:
+    """Say whether a text is a unit, of a channel or of something else that recorders write beside it.
+
+    Args:
+        text: without brackets.
+
+    Returns:
+        Whether it is known.
+
+    Example:
+        >>> is_unit("mm"), is_unit("°C"), is_unit("Force")
+        (True, True, False)
+    """
+    return _canonical(text) in {_canonical(unit) for table in FACTORS.values() for unit in table} | OTHERS
 
 
 def is_stand_in(unit: str | None) -> bool:

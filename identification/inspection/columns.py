@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from identification.experiment.channels import TIME
-from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.channels import TIME, means_time
+from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers import read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.units import FACTORS, factor_to_si, same_unit
 
 UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
-TIME_NAME = re.compile(r"^\W*(time|t|zeit|timestamp|seconds)\W*(\W.*)?$", re.IGNORECASE)
 SAME_TIME = 0.01
 LONG_STEP = 0.05
 """s: a median step above is more likely written in a smaller unit, for an impact lasts milliseconds."""
@@ -43,7 +42,7 @@ class FileColumns:
 
     Attributes:
         file: its name.
-        time: the column of time stamps.
+        time: the column of time stamps; where the file has none, one without name that counts the samples.
         time_unit: of these stamps.
         time_guessed: why the unit is a guess; empty where it was stated, or is s as it is without a statement.
         columns: the others on the same time axis.
@@ -56,6 +55,11 @@ class FileColumns:
     time_guessed: str
     columns: tuple[Column, ...]
     unusable: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def untimed(self) -> bool:
+        """Whether the file has no time stamps: its times are then numbers of samples."""
+        return not self.time.name
 
     @property
     def time_factor(self) -> float:
@@ -78,12 +82,12 @@ def read_file(path: Path) -> FileColumns:
         Its columns.
 
     Raises:
-        ExperimentError: it cannot be read, holds no time stamps, or nothing beside them.
+        ExperimentError: it cannot be read, or holds nothing beside time stamps.
     """
     names = read_columns(path, frozenset(), path.name).names
     found, own_time, unusable = _read_all(path, names)
-    time = _time_column(found, path.name, names)
-    unit, guessed = _time_unit(time)
+    time = _time_column(found)
+    unit, guessed = _time_unit(time) if time.name else ("s", "")
     columns = []
     for column in found:
         stamps = own_time.get(column.name, time.values)
@@ -132,17 +136,13 @@ def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
     return Column(name=name, unit=units.get(name) or (in_name.group(1) if in_name else ""), in_file=name in units, values=values)
 
 
-def _time_column(columns: list[Column], file: str, names: tuple[str, ...]) -> Column:
-    """The column called time, or the first whose name says so, or the first that only grows."""
+def _time_column(columns: list[Column]) -> Column:
+    """The column called time, or the first whose name says so, or the first that only grows; else a count of the samples."""
     called = [column for column in columns if column.name == TIME]
-    called += [column for column in columns if TIME_NAME.match(column.name)]
+    called += [column for column in columns if means_time(column.name) and np.isfinite(column.values).any()]
     called += [column for column in columns if column.values.size > 1 and bool(np.all(np.diff(column.values) > 0.0))]
-    if not called:
-        raise ExperimentError(
-            f"{shown(file)} has no column of time stamps: expected one named {TIME!r}, or one that only grows, among {listed(names)}; "
-            "add it to the file"
-        )
-    return called[0]
+    longest = max((column.values.size for column in columns), default=0)
+    return called[0] if called else Column(name="", unit="", in_file=False, values=np.arange(longest, dtype=np.float64))
 
 
 def _time_unit(time: Column) -> tuple[str, str]:

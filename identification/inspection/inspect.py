@@ -1,6 +1,6 @@
 """Inspection of a recorded file or folder: columns, units, kinds and problems."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from identification.experiment.errors import ExperimentError, listed
@@ -90,10 +90,14 @@ def _inspected(found: FileColumns) -> Inspected:
     mapped = map_columns(found.columns)
     mapped = mapped if time.problem else matched(found.seconds, mapped)
     guess = Guess(kind="drop-test", why="its time stamps are unusable, so nothing could be determined")
+    if not time.problem:
+        guess = guess_kind(found.seconds, mapped)
+    if found.untimed and guess.sine is not None:
+        guess = replace(guess, why="the cart moves as a sine; without time stamps its frequency is not known")
     return Inspected(
         found=found,
         time=time,
         columns=tuple(column_facts(column) for column in found.columns),
         mapped=mapped,
-        guess=guess if time.problem else guess_kind(found.seconds, mapped),
+        guess=guess,
     )

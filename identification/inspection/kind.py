@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.noise import estimate_noise
-from identification.inspection.mapping import Mapped
-from identification.inspection.sine import Sine, fit_sine
+from identification.experiment.plausibility.sine import Sine, fit_sine
+from identification.inspection.mapping import Mapped, is_angle
 
 AT_REST = 5.0
 """Noises: a channel whose standard deviation is less stands still."""
@@ -26,6 +26,7 @@ class Guess:
         kind: one of the experiment's kinds.
         why: a sentence.
         sine: of the cart, for a harmonic excitation.
+        impacts: whether impacts are seen; None where no channel shows it.
         measured: whether the recorded cart motion had better drive the model, because it is no sine.
     """
 
@@ -33,6 +34,7 @@ class Guess:
     why: str
     sine: Sine | None = None
     measured: bool = False
+    impacts: bool | None = None
 
 
 def guess_kind(seconds: Float64[np.ndarray, " samples"], mapped: tuple[Mapped, ...]) -> Guess:
@@ -51,14 +53,16 @@ def guess_kind(seconds: Float64[np.ndarray, " samples"], mapped: tuple[Mapped, .
             return _excited(seconds, channels[name], name)
     impacts = _impacts(channels)
     if "applied_force" in channels and _moves(channels["applied_force"], None):
-        return Guess(kind="forced", why="an applied force is recorded and no cart moves")
+        return Guess(kind="forced", why="an applied force is recorded and no cart moves", impacts=impacts)
     cart = any(name.startswith("cart") for name in channels)
     rest = "the cart is at rest" if cart else "no motion of a cart is recorded"
+    if impacts is None and "relative_displacement" in channels and not cart and any(map(is_angle, mapped)):
+        return Guess(kind="free-decay", why=f"{rest}, and an angle is")
     if impacts is None:
         return Guess(kind="drop-test", why=f"{rest}; these channels do not show whether impacts occur")
     if impacts:
         return Guess(kind="drop-test", why=f"{rest} and impacts occur")
-    return Guess(kind="free-decay", why=f"{rest} and no impact is seen")
+    return Guess(kind="free-decay", why=f"{rest} and no impact is seen", impacts=False)
 
 
 def _excited(seconds: np.ndarray, cart: np.ndarray, name: str) -> Guess:

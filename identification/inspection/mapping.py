@@ -1,5 +1,7 @@
 """Which column is which channel, guessed from its name and unit."""
 
+import re
+import unicodedata
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,18 +11,28 @@ from identification.experiment.settings.scales import PAIRS, mistaken_unit, moti
 from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, same_unit
 from identification.inspection.columns import Column
 
+# Parts of names in English, German and Portuguese, in lower case and without accents.
 WORDS = {
-    "displacement": ("disp", "pos", "lvdt", "laser", "travel", "weg"),
-    "acceleration": ("acc", "beschl"),
-    "force": ("force", "load", "kraft", "fz"),
+    "acceleration": ("acc", "beschl", "acel"),
+    "force": ("force", "load", "kraft", "forc", "celula", "fz", "torque", "moment"),
+    "displacement": ("disp", "pos", "lvdt", "laser", "travel", "weg", "auslenk", "abstand", "desloc", "curso", "distanc", "encoder"),
 }
+MOMENTS = ("torque", "moment")
+ANGLES = ("angle", "angul", "winkel", "theta", "phi")
 BODIES = {
     "relative": ("rel", "hammer-cart", "x-y"),
-    "hammer": ("hammer", "impactor", "striker", "bob"),
-    "cart": ("cart", "base", "table", "shaker", "carriage", "slide", "wagen"),
+    "hammer": ("hammer", "impactor", "impaktor", "striker", "bob", "martel", "pend"),
+    "cart": ("cart", "base", "basis", "table", "tisch", "shaker", "carriage", "slide", "wagen", "schlitten", "carr", "mesa"),
 }
-FORCES = {"applied_force": ("appl", "drive", "excit", "shaker", "motor"), "reaction_force": ("react", "support")}
+FORCES = {
+    "applied_force": ("appl", "drive", "excit", "shaker", "motor", "torque", "moment", "anreg", "aplicad"),
+    "reaction_force": ("react", "support", "reac", "lager"),
+}
 SYMBOLS = {"x": "hammer_displacement", "y": "cart_displacement", "u": "relative_displacement", "f": "impact_force"}
+AXIS = re.compile(r"^(.*\S)\s+[xyz]$")
+ANGULAR = frozenset(("rad", "deg"))
+TURNS = 4.0 * np.pi
+"""rad: an angle that spans more is more likely written in degrees."""
 TOO_FAR, LARGE_UNIT = 0.5, "mm"
 """m: a displacement that spans more is more likely written in this unit."""
 
@@ -64,8 +76,16 @@ def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
         channel = None if column.name in exact else _channel(column)
         if channel is not None and channel not in exact:
             guesses.setdefault(channel, []).append(column)
-    chosen = exact | {channel: alike[0] for channel, alike in guesses.items() if len(alike) == 1}
-    found = [_mapped(channel, chosen[channel]) for channel in CHANNELS if channel in chosen]
+    for dimension in ("displacement", "acceleration"):  # of one body alone, it is the hammer
+        channel, nameless = f"hammer_{dimension}", guesses.pop(f"_{dimension}", [])
+        if dimension == "displacement" and any(_is_moment(column) for column in columns):
+            channel = "relative_displacement"  # what a moment turns is told by its angle
+        if channel not in exact and "relative_displacement" not in (*exact, *guesses):
+            guesses.setdefault(channel, nameless)
+    alone = {channel: _most_moving(alike) for channel, alike in guesses.items()}
+    chosen = exact | {channel: column for channel, column in alone.items() if column is not None}
+    turned = any(_is_moment(column) for column in columns)
+    found = [_mapped(channel, chosen[channel], turned=turned) for channel in CHANNELS if channel in chosen]
     large = next((one for one in found if one.guessed and one.unit == LARGE_UNIT), None)
     return tuple(replace(one, unit=large.unit, guessed=large.guessed) if large and _alike(one, large) else one for one in found)
 
@@ -92,24 +112,59 @@ def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
     return tuple(by_name.values())
 
 
+def is_angle(one: Mapped) -> bool:
+    """Say whether a channel is an angle, by its name or unit.
+
+    Args:
+        one: a channel.
+
+    Returns:
+        Whether it is written in rad or deg.
+    """
+    return one.unit in ANGULAR
+
+
+def _is_moment(column: Column) -> bool:
+    """Whether a column's name says that it is a moment."""
+    return any(word in _plain(column.name) for word in MOMENTS)
+
+
+def _most_moving(alike: list[Column]) -> Column | None:
+    """The one column that can be a channel; of a marker's three coordinates that in which it moves most. None where several can be."""
+    markers = {found.group(1) for column in alike if (found := AXIS.match(_plain(column.name)))}
+    if len(alike) > 1 and len(markers) == 1 and all(AXIS.match(_plain(column.name)) for column in alike):
+        return max(alike, key=lambda column: float(np.nanstd(column.values)) if np.isfinite(column.values).any() else 0.0)
+    return alike[0] if len(alike) == 1 else None
+
+
+def _plain(name: str) -> str:
+    """A name in lower case, without accents and without a unit behind it."""
+    letters = unicodedata.normalize("NFKD", name.lower())
+    bare = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    return bare.partition("[")[0].partition("(")[0].strip(" _-")
+
+
 def _alike(one: Mapped, other: Mapped) -> bool:
     """Whether nothing states the unit of one of two channels of a dimension: a file is written in one unit of length."""
     return bool(one.guessed) and CHANNELS[one.channel] == CHANNELS[other.channel]
 
 
 def _channel(column: Column) -> str | None:
-    """The channel that a column seems to be."""
-    name = column.name.lower()
-    bare = name.partition("[")[0].partition("(")[0].strip(" _-")
+    """The channel that a column seems to be; its dimension alone, with "_" before it, where its body is not told; None where it is none."""
+    bare = _plain(column.name)
     if bare in SYMBOLS:
         return SYMBOLS[bare]
+    if column.unit in ANGULAR or any(word in bare for word in ANGLES):
+        return "relative_displacement"
     known = [dimension for dimension in WORDS if column.unit not in STAND_INS and _known(column.unit, dimension)]
     dimension = known[0] if known else next((one for one, words in WORDS.items() if any(word in bare for word in words)), None)
     if dimension == "force":
         return next((channel for channel, words in FORCES.items() if any(word in bare for word in words)), "impact_force")
-    body = next((one for one, words in BODIES.items() if any(word in bare for word in words)), None)
+    if dimension is None:
+        return None
+    body = next((one for one, words in BODIES.items() if any(word in bare for word in words)), "")
     channel = f"{body}_{dimension}"
-    return channel if channel in CHANNELS else None
+    return channel if not body or channel in CHANNELS else None
 
 
 def _known(unit: str, dimension: str) -> bool:
@@ -117,14 +172,20 @@ def _known(unit: str, dimension: str) -> bool:
     return bool(unit) and any(same_unit(unit, known, dimension) for known in FACTORS[dimension])
 
 
-def _mapped(channel: str, column: Column) -> Mapped:
-    """Add the unit: that of the file if it is known, else a guess."""
+def _mapped(channel: str, column: Column, *, turned: bool) -> Mapped:
+    """Add the unit: that of the file if it is known, else a guess; `turned` where a moment beside it says that it is an angle."""
     dimension, guessed = CHANNELS[channel], ""
     unit = next((known for known in FACTORS[dimension] if column.unit and same_unit(column.unit, known, dimension)), None)
     if unit is None:
         unit = si_unit(channel)
         guessed = f"{column.unit!r} is no known unit of {dimension}" if column.unit else "the file states none"
         usable = column.values[np.isfinite(column.values)]
+        if channel == "relative_displacement" and (turned or any(word in _plain(column.name) for word in ANGLES)):
+            many = usable.size and np.ptp(usable) > TURNS
+            unit, reason = (
+                ("deg", "the numbers are large for rad") if many else ("rad", "an angle by its name" if not turned else "a moment turns it")
+            )
+            return Mapped(channel=channel, column=column, unit=unit, guessed=f"{guessed}, and {reason}", exact=False)
         if dimension == "displacement" and usable.size and np.ptp(usable) > TOO_FAR:
             unit, guessed = LARGE_UNIT, f"{guessed}, and the numbers are large for m"
     return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, exact=column.name == channel)

@@ -6,7 +6,7 @@ from identification.experiment.channels import CHANNELS, TIME, si_unit
 from identification.experiment.readers import stem_of
 from identification.experiment.units import factor_to_si, same_unit
 from identification.inspection.inspect import Inspected, Inspection
-from identification.inspection.mapping import Mapped
+from identification.inspection.mapping import Mapped, is_angle
 from vibrojax.errors import printable
 
 HEAD = """\
@@ -18,12 +18,35 @@ schema = 1
 [experiment]
 name = {name}
 
+"""
+WEIGHED = """\
 [hammer]
 # mass = 0.4 # TO FILL IN: kg, weighed with everything that moves with it
-
+"""
+ESTIMATED = """\
+[hammer]
+mass = 1.0 # guess: a first value{moment}, estimated from the applied force; weighed, put it here and take the next line out
+estimate_mass = true
+"""
+ANY = """\
+[hammer]
+mass = 1.0 # without a force or an impact it moves nothing{moment}
+"""
+SPRING = """\
 [suspension]
 kind = "linear" # guess: or "pendulum" with length = ... (m), "pivot" with length, "free"
 """
+BEARING = """\
+[suspension]
+kind = "pivot" # guess: an angle is recorded
+length = 1.0 # m: so that the arc is the angle in rad, mass the moment of inertia in kg m^2, and forces are moments in N m
+"""
+NO_STOP = """\
+[contact]
+law = "none" # guess: no record shows an impact; take it out where there is a stop, and set every gap
+"""
+FAR_GAP = 100.0
+"""m: of a record without a stop."""
 
 
 def propose(inspection: Inspection, folder: Path) -> str:
@@ -42,11 +65,27 @@ def propose(inspection: Inspection, folder: Path) -> str:
         for each in one.mapped:
             if each.channel not in sensors or _certainty(each) > _certainty(sensors[each.channel][0]):
                 sensors[each.channel] = each, one
-    parts = [HEAD.format(name=_text(inspection.folder.resolve().name or "experiment"))]
+    stopless = bool(usable) and all(one.guess.kind in ("free-decay", "forced") and not one.guess.impacts for one in usable)
+    parts = [
+        HEAD.format(name=_text(inspection.folder.resolve().name or "experiment")),
+        *_rig([each for each, _ in sensors.values()], stopless),
+    ]
     parts += [_sensor(*sensors[channel]) for channel in CHANNELS if channel in sensors]
-    parts += [_record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}) for one in inspection.files]
+    parts += [
+        _record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}, stopless) for one in inspection.files
+    ]
     parts += [f"# {printable(name)} is left out: {printable(reason)}\n" for name, reason in inspection.failed.items()]
     return "\n".join(parts)
+
+
+def _rig(mapped: list[Mapped], stopless: bool) -> list[str]:
+    """The tables on the hammer, its suspension and its stop."""
+    angle, channels = any(map(is_angle, mapped)), {each.channel for each in mapped}
+    moment = " of the moment of inertia, kg m^2" if angle else ""
+    hammer = WEIGHED
+    if stopless and (angle or "applied_force" not in channels):  # a moment of inertia is seldom known
+        hammer = (ESTIMATED if "applied_force" in channels else ANY).format(moment=moment)
+    return [hammer, BEARING if angle else SPRING, *([NO_STOP] if stopless else [])]
 
 
 def _reason(one: Inspected, inspection: Inspection) -> str:
@@ -81,7 +120,7 @@ def _sensor(each: Mapped, one: Inspected) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[str, Mapped]) -> str:
+def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[str, Mapped], stopless: bool) -> str:
     """The table of a record; a comment where the file cannot be one."""
     found, guess = one.found, one.guess
     reason = _reason(one, inspection)
@@ -92,14 +131,19 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
         "[[record]]",
         f"file = {_text(file)}",
         f'kind = "{guess.kind}" # guess: {guess.why}',
-        "# gap = 0.0 # TO FILL IN: m, clearance between hammer and stop at rest as it was set",
+        f"gap = {FAR_GAP} # no stop"
+        if stopless
+        else "# gap = 0.0 # TO FILL IN: m, clearance between hammer and stop at rest as it was set",
     ]
-    if guess.sine is not None:
+    if found.untimed:
+        lines.append("# sampling_frequency = 1000.0 # TO FILL IN: Hz; the file has no time stamps")
+        lines += ["# excitation_frequency = 6.25 # TO FILL IN: Hz, as set"] if guess.sine is not None else []
+    elif guess.sine is not None:
         lines.append(f"excitation_frequency = {guess.sine.rounded!r} # guess, Hz: from the cart's periodogram; put the set value here")
     if guess.measured:
         lines.append('base = "measured" # guess: the recorded cart motion drives the model')
     names = {each.channel: each.column.name for each in one.mapped if not each.exact}
-    names |= {TIME: found.time.name} if found.time.name != TIME else {}
+    names |= {TIME: found.time.name} if found.time.name not in (TIME, "") else {}
     if names:
         lines.append(f"columns = {{ {', '.join(f'{channel} = {_text(name)}' for channel, name in names.items())} }} # guess")
     taken = {each.column.name for each in one.mapped}
@@ -110,6 +154,8 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
     if units:
         lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")
+    if found.untimed:
+        return "\n".join(lines) + "\n"
     if found.time_guessed:
         lines.append(f"time_unit = {_text(found.time_unit)} # guess: {found.time_guessed}")
     elif found.time_factor != 1.0 and not found.time.in_file:

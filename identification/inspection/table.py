@@ -44,7 +44,7 @@ def _file(one: Inspected) -> list[RenderableType]:
         cells = (facts.column, facts.unit or "not stated", *numbers, channels.get(facts.column, ""))
         table.add_row(*(Text(printable(cell)) for cell in cells), *([Text(printable(remark))] if any(remarks) else []))
     head = _bold(one.found.file)
-    head.append(f": {_time(one.time)}", "not bold")
+    head.append(f": {one.time.samples} samples without time stamps" if one.found.untimed else f": {_time(one.time)}", "not bold")
     if one.found.time_guessed:
         head.append(f"; time taken to be in {one.found.time_unit}: {one.found.time_guessed}", "not bold")
     lines: list[RenderableType] = [head, table]

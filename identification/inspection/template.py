@@ -65,8 +65,8 @@ unit = "N"
 #[sensors.reaction_force] # N, what suspension and stop resist with in records of kind "prescribed"
 #unit = "N"
 
-# One table for each record. Text files hold a header line with the columns' names and one line for each sample.
-# file: .csv .csv.gz .tsv .h5 .mat .npz, and with the extra "labdata" .tdms .unv .uff .mf4; relative to this folder
+# One table for each record. Text files hold a header line with the columns' names, or one of units below it, and one line for each sample.
+# file: .csv .tsv .txt .lvm (also .gz) .h5 .mat .npz, and with the extra "labdata" .tdms .unv .uff .mf4; relative to this folder
 # kind: "drop-test"        cart at rest, hammer released, strikes the stop
 #       "cart-excitation"  cart moves as a sine
 #       "free-decay"       cart at rest, no contact
@@ -88,6 +88,7 @@ excitation_frequency = 6.25 # Hz, as set; amplitude and phase of the cart are es
 #held_back = true # never fitted: it is predicted, as a test of the fit
 #columns = { time = "t", hammer_displacement = "LVDT 2 [mm]" } # channel = column, where a column does not bear the channel's name
 #units = { cart_displacement = "um" } # of the numbers in this file, where neither the file nor the sensor's table is right
+#drop_bad_time = true # leave out samples without a time stamp, or with that of the sample before
 #time_unit = "ms" # of the time column: s, ms, us, min; left out, what the file states, else s
 # The following are used by `vibrojax simulate`; a fit estimates them.
 #base_amplitude = 0.002 # A0, m

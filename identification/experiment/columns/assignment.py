@@ -66,12 +66,17 @@ def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, n
     Raises:
         ExperimentError: no time, no channel, a column that was named is not there, or the lengths differ.
     """
-    values = columns.values
+    values = dict(columns.values)
+    rate, notices = settings.numbers["sampling_frequency"], []
+    if rate is not None and wanted[TIME] not in columns.names and TIME not in settings.columns and values:
+        values[wanted[TIME]] = np.arange(max(column.size for column in values.values())) / rate
+        notices.append(f"The file has no time stamps; they follow from the declared sampling_frequency of {rate:.6g} Hz.")
     for channel in (TIME, *settings.columns):
         if wanted[channel] not in values:
             raise ExperimentError(
                 f"{settings.where} has no column {shown(wanted[channel])} for {channel}: expected it among {listed(columns.names)}; "
                 "name the right one in 'columns' of the record"
+                + (", or give its sampling_frequency there where the file has no time stamps" if channel == TIME else "")
             )
     time = values[wanted[TIME]]
     channels = {channel: values[name] for channel, name in wanted.items() if channel != TIME and name in values}
@@ -90,7 +95,7 @@ def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, n
             raise ExperimentError(
                 f"{settings.where} has {time.size} time stamps and {column.size} samples of {channel}: expected equally many; export again"
             )
-    return RawRecord(time=time, channels=channels, notices=_notices(columns, wanted, channels))
+    return RawRecord(time=time, channels=channels, notices=(*notices, *_notices(columns, wanted, channels)))
 
 
 def _notices(columns: Columns, wanted: dict[str, str], channels: dict[str, Float64[np.ndarray, " samples"]]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from identification.experiment.columns.channel_unit import channel_factor, time_
 from identification.experiment.columns.location import file_exists, record_path, sha256_of
 from identification.experiment.columns.missing import mark_missing, mask_range
 from identification.experiment.columns.saturation import saturation_notices
-from identification.experiment.columns.timebase import check_drive, check_time, declared_time
+from identification.experiment.columns.timebase import check_drive, check_time, declared_time, drop_bad_time
 from identification.experiment.errors import ExperimentError, listed
 from identification.experiment.readers import read_columns
 from identification.experiment.record import Record
@@ -44,12 +44,13 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         return _without_file(settings, need_file)
     columns = read_columns(path, frozenset(wanted.values()), settings.file)
     raw = assign(columns, wanted, settings, need_channels=need_file)
-    time = raw.time * time_factor(settings, columns.units.get(wanted[TIME]))
-    notices = [*raw.notices, *check_time(time, settings.where)]
+    time, recorded, dropped = drop_bad_time(raw.time, raw.channels) if settings.drop_bad_time else (raw.time, raw.channels, ())
+    time = time * time_factor(settings, columns.units.get(wanted[TIME]))
+    notices = [*columns.notices, *raw.notices, *dropped, *check_time(time, settings.where)]
     if need_file:
         check_drive(settings.numbers["excitation_frequency"], time, settings.where)
     channels = {}
-    for channel, values in raw.channels.items():
+    for channel, values in recorded.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))
         cleaned, found = _cleaned(values * factor, time, channel, sensors[channel])
         notices.extend(found)

@@ -12,6 +12,31 @@ COARSEST_ROUNDING = 1e-5
 """Of a sampling step: time stamps of double precision, counted from a far origin such as 1970, are rounded to more than that."""
 
 
+def drop_bad_time(
+    time: Float64[np.ndarray, " samples"], channels: dict[str, Float64[np.ndarray, " samples"]]
+) -> tuple[Float64[np.ndarray, " kept"], dict[str, Float64[np.ndarray, " kept"]], tuple[str, ...]]:
+    """Leave out samples without a time stamp, or with that of the sample before.
+
+    Args:
+        time: as recorded, shape (samples,).
+        channels: beside it, shape (samples,) each.
+
+    Returns:
+        What is left, and a notice on what is not. Time that runs backwards is left as it is.
+    """
+    lost = ~np.isfinite(time)
+    sound = np.flatnonzero(~lost)
+    repeated = sound[1:][np.diff(time[sound]) == 0.0]
+    kept = np.setdiff1d(sound, repeated, assume_unique=True)
+    if kept.size == time.size:
+        return time, channels, ()
+    notice = (
+        f"As drop_bad_time asks, {time.size - kept.size} of {time.size} samples are left out: {int(lost.sum())} without a time stamp, "
+        f"{repeated.size} with that of the sample before."
+    )
+    return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
+
+
 def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
     """Check the time stamps of a record.
 
@@ -30,14 +55,18 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
         raise ExperimentError(f"{where} has {count}: expected at least {MIN_SAMPLES}; record longer or remove the record")
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
-        raise ExperimentError(f"time of {where} is not finite at sample {bad[0] + 1}: expected a number in every row; correct it there")
+        raise ExperimentError(
+            f"time of {where} is not finite at sample {bad[0] + 1}: expected a number in every row; correct it there, or leave such "
+            "samples out with drop_bad_time = true in the record"
+        )
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0.0)
     if back.size:
         i = int(back[0])
         raise ExperimentError(
             f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
-            "expected strictly increasing time stamps; sort them or remove the repetition"
+            "expected strictly increasing time stamps; "
+            + ("leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else "sort them")
         )
     rounding = float(np.spacing(np.abs(time).max()) / np.median(steps))
     if rounding > COARSEST_ROUNDING:

@@ -29,11 +29,13 @@ class Columns:
         names: every column of the file, in its order, wanted or not.
         values: the wanted columns that the file holds, float64, shape (samples,) each; their lengths may differ.
         units: of the wanted columns, as the file itself states them; a column of which it says nothing is left out.
+        notices: sentences on what had to be concluded in reading.
     """
 
     names: tuple[str, ...]
     values: dict[str, Float64[np.ndarray, " _"]]
     units: dict[str, str] = field(default_factory=dict)
+    notices: tuple[str, ...] = ()
 
 
 class AbstractReader(ABC):

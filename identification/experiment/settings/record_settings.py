@@ -13,7 +13,7 @@ UNDRIVEN = ("drop-test", "free-decay")
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
 POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
-KEYS = ("file", "kind", "gap", "base", "held_back", *NUMBERS, *POSITIVE_NUMBERS, "columns", "units", "time_unit")
+KEYS = ("file", "kind", "gap", "base", "held_back", *NUMBERS, *POSITIVE_NUMBERS, "columns", "units", "time_unit", "drop_bad_time")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +29,7 @@ class RecordSettings:
         columns: the column that holds a channel (or "time"), where it does not bear the channel's name.
         units: the unit of a channel's numbers in this file, where neither the file nor the sensor's table is to be believed.
         time_unit: of the time column, or None.
+        drop_bad_time: whether samples without a time stamp, or with that of the sample before, are to be left out.
         held_back: whether the record is to be predicted, not fitted.
     """
 
@@ -40,6 +41,7 @@ class RecordSettings:
     columns: dict[str, str]
     units: dict[str, str]
     time_unit: str | None
+    drop_bad_time: bool
     held_back: bool
 
     @property
@@ -91,6 +93,7 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         columns=_columns(table),
         units=_units(table),
         time_unit=time_unit,
+        drop_bad_time=table.flag("drop_bad_time"),
         held_back=table.flag("held_back"),
     )
 

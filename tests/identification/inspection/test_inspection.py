@@ -10,9 +10,9 @@ import pytest
 from rich.console import Console
 
 from identification.experiment import ExperimentError, load_experiment
+from identification.experiment.plausibility.sine import fit_sine
 from identification.experiment.settings.schema import Table
 from identification.inspection import inspect_path, propose, summary, template
-from identification.inspection.sine import fit_sine
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
 from vibrojax.data_files import data_path
 
@@ -227,7 +227,7 @@ def test_a_folder_goes_on_where_one_file_is_broken(tmp_path):
     (tmp_path / "c.csv").write_bytes((tmp_path / "c.csv").read_bytes())
     shutil.copy(tmp_path / "a.csv", tmp_path / "a.tsv")
     found = inspect_path(tmp_path)
-    assert list(found.failed) == ["b.h5"]
+    assert list(found.failed) == ["b.h5", "notes.txt"]
     assert [record.file for record in loaded(tmp_path).records] == ["a.csv", "c.csv"]
 
 
@@ -236,7 +236,7 @@ def test_a_folder_goes_on_where_one_file_is_broken(tmp_path):
     [
         ("a.xlsx", b"x", r"unknown suffix"),
         ("a.csv", b"", r"holds no text"),
-        ("a.csv", b"x,y\n1,2\n1,2\n", r"has no column of time stamps"),
+        ("a.csv", b"x|y\n1|2\n1|2\n", r"has one column only"),
         ("a.csv", b"time,note\n1,b\n2,c\n", r"no usable column beside the time \(note: line 2"),
         ("a.npz", b"nothing", r"cannot be read as NumPy archive"),
     ],
