@@ -11,7 +11,7 @@ from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.search.among import among_effects
 from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import DERIVED, fit_experiment
-from identification.experiment import load_experiment
+from identification.experiment import Experiment, load_experiment
 from identification.report import fit_summary, write_report
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
@@ -51,7 +51,7 @@ def run_fit(
     """
     extend = extension(effects)
     progress("reading the records")
-    loaded = load_experiment(experiment)
+    loaded = _loaded(experiment, progress)
     table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
     if table is not None:
         check_reference(table, _units(model, effects))
@@ -60,6 +60,14 @@ def run_fit(
     progress("drawing the report")
     write_fit(result, folder, table, style)
     return fit_summary(result, table)
+
+
+def _loaded(experiment: Path, progress: Progress) -> Experiment:
+    """Read an experiment, and say at once what is odd about it."""
+    loaded = load_experiment(experiment)
+    for warning in loaded.warnings:
+        progress(f"warning: {warning}")
+    return loaded
 
 
 def check_converged(result: FitResult) -> None:
@@ -98,7 +106,7 @@ def run_diagnose(
     """
     among = among_effects(only, without)
     progress("reading the records")
-    diagnosis = diagnose_experiment(load_experiment(experiment), among=among, budget_minutes=budget_minutes, progress=progress)
+    diagnosis = diagnose_experiment(_loaded(experiment, progress), among=among, budget_minutes=budget_minutes, progress=progress)
     progress("drawing the report")
     write_diagnosed(diagnosis, folder, style)
     return diagnosis_summary(diagnosis)

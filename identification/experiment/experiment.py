@@ -24,6 +24,7 @@ class Experiment:
         sensors: by channel.
         records: at least one, in the order of the file.
         sha256: of the experiment file's bytes, hexadecimal.
+        warnings: sentences on what is odd about the experiment and may be right.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Experiment:
     law: str | None = None
     parameters: dict[str, ParameterOption] = field(default_factory=dict)
     sensors: dict[str, Sensor] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
     @property
     def fitting(self) -> "Experiment":

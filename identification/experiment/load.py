@@ -7,11 +7,11 @@ from identification.experiment.columns.load_record import load_record
 from identification.experiment.errors import ExperimentError, check_printable, listed, shown
 from identification.experiment.experiment import Experiment
 from identification.experiment.fittable import check_fittable
+from identification.experiment.plausibility.check import check_plausible
 from identification.experiment.readers import stem_of
 from identification.experiment.settings.noise_table import with_noise
 from identification.experiment.settings.record_settings import RecordSettings, read_record_settings
 from identification.experiment.settings.rig_settings import read_load, read_parameters, read_sensors, read_suspension
-from identification.experiment.settings.scales import check_scales
 from identification.experiment.settings.schema import Table
 from identification.experiment.settings.toml_file import find_experiment_file, parse_toml
 
@@ -55,9 +55,10 @@ experiment.toml; check the path
     mass_is_known = not tables["hammer"].flag("estimate_mass")
     if need_files:
         check_fittable(records, mass_is_known=mass_is_known)
-    for each, record in zip(settings, records, strict=True):
-        units = {channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()}
-        check_scales(record, units, mass if mass_is_known else None)
+    records = with_noise(records, sensors, needed=need_files)
+    law = tables["contact"].string("law")
+    units = [{channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()} for each in settings]
+    warnings = check_plausible(records, units, sensors, mass=mass if mass_is_known else None, law=law) if need_files else ()
     return Experiment(
         name=check_printable(tables["experiment"].string("name") or file.parent.resolve().name, "the name of the experiment"),
         folder=file.parent,
@@ -65,10 +66,11 @@ experiment.toml; check the path
         mass_is_known=mass_is_known,
         suspension=suspension,
         load=read_load(tables["rig"], suspension),
-        law=tables["contact"].string("law"),
+        law=law,
         parameters=read_parameters(tables["parameters"]),
         sensors=sensors,
-        records=with_noise(records, sensors, needed=need_files),
+        records=records,
+        warnings=warnings,
         sha256=digest,
     )
 

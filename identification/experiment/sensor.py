@@ -9,6 +9,7 @@ class Sensor:
 
     Attributes:
         unit: unit of the recorded numbers, for instance "mm"; they are converted to SI on reading. None where the files state it.
+        sign: -1 where the sensor is mounted so that its readings point the other way; they are multiplied by it on reading.
         noise: standard deviation in SI, above 0; None where it is to be estimated from each record.
         zero: standard deviation, in SI, of a zero that the operator does not know, above 0; None where it is known to be
             right. Every record then has a zero of its own, which is estimated with this as its prior.
@@ -16,6 +17,7 @@ class Sensor:
     """
 
     unit: str | None = None
+    sign: int = 1
     noise: float | None = None
     zero: float | None = None
     range: tuple[float, float] | None = None

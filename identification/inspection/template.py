@@ -34,12 +34,14 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 # One table for each channel that was recorded; leave out what was not. Any channel but the time may be missing.
 # unit:  of the recorded numbers, converted on reading: m mm um cm in ft, m/s^2 g, N kN mN lbf kip. A recorder's file that states the
 #        unit itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
+# sign: -1 where the sensor is mounted the other way round; its readings are multiplied by it.
 # noise: standard deviation of the sensor in SI, whatever the unit; left out, it is estimated from each record.
 # range: lowest and highest value in SI that the sensor can show; samples at or beyond it are left out.
 # zero: standard deviation in SI of a constant that the channel may be off by; one is then estimated in every record. Left out: none.
 
 [sensors.hammer_displacement] # m, absolute; grows towards the stop
 unit = "mm"
+#sign = -1
 #noise = 1.0e-5 # m
 #range = [-0.01, 0.01] # m
 #zero = 1.0e-4 # m

@@ -52,7 +52,7 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     if reference is not None:
         blocks += _comparison(result, reference)
     blocks += [_line(f"{record.file}: {notice}") for record in result.records for notice in record.notices]
-    blocks += [_line(f"warning: {warning}", style="bold") for warning in result.warnings]
+    blocks += [_line(f"warning: {warning}", style="bold") for warning in (*result.experiment.warnings, *result.warnings)]
     return Group(*blocks)
 
 

@@ -12,6 +12,8 @@ from rich.text import Text
 from vibrojax.cli.interrupt import at_end
 
 Progress = Callable[[str], None]
+LASTING = "warning: "
+"""What a stage begins with that is to stay on a terminal."""
 _EVERY = 10.0
 """s between two lines in a log file."""
 
@@ -20,15 +22,22 @@ _EVERY = 10.0
 def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
     """A function to call with each stage of the work.
 
-    On a terminal one line with a spinner is kept up to date; elsewhere (a log file) every stage gets its own line, with the seconds
-    since the start, or since `since` of `time.perf_counter` where the work has begun before; `quiet` says nothing.
+    On a terminal one line with a spinner is kept up to date, above which warnings stay; elsewhere (a log file) every stage gets its own
+    line, with the seconds since the start, or since `since` of `time.perf_counter` where the work has begun before; `quiet` says nothing.
     """
     console, start = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter() if since is None else since
     if not console.is_terminal:
         yield lambda stage: console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True)
         return
     with at_end(console.show_cursor), console.status("starting") as status:
-        yield lambda stage: status.update(f"{stage}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
+
+        def said(stage: str) -> None:
+            if stage.startswith(LASTING):
+                console.print(stage, soft_wrap=True, markup=False)
+            else:
+                status.update(f"{stage}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
+
+        yield said
 
 
 @contextmanager

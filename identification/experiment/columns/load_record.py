@@ -52,7 +52,7 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     channels = {}
     for channel, values in recorded.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))
-        cleaned, found = _cleaned(values * factor, time, channel, sensors[channel])
+        cleaned, found = _cleaned(values * (factor * sensors[channel].sign), time, channel, sensors[channel])
         notices.extend(found)
         if cleaned is not None:
             channels[channel] = cleaned

@@ -96,8 +96,17 @@ def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], 
     if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
         raise ExperimentError(
             f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
-            " that; check that it is in Hz, and the unit of the time"
+            f" that; check that it is in Hz{_in_ms(frequency, sampling)}"
         )
+
+
+def _in_ms(frequency: float, sampling: float) -> str:
+    """A hint where the drive would be well sampled if the time stamps were in ms."""
+    return (
+        ', or add time_unit = "ms" to the record if its time stamps are in ms'
+        if frequency < 500.0 * sampling
+        else ", and the unit of the time"
+    )
 
 
 def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:

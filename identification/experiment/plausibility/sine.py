@@ -74,6 +74,28 @@ def fit_sine(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, 
     return Sine(frequency=frequency, stderr=stderr, share=max(0.0, 1.0 - float(np.var(residual)) / variance))
 
 
+def share_at(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, " samples"], frequency: float) -> float:
+    """Share of a channel's variance that a sine of a given frequency explains.
+
+    Args:
+        time: s, shape (samples,).
+        values: any unit; NaN where not usable, shape (samples,).
+        frequency: Hz.
+
+    Returns:
+        0 to 1.
+
+    Example:
+        >>> t = np.arange(2000) / 500.0
+        >>> round(share_at(t, 3.0 + np.sin(2 * np.pi * 6.25 * t), 6.25), 6), round(share_at(t, np.sin(2 * np.pi * 6.25 * t), 6.5), 2)
+        (1.0, 0.0)
+    """
+    usable = np.isfinite(values)
+    v, basis = values[usable], _basis(time[usable] - time.mean(), frequency)
+    solution, *_ = np.linalg.lstsq(basis, v, rcond=None)
+    return max(0.0, 1.0 - float(np.var(v - basis @ solution) / np.var(v)))
+
+
 def _basis(t: np.ndarray, frequency: float) -> np.ndarray:
     """Sine, cosine and offset."""
     angle = 2.0 * np.pi * frequency * t

@@ -101,14 +101,22 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
         if channel not in CHANNELS:
             raise ExperimentError(f"unknown channel {shown(channel)} in {tables.where}{suggestion(channel, CHANNELS)}")
         table = tables.table(channel, f"[sensors.{channel}]")
-        table.allow("unit", "noise", "zero", "range")
+        table.allow("unit", "sign", "noise", "zero", "range")
         unit = table.string("unit")
         if unit is not None:
             factor_to_si(unit, CHANNELS[channel], table.where)
         noise = table.number("noise", unit=si_unit(channel), positive=True)
         zero = table.number("zero", unit=si_unit(channel), positive=True)
-        sensors[channel] = Sensor(unit=unit, noise=noise, zero=zero, range=_range(table, si_unit(channel)))
+        sensors[channel] = Sensor(unit=unit, sign=_sign(table), noise=noise, zero=zero, range=_range(table, si_unit(channel)))
     return sensors
+
+
+def _sign(table: Table) -> int:
+    """Read `sign`, 1 or -1."""
+    sign = table.values.get("sign", 1)
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise ExperimentError(f"sign in {table.where} is {shown(sign)}: expected 1 or -1; write sign = -1 to turn the channel round")
+    return int(sign)
 
 
 def _range(table: Table, unit: str) -> tuple[float, float] | None:

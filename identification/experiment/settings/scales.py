@@ -1,6 +1,6 @@
 """Whether channels that show one motion show it on one scale: a unit mistaken for another is reported before anything is fitted."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +20,8 @@ FAR = 10.0
 ALIKE = 0.95
 # A force that is strong for a larger part of the samples is an offset rather than impacts.
 MOSTLY_APART = 0.5
+# Times the scatter between records beyond which a factor is the same in all of them.
+SURE = 5.0
 # Slowest lines of a spectrum, which the window smears and an accelerometer does not feel, and what counts beside the strongest line.
 SLOWEST, STRONG = 4, 1e-2
 # A record whose time stamps are less even than this is not compared.
@@ -44,10 +46,11 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
         if ratio < 0.0:
             raise ExperimentError(
                 f"{one} and {other} point opposite ways in record {shown(record.file)}: expected both to grow towards the stop, and the "
-                "impact force to be positive in compression; turn the sign of one of them in the file"
+                f"impact force to be positive in compression; {_turned(record, one, other)}"
             )
         for channel, factor in ((one, ratio), (other, 1.0 / ratio)):
             if unit := mistaken_unit(channel, factor, units[channel]):
+                unit += " or its time in ms" if abs(abs(ratio) * 1e-6 - 1.0) < NEAR else ""
                 raise ExperimentError(
                     f"{channel} is {abs(factor):.2g} times what {other if channel == one else one} gives for it in record "
                     f"{shown(record.file)}, as if its numbers were in {unit}: expected one motion; correct 'unit' in [sensors.{channel}], "
@@ -58,6 +61,42 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
                 f"impact_force is {ratio:.2g} times mass times deceleration in record {shown(record.file)}: expected about the same; "
                 "correct 'mass' in [hammer], which is in kg, or the unit of the load cell or of the accelerometer"
             )
+
+
+def disagreements(records: Sequence[Record], mass: float | None) -> tuple[str, ...]:
+    """Say which channels show the same motion on scales that differ, by a factor that is the same in all records and is no unit.
+
+    Args:
+        records: with their channels.
+        mass: of the hammer, kg; None where it is not known.
+
+    Returns:
+        One sentence for each pair. A factor nearer to 1 than any calibration is trusted is not told, nor one that changes between records.
+    """
+    found: dict[tuple[str, str], list[float]] = {}
+    for record in records:
+        for one, other, ratio in _ratios(record, mass):
+            found.setdefault((one, other), []).append(ratio)
+    said = []
+    for (one, other), ratios in found.items():
+        mean, scatter = float(np.mean(ratios)), float(np.std(ratios))
+        if abs(mean - 1.0) > max(NEAR, SURE * scatter):
+            expected = "mass times deceleration" if one == "impact_force" else f"what {other} gives for it"
+            said.append(
+                f"{one} is {mean:.3g} times {expected}, in {len(ratios)} record{'s' if len(ratios) > 1 else ''}: check the calibration of "
+                "both; `vibrojax diagnose` tells which of them is off (gain_error)."
+            )
+    return tuple(said)
+
+
+def _turned(record: Record, one: str, other: str) -> str:
+    """Which of two channels is to be turned round: the load cell, whose pushes are positive, tells; else the operator has to."""
+    force = record.channels.get("impact_force")
+    if force is None:
+        return f"set sign = -1 in [sensors.{one}] or in [sensors.{other}]"
+    rest = force - np.nanmedian(force)
+    upright = np.nanmax(rest) > -np.nanmin(rest)
+    return f"set sign = -1 in [sensors.{'hammer_acceleration' if upright and one.startswith(('impact', 'hammer')) else one}]"
 
 
 def _ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, float]]:

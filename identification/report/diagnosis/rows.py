@@ -189,7 +189,7 @@ def error_rows(diagnosis: Diagnosis) -> list[ErrorRow]:
 
 def warnings(diagnosis: Diagnosis) -> list[str]:
     """What the reader must see, without full stops; each once."""
-    return list(dict.fromkeys(warning.rstrip(".") for warning in diagnosis.warnings))
+    return list(dict.fromkeys(warning.rstrip(".") for warning in (*diagnosis.experiment.warnings, *diagnosis.warnings)))
 
 
 def notices(diagnosis: Diagnosis) -> Iterator[str]:

@@ -47,8 +47,9 @@ def columns() -> dict[str, np.ndarray]:
     time = np.arange(SAMPLES) / 4000.0
     rng = np.random.default_rng(7)
     cart = 1.5 * np.sin(40.0 * time) + rng.normal(0.0, 0.01, SAMPLES)
-    hammer = 1e-3 * np.sin(60.0 * time) + rng.normal(0.0, 1e-5, SAMPLES)
-    return {"time": time, "hammer_displacement": hammer, "cart_displacement": cart, "impact_force": rng.normal(0.0, 0.15, SAMPLES)}
+    hammer = 3e-3 * np.sin(60.0 * time) + rng.normal(0.0, 1e-5, SAMPLES)
+    push = rng.normal(0.0, 0.15, SAMPLES) + 30.0 * np.exp(-(((np.arange(SAMPLES) - 40.0) / 3.0) ** 2))
+    return {"time": time, "hammer_displacement": hammer, "cart_displacement": cart, "impact_force": push}
 
 
 def csv_lines() -> list[str]:

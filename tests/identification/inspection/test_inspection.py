@@ -273,7 +273,7 @@ def settings_on(text):
 def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeypatch):
     (tmp_path / "experiment.toml").write_text(template())
     write_csv(tmp_path / "drop.csv", channels("drop-test"))
-    write_csv(tmp_path / "cart1.csv", channels("cart-excitation"))
+    write_csv(tmp_path / "cart1.csv", channels("cart-excitation") | {"impact_force": noisy(0.0 * TIME, 0.1)})
     assert len(load_experiment(tmp_path).records) == 2
 
     known: dict[str, set[str]] = {}
@@ -301,7 +301,7 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
 def test_every_setting_of_the_template_is_explained():
     settings = [line for line in template().splitlines() if re.match(r"#?\w+ = ", line)]
     silent = {line.partition(" = ")[0].lstrip("#") for line in settings if " # " not in line}
-    assert silent <= {"file", "kind", "gap", "unit"}  # explained in the remarks above their tables
+    assert silent <= {"file", "kind", "gap", "unit", "sign"}  # explained in the remarks above their tables
     assert all(f"# {key}:" in template() for key in silent)
 
 

@@ -1,0 +1,54 @@
+"""Whether the cart moves at the frequency that was set."""
+
+import numpy as np
+
+from identification.experiment.channels import CART_CHANNELS
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.plausibility.sine import fit_sine, share_at
+from identification.experiment.record import Record
+
+MOST = 0.5
+MISTAKEN = {
+    2.0 * np.pi: "as if it were in rad/s; excitation_frequency is in Hz",
+    60.0: "as if it were in revolutions per minute; excitation_frequency is in Hz",
+    1e3: 'as if its time stamps were in ms; add time_unit = "ms" to the record',
+    1e6: 'as if its time stamps were in us; add time_unit = "us" to the record',
+}
+"""What a set frequency may be that is so many times that of the cart."""
+
+
+def check_drive_frequency(record: Record) -> None:
+    """Compare the set frequency with the sine that the cart's own motion is.
+
+    They contradict each other where a sine explains most of the motion and one of the set frequency does not, and where they are further
+    apart than the frequency changes from the record's first half to its second.
+
+    Args:
+        record: with its channels.
+
+    Raises:
+        ExperimentError: the cart moves at another frequency; the message gives it.
+    """
+    channel = next((name for name in CART_CHANNELS if name in record.channels), None)
+    asked = record.excitation_frequency
+    if record.kind != "cart-excitation" or record.base != "sine" or asked is None or channel is None:
+        return
+    time, values = record.time, record.channels[channel]
+    middle = time.size // 2
+    whole, first, second = (fit_sine(time[part], values[part]) for part in (slice(None), slice(middle), slice(middle, None)))
+    if whole is None or first is None or second is None:
+        return
+    resolved, apart = 1.0 / float(time[-1] - time[0]), abs(whole.frequency - asked)
+    explained = whole.share > MOST and share_at(time, values, asked) < MOST
+    if not explained or apart <= abs(second.frequency - first.frequency):
+        return
+    hint = next((words for ratio, words in MISTAKEN.items() if abs(asked / ratio - whole.frequency) < resolved), "")
+    seen = f"{whole.rounded:.6g} Hz"
+    raise ExperimentError(
+        f"{channel} of record {shown(record.file)} is a sine of {seen}, and excitation_frequency is {asked:g} Hz: expected one frequency; "
+        + (
+            f"it is {asked / whole.frequency:.4g} times that of the cart, {hint}"
+            if hint
+            else f"set excitation_frequency = {whole.rounded:.6g}"
+        )
+    )

@@ -1,0 +1,227 @@
+"""Plausible mistakes in the embedded example: each told in one line when it is loaded, with the value that would be right."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.experiment import ExperimentError, load_experiment
+from vibrojax.data_files import data_path
+
+COLUMNS = ("time", "hammer_displacement", "cart_displacement", "impact_force", "hammer_acceleration")
+RECORDS = ("drop", "cart1", "cart2", "cart3")
+EXPERIMENT = (data_path("example") / "experiment.toml").read_text(encoding="utf-8")
+Change = Callable[[dict[str, np.ndarray]], None]
+
+
+@pytest.fixture(scope="session")
+def tables() -> dict[str, dict[str, np.ndarray]]:
+    """The first second of every record."""
+    found = {}
+    for name in RECORDS:
+        table = np.genfromtxt(data_path("example") / f"{name}.csv.gz", delimiter=",", names=True)
+        found[name] = {column: table[column][:4000] for column in COLUMNS}
+    return found
+
+
+def written(folder: Path, tables, text: str, change: Change = lambda columns: None, *, leave_out: tuple[str, ...] = ()) -> Path:
+    """An experiment folder with every record changed, and channels left out."""
+    for name, table in tables.items():
+        columns = {column: values.copy() for column, values in table.items() if column not in leave_out}
+        change(columns)
+        np.savez(folder / f"{name}.npz", **columns)
+    for channel in leave_out:
+        text = re.sub(rf"\[sensors\.{channel}\]\n(?:[^\[\n].*\n|\n)*", "", text)
+    (folder / "experiment.toml").write_text(text.replace(".csv.gz", ".npz"), encoding="utf-8")
+    return folder
+
+
+def times(channel: str, factor: float) -> Change:
+    """A channel multiplied."""
+    return lambda columns: columns.update({channel: factor * columns[channel]})
+
+
+def exchanged(columns: dict[str, np.ndarray]) -> None:
+    """Hammer and cart exchanged."""
+    columns.update(hammer_displacement=columns["cart_displacement"], cart_displacement=columns["hammer_displacement"])
+
+
+def without_impacts(columns: dict[str, np.ndarray]) -> None:
+    """A load cell whose cable is off."""
+    columns["impact_force"] = np.random.default_rng(1).normal(0.0, 0.15, columns["time"].size)
+
+
+def nothing(columns: dict[str, np.ndarray]) -> None:
+    """The mistake is in the experiment file."""
+
+
+ACC, CELL = ("hammer_acceleration",), ("impact_force",)
+ONLY_CARTS = EXPERIMENT.replace('file = "drop.csv.gz"\nkind = "drop-test"\ngap = 0.0\n\n[[record]]\n', "")
+ONLY_DROP = EXPERIMENT[: EXPERIMENT.index('[[record]]\nfile = "cart1')]
+
+
+def said(old: str, new: str) -> str:
+    """The experiment file with one passage replaced."""
+    assert old in EXPERIMENT
+    return EXPERIMENT.replace(old, new)
+
+
+MISTAKES: dict[str, tuple[str, Change, tuple[str, ...], str]] = {
+    "frequency": (
+        said("= 6.5 #", "= 7.5 #"),
+        nothing,
+        (),
+        r"cart_displacement of record 'cart1.npz' is a sine of 6.5 Hz.*set excitation_f.* = 6.5$",
+    ),
+    "frequency in rad/s": (
+        said("= 6.5 #", "= 40.84 #"),
+        nothing,
+        (),
+        r"is 40.84 Hz: .*it is 6.283 times that of the cart, as if it were in rad/s",
+    ),
+    "frequency in rpm": (said("= 6.5 #", "= 390 #"), nothing, (), r"is 390 Hz: .*it is 60 times .*as if it were in revolutions per minute"),
+    "time in ms": (EXPERIMENT, times("time", 1e3), (), r"is 6.5 Hz, and its samples come at 4 Hz: .*add time_unit = \"ms\" to the record"),
+    "time of a drop test in ms": (ONLY_DROP, times("time", 1e3), ACC, r"is 1.1e-06 times the impulse .*as it is if time were in ms; "),
+    "channels exchanged": (
+        EXPERIMENT,
+        exchanged,
+        CELL + ACC,
+        r"in record 'drop.npz' cart_displacement moves more .*exchange the two in 'columns'",
+    ),
+    "channels exchanged, load cell": (
+        ONLY_CARTS,
+        exchanged,
+        ACC,
+        r"'cart1.npz' loses speed in its 9 impacts, .*exchange the two in 'columns'",
+    ),
+    "channels exchanged, accelerometer": (
+        ONLY_CARTS,
+        exchanged,
+        CELL,
+        r"is that of cart_displacement and not of hammer_disp.*exchange the two",
+    ),
+    "channels exchanged, displacements": (
+        ONLY_CARTS,
+        exchanged,
+        CELL + ACC,
+        r"hammer_displacement of record 'cart1.npz' is a sine to its noise.*exchange",
+    ),
+    "gap in mm": (
+        said("gap = 0.001", "gap = 1.0"),
+        nothing,
+        (),
+        r"gap of record 'cart2.npz' is 1 m, .*at 0.000991 m: .*1 mm would be gap = 0.001$",
+    ),
+    "gap in mm, accelerometer": (
+        said("gap = 0.001", "gap = 1.0"),
+        nothing,
+        CELL,
+        r"gap of record 'cart2.npz' is 1 m, .*stands at 0.00112 m",
+    ),
+    "gap of a drop test in mm": (
+        said("gap = 0.0\n", "gap = 5.0\n"),
+        nothing,
+        CELL + ACC,
+        r"'drop.npz' is 5 m, and its hammer comes no further than",
+    ),
+    "sign of the hammer": (
+        EXPERIMENT,
+        times("hammer_displacement", -1.0),
+        ACC,
+        r"gains speed in its 9 .*set sign = -1 in \[sensors.hammer_displacement\]",
+    ),
+    "sign of the cart": (
+        EXPERIMENT,
+        times("cart_displacement", -1.0),
+        ACC,
+        r"points away from the stop.*set sign = -1 in \[sensors.cart_disp",
+    ),
+    "sign of the load cell": (
+        EXPERIMENT,
+        times("impact_force", -1.0),
+        (),
+        r"impact_force .* falls in 9 .*set sign = -1 in \[sensors.impact_force\]",
+    ),
+    "sign of the accelerometer": (
+        EXPERIMENT,
+        times("hammer_acceleration", -1.0),
+        (),
+        r"opposite ways.*set sign = -1 in \[sensors.hammer_accel",
+    ),
+    "no impact": (
+        EXPERIMENT,
+        without_impacts,
+        (),
+        r"'drop.npz' is a drop-test, and impact_force shows no impact .*set kind = \"free-decay\"",
+    ),
+    "displacement in mm": (
+        said('unit = "mm"', 'unit = "m"'),
+        nothing,
+        ACC,
+        r"is 1.1e\+03 times the impulse .*if hammer_displacement were in mm or",
+    ),
+    "mass in g": (
+        said("mass = 0.431", "mass = 431"),
+        nothing,
+        ACC,
+        r"is 1.1e\+03 times the impulse .*or mass were in g; correct 'mass', which is in kg",
+    ),
+}
+"""Experiment file, change of the records, channels that the rig lacks, and what must be said."""
+
+
+@pytest.mark.parametrize(("text", "change", "leave_out", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told_with_what_would_be_right(text, change, leave_out, message, tables, tmp_path):
+    with pytest.raises(ExperimentError, match=message) as caught:
+        load_experiment(written(tmp_path, tables, text, change, leave_out=leave_out))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("leave_out", [(), ACC, CELL, ACC + CELL, ("cart_displacement",), ("hammer_displacement",)], ids=" ".join)
+def test_nothing_is_said_of_a_sound_experiment(leave_out, tables, tmp_path):
+    assert load_experiment(written(tmp_path, tables, EXPERIMENT, leave_out=leave_out)).warnings == ()
+
+
+def test_a_drive_whose_frequency_changes_is_left_to_the_diagnosis(tables, tmp_path):
+    def drifting(columns):
+        time = columns["time"]
+        sine = np.sin(2.0 * np.pi * (6.5 * time + 0.6 * time**2))
+        columns["cart_displacement"] = sine + np.random.default_rng(1).normal(0.0, 0.01, time.size)
+
+    alone = ONLY_CARTS[: ONLY_CARTS.index('[[record]]\nfile = "cart2')]
+    load_experiment(written(tmp_path, {"cart1": tables["cart1"]}, alone, drifting, leave_out=CELL + ACC))
+
+
+@pytest.mark.parametrize("channel", ["hammer_displacement", "hammer_acceleration", "impact_force"])
+def test_sign_turns_a_channel_round(channel, tables, tmp_path):
+    turned = EXPERIMENT.replace(f"[sensors.{channel}]", f"[sensors.{channel}]\nsign = -1", 1)
+    one = load_experiment(written(tmp_path, tables, turned, times(channel, -1.0))).records[0]
+    (tmp_path / "other").mkdir()
+    other = load_experiment(written(tmp_path / "other", tables, EXPERIMENT)).records[0]
+    np.testing.assert_array_equal(one.channels[channel], other.channels[channel])
+
+
+@pytest.mark.parametrize("sign", ["0", "-2", '"-1"', "true"])
+def test_a_sign_that_is_none(sign, tables, tmp_path):
+    wrong = EXPERIMENT.replace("[sensors.impact_force]", f"[sensors.impact_force]\nsign = {sign}", 1)
+    with pytest.raises(ExperimentError, match=r"sign in \[sensors.impact_force\] is .*: expected 1 or -1; write sign = -1"):
+        load_experiment(written(tmp_path, tables, wrong))
+
+
+def test_sensors_that_disagree_by_a_factor_are_told_and_left_to_the_diagnosis(tables, tmp_path):
+    (warning, other) = load_experiment(written(tmp_path, tables, EXPERIMENT, times("hammer_acceleration", 1.5))).warnings
+    assert warning.startswith(
+        "hammer_acceleration is 1.49 times what hammer_displacement gives for it, in 4 records: check the calibration"
+    )
+    assert other.startswith("impact_force is 0.658 times mass times deceleration, in 4 records")
+
+
+def test_a_factor_that_changes_between_records_is_no_calibration(tables, tmp_path):
+    factors = iter((0.9, 1.5, 1.1, 1.6))
+
+    def other_each_time(columns):
+        columns["hammer_acceleration"] = next(factors) * columns["hammer_acceleration"]
+
+    assert load_experiment(written(tmp_path, tables, EXPERIMENT, other_each_time, leave_out=CELL)).warnings == ()
