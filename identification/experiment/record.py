@@ -8,6 +8,50 @@ from jaxtyping import Float64
 from identification.experiment.readers import stem_of
 
 
+@dataclass(frozen=True, kw_only=True)
+class Preparation:
+    """What is done to a record before it is used, as its table declares it.
+
+    Attributes:
+        crop: first and last instant that are kept, s; None for the whole record.
+        lowpass: cut-off of a low-pass without phase on every channel, Hz, or None.
+        decimate: every how many samples one is kept, behind an anti-alias filter, or None.
+        resample: new sampling rate, Hz, or None.
+        detrend: "constant" or "linear", by channel: what is subtracted.
+    """
+
+    crop: tuple[float, float] | None = None
+    lowpass: float | None = None
+    decimate: int | None = None
+    resample: float | None = None
+    detrend: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def words(self) -> str:
+        """What is done, in the order in which it is; empty for nothing."""
+        said = [f"crop to {self.crop[0]:g} to {self.crop[1]:g} s"] if self.crop is not None else []
+        said += [f"low-pass at {self.lowpass:g} Hz"] if self.lowpass is not None else []
+        said += [f"every {self.decimate}th sample behind an anti-alias filter"] if self.decimate is not None else []
+        said += [f"resampled to {self.resample:g} Hz"] if self.resample is not None else []
+        said += [f"{'mean' if kind == 'constant' else 'straight line'} taken out of {name}" for name, kind in self.detrend.items()]
+        return ", ".join(said)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensed:
+    """What a channel's samples said of its noise before they were filtered.
+
+    Attributes:
+        estimate: standard deviation of the noise, SI; None where it cannot be estimated.
+        step: of the quantisation, SI; 0 where there is none.
+        gain: standard deviation of white noise behind the filters over that before them.
+    """
+
+    estimate: float | None
+    step: float
+    gain: float = 1.0
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
     """One record of an experiment.
@@ -29,6 +73,8 @@ class Record:
         channels: recorded channels in SI, float64, shape (samples,); NaN where a sample is not usable.
         noise: standard deviation of each recorded channel, SI, above 0: declared plus quantisation, else estimated.
         noise_estimated: the channels whose noise was estimated.
+        preparation: what was done to the recorded samples.
+        sensed: of the channels that were filtered, what their samples said of their noise before.
         sha256: of the file's bytes, hexadecimal; None where there is no file.
         notices: sentences for the operator on everything that was found odd or handled.
     """
@@ -49,6 +95,8 @@ class Record:
     channels: dict[str, Float64[np.ndarray, " samples"]] = field(default_factory=dict)
     noise: dict[str, float] = field(default_factory=dict)
     noise_estimated: frozenset[str] = frozenset()
+    preparation: Preparation = Preparation()
+    sensed: dict[str, Sensed] = field(default_factory=dict)
     sha256: str | None = None
     notices: tuple[str, ...] = ()
 

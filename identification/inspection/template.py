@@ -91,6 +91,11 @@ excitation_frequency = 6.25 # Hz, as set; amplitude and phase of the cart are es
 #columns = { time = "t", hammer_displacement = "LVDT 2 [mm]" } # channel = column, where a column does not bear the channel's name
 #units = { cart_displacement = "um" } # of the numbers in this file, where neither the file nor the sensor's table is right
 #drop_bad_time = true # leave out samples without a time stamp, or with that of the sample before
+#crop = [0.2, 2.5] # s, first and last instant that are used, on the file's own clock
+#lowpass = 500.0 # Hz: a low-pass without phase on every channel; far above one over the duration of a contact
+#decimate = 4 # keep one sample of so many, behind an anti-alias filter
+#resample = 2000.0 # Hz, instead of decimate: another rate, or even steps where those of the file are not
+#detrend = { hammer_acceleration = "constant" } # take the mean ("constant") or a straight line ("linear") out of a channel
 #time_unit = "ms" # of the time column: s, ms, us, min; left out, what the file states, else s
 # The following are used by `vibrojax simulate`; a fit estimates them.
 #base_amplitude = 0.002 # A0, m

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from identification.result.plain_dataclass import to_plain
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
 from vibrojax.model_file import model_document
 
@@ -19,11 +20,13 @@ VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scip
 
 
 def provenance(result: FitResult) -> dict[str, Any]:
-    """Provenance of a result: versions, sha256 of every input file, seed, wall time by stage in s."""
+    """Provenance of a result: versions, sha256 of every input file and how it was prepared, seed, wall time by stage in s."""
     experiment = result.experiment
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
     versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
-    return {"versions": versions, "sha256": hashes, "seed": result.seed, "seconds": plain(result.seconds)}
+    prepared = {record.file: to_plain(record.preparation) for record in experiment.records if record.preparation.words}
+    origin = {"versions": versions, "sha256": hashes, "seed": result.seed, "seconds": plain(result.seconds)}
+    return origin | ({"preparation": prepared} if prepared else {})
 
 
 def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:

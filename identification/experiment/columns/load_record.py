@@ -11,11 +11,12 @@ from identification.experiment.columns.assignment import assign, wanted_columns
 from identification.experiment.columns.channel_unit import channel_factor, time_factor
 from identification.experiment.columns.location import file_exists, record_path, sha256_of
 from identification.experiment.columns.missing import mark_missing, mask_range
+from identification.experiment.columns.preparation import prepared
 from identification.experiment.columns.saturation import saturation_notices
 from identification.experiment.columns.timebase import check_drive, check_time, declared_time, drop_bad_time
 from identification.experiment.errors import ExperimentError, listed
 from identification.experiment.readers import read_columns
-from identification.experiment.record import Record
+from identification.experiment.record import Record, Sensed
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.record_settings import RecordSettings
 
@@ -47,8 +48,6 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     time, recorded, dropped = drop_bad_time(raw.time, raw.channels) if settings.drop_bad_time else (raw.time, raw.channels, ())
     time = time * time_factor(settings, columns.units.get(wanted[TIME]))
     notices = [*columns.notices, *raw.notices, *dropped, *check_time(time, settings.where)]
-    if need_file:
-        check_drive(settings.numbers["excitation_frequency"], time, settings.where)
     channels = {}
     for channel, values in recorded.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))
@@ -56,6 +55,12 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         notices.extend(found)
         if cleaned is not None:
             channels[channel] = cleaned
+    sensed: dict[str, Sensed] = {}
+    if settings.preparation.words and channels:
+        time, channels, sensed, done = prepared(time, channels, settings.preparation, settings.where)
+        notices.extend(done)
+    if need_file:
+        check_drive(settings.numbers["excitation_frequency"], time, settings.where)
     if need_file and not channels:
         raise ExperimentError(f"{settings.where} has no usable sample in any channel: expected some; record it again or remove it")
     _check_driving_channels(settings, set(channels))
@@ -63,6 +68,8 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         **_declared(settings),
         time=time,
         channels=channels,
+        preparation=settings.preparation,
+        sensed=sensed,
         sha256=sha256_of(path),
         notices=tuple(notices),
     )

@@ -21,7 +21,8 @@ REPORTED = 1.02
 def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed: bool = True) -> tuple[Record, ...]:
     """Fill in `noise` and `noise_estimated` of all records.
 
-    A declared noise is the sensor's; the quantisation of the record, a variance of step^2 / 12, is added to it.
+    A declared noise is the sensor's; the quantisation of the record, a variance of step^2 / 12, is added to it. Of a channel that was
+    filtered both, and an estimate, are those before the filter times its gain for white noise.
     A channel that stands still, or has too few samples, has no estimate of its own: it takes the largest one of the same channel in another
     record, else of a channel of the same dimension. Fitted records take none from records that are held back.
 
@@ -37,8 +38,7 @@ def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed:
         ExperimentError: a channel's noise is not declared and can neither be estimated nor taken from another record.
     """
     estimates = [
-        {channel: estimate_noise(values) for channel, values in record.channels.items() if sensors[channel].noise is None}
-        for record in records
+        {channel: _sensed(record, channel)[0] for channel in record.channels if sensors[channel].noise is None} for record in records
     ]
     of_fitted = [own for record, own in zip(records, estimates, strict=True) if not record.held_back]
     filled = tuple(
@@ -62,7 +62,7 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
     for channel, values in record.channels.items():
         declared = sensors[channel].noise
         if declared is not None:
-            step = quantisation_step(values)
+            step, declared = _sensed(record, channel)[1], declared * (record.sensed[channel].gain if channel in record.sensed else 1.0)
             noise[channel] = hypot(declared, step / sqrt(12.0))
             if noise[channel] > REPORTED * declared:
                 notices.append(
@@ -86,6 +86,15 @@ def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[s
     if estimated:
         notices.append(f"Noise not declared, estimated as if it were white: {', '.join(estimated)}.")
     return replace(record, noise=noise, noise_estimated=frozenset(channel for channel in own if channel in noise), notices=tuple(notices))
+
+
+def _sensed(record: Record, channel: str) -> tuple[float | None, float]:
+    """Estimated noise and quantisation of a channel; of one that was filtered, what is left of them behind the filter."""
+    if channel not in record.sensed:
+        values = record.channels[channel]
+        return estimate_noise(values), quantisation_step(values)
+    before = record.sensed[channel]
+    return None if before.estimate is None else before.gain * before.estimate, before.gain * before.step
 
 
 def _from_elsewhere(channel: str, estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> tuple[float | None, str]:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from identification.experiment.channels import CHANNELS, KINDS, TIME
 from identification.experiment.errors import ExperimentError, shown, suggestion
 from identification.experiment.readers import stem_of
+from identification.experiment.record import Preparation
+from identification.experiment.settings.preparation_settings import read_preparation
 from identification.experiment.settings.schema import Table
 from identification.experiment.units import factor_to_si
 
@@ -13,7 +15,21 @@ UNDRIVEN = ("drop-test", "free-decay")
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
 POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
-KEYS = ("file", "kind", "gap", "base", "held_back", *NUMBERS, *POSITIVE_NUMBERS, "columns", "units", "time_unit", "drop_bad_time")
+PREPARATION = ("crop", "lowpass", "decimate", "resample", "detrend")
+KEYS = (
+    "file",
+    "kind",
+    "gap",
+    "base",
+    "held_back",
+    *NUMBERS,
+    *POSITIVE_NUMBERS,
+    "columns",
+    "units",
+    "time_unit",
+    "drop_bad_time",
+    *PREPARATION,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +47,7 @@ class RecordSettings:
         time_unit: of the time column, or None.
         drop_bad_time: whether samples without a time stamp, or with that of the sample before, are to be left out.
         held_back: whether the record is to be predicted, not fitted.
+        preparation: of its samples.
     """
 
     file: str
@@ -43,6 +60,7 @@ class RecordSettings:
     time_unit: str | None
     drop_bad_time: bool
     held_back: bool
+    preparation: Preparation
 
     @property
     def where(self) -> str:
@@ -95,6 +113,7 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         time_unit=time_unit,
         drop_bad_time=table.flag("drop_bad_time"),
         held_back=table.flag("held_back"),
+        preparation=read_preparation(table),
     )
 
 
