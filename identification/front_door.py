@@ -8,6 +8,7 @@ import dataclasses
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 from rich.console import Console, RenderableType
@@ -151,6 +152,7 @@ def fit(
     effects: Sequence[str] = (),
     starts: int | None = None,
     seed: int = 0,
+    smoothing: float | None = None,
     progress: Progress = lambda stage: None,
 ) -> Fit:
     """Estimate the parameters of the nominal model, or of one with effects.
@@ -161,17 +163,20 @@ def fit(
         effects: names of those that are added to the nominal model and fitted with it; `diagnose` looks for effects.
         starts: to try; several where the first fit leaves a misfit, if None.
         seed: of every random draw.
+        smoothing: width of the contact switch, m, with which Diffrax integrates the smoothed law; None for the exact contact.
         progress: called with a line of text at each stage.
 
     Raises:
-        InputError: JAX computes in single precision, the experiment cannot be used, or a name is unknown.
+        InputError: JAX computes in single precision, the experiment cannot be used, a name is unknown, or the smoothed contact does not
+            go with the law or the effects.
         NoConvergenceError: the model cannot be integrated in any window, or the fit did not converge.
     """
     check_precision()
     if starts is not None and starts < 1:
         raise InputError(f"starts is {starts}: expected 1 or more")
     extend = extension(effects)
-    found = Fit(fit_experiment(_loaded(experiment), law=law, starts=starts, seed=seed, extend=extend, progress=progress))
+    options: dict[str, Any] = {"law": law, "starts": starts, "seed": seed, "extend": extend, "smoothing": smoothing}
+    found = Fit(fit_experiment(_loaded(experiment), progress=progress, **options))
     check_converged(found.result)
     return found
 

@@ -21,7 +21,7 @@ from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_ne
 from identification.result.netcdf_result import StoredFit, stored_fit, write_result
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
-from identification.windows.declared_model import nominal_model
+from identification.windows.declared_model import check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.lists import joined
 from vibrojax.effects import EFFECTS
@@ -41,21 +41,25 @@ def run_fit(
     reference: Path | None = None,
     starts: int | None = None,
     seed: int = 0,
+    smoothing: float | None = None,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
     """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
 
-    `effects` are added to the nominal model. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
+    `effects` are added to the nominal model; `smoothing` is the width of the contact switch, m, None for the exact contact.
+
+    Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
     extend = extension(effects)
     progress("reading the records")
     loaded = _loaded(experiment, progress)
     table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
+    check_smoothing(model.law, smoothing)
     if table is not None:
         check_reference(table, _units(model, effects))
-    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, extend=extend, progress=progress)
+    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, extend=extend, smoothing=smoothing, progress=progress)
     check_converged(result)
     progress("drawing the report")
     write_fit(result, folder, table, style)

@@ -40,7 +40,7 @@ from identification.result.result import (
 from identification.result.unrest import Unrest, unrest
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared, prepare
-from vibrojax.errors import NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError
 
 Progress = Callable[[str], None]
 Extension = Callable[[Fitted, Progress], tuple[Fitted, Added]]
@@ -60,6 +60,7 @@ def fit_experiment(
     starts: int | None = None,
     seed: int = 0,
     extend: Extension | None = None,
+    smoothing: float | None = None,
     progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit the nominal model to an experiment, or a model with effects.
@@ -70,11 +71,17 @@ def fit_experiment(
         starts: number of starts; None uses several only where the first fit leaves a misfit, 1 never does.
         seed: of the random starts.
         extend: adds effects to the fitted nominal model; none if left out.
+        smoothing: width of the contact switch, m, which Diffrax then integrates; None for the exact contact.
         progress: called with a line of text at each stage.
+
+    Raises:
+        InputError: the smoothed contact does not go with this law or with effects.
     """
+    if smoothing is not None and extend is not None:
+        raise InputError("the smoothed integrator integrates no effects: expected none beside it; fit them with the landing integrator")
     clock = _Clock()
     progress("reading first guesses from the records")
-    prepared = prepare(experiment, law=law)
+    prepared = prepare(experiment, law=law, smoothing=smoothing)
     clock.lap("prepare")
     outcome, tried = _optimum(prepared, starts, seed, clock, progress)
     nominal = _most_likely(prepared, outcome, progress)
@@ -95,7 +102,7 @@ def fit_experiment(
     clock.lap("records")
     model, restless = found.model, unrest(found, alpha=FORCE_BY_CHANCE)
     progress("predicting the held-back records and free vibrations")
-    held_back = held_back_fits(experiment, model)
+    held_back = held_back_fits(experiment, model, smoothing=smoothing)
     decays = ring_downs(experiment, (*records, *held_back), {"nominal": nominal.model} | ({"augmented": model} if extend else {}))
     clock.lap("held back")
     chosen = np.flatnonzero(known.shared)
@@ -121,6 +128,7 @@ def fit_experiment(
         held_back=held_back,
         between_records=disagreements(found),
         ring_downs=decays,
+        smoothing=smoothing,
         added=added and _predicting(added, nominal, experiment, held_back),
     )
 

@@ -24,7 +24,9 @@ _SIDE_BY_SIDE = 1
 """Windows per chunk: they are too long and too few to be padded to more."""
 
 
-def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength = LONG) -> tuple[RecordFit, ...]:
+def held_back_fits(
+    experiment: Experiment, model: Model, *, window: WindowLength = LONG, smoothing: float | None = None
+) -> tuple[RecordFit, ...]:
     """Predict every held-back record with a model that was fitted to the others.
 
     Shared parameters stay fixed. Only the numbers that belong to a record or a window and that no other record identifies are estimated:
@@ -34,6 +36,7 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
         experiment: whole, as loaded.
         model: fitted; with or without effects.
         window: length of a stretch predicted from one initial state.
+        smoothing: width of the contact switch, m; None for the exact contact.
 
     Returns:
         One `RecordFit` for each record of `experiment.held_back`, in their order; empty where none is held back. Where the model cannot be
@@ -45,7 +48,8 @@ def held_back_fits(experiment: Experiment, model: Model, *, window: WindowLength
     if not experiment.held_back:
         return ()
     records = tuple(dataclasses.replace(record, held_back=False) for record in experiment.held_back)
-    prepared = prepare(dataclasses.replace(experiment, records=records, parameters={}), law=model.law.name, window=window)
+    held = dataclasses.replace(experiment, records=records, parameters={})
+    prepared = prepare(held, law=model.law.name, window=window, smoothing=smoothing)
     prepared = _under(prepared, model, weighed=experiment.mass_is_known)
     integrator = integrator_for(prepared)
     evaluate = evaluator(prepared, integrator, side_by_side=_SIDE_BY_SIDE)

@@ -15,17 +15,17 @@ from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
 from vibrojax.channels import EVERY_CHANNEL, UNITS
 from vibrojax.compiling import soon_compiled
-from vibrojax.integrate import SUCCESS, Landing
+from vibrojax.integrate import SUCCESS, AbstractBatchIntegrator
 
 _UNITS = {"base_amplitude": "m", "base_phase": "rad", "gap_error": "m"}
 
 
 @soon_compiled
-def _predict(model, layout, integrator: Landing, windows: Windows, local):
+def _predict(model, layout, integrator: AbstractBatchIntegrator, windows: Windows, local):
     return predict(model, layout, integrator, windows, local)
 
 
-def record_fits(prepared: Prepared, integrator: Landing, estimate: Estimate, errors: np.ndarray) -> tuple[RecordFit, ...]:
+def record_fits(prepared: Prepared, integrator: AbstractBatchIntegrator, estimate: Estimate, errors: np.ndarray) -> tuple[RecordFit, ...]:
     """One `RecordFit` per record; `errors` are the standard errors of the nuisances, (records, nuisances), NaN where not estimated."""
     names = ("relative_velocity", "in_contact", "window")
     series = [{name: np.full(len(record.time), np.nan) for name in (*EVERY_CHANNEL, *names)} for record in prepared.experiment.records]

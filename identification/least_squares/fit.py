@@ -18,7 +18,7 @@ from identification.windows.lanes import chunked
 from identification.windows.layout import NUISANCES, Active, Estimate, Layout, free_nuisances
 from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
-from vibrojax.integrate import Landing
+from vibrojax.integrate import AbstractBatchIntegrator, Landing
 from vibrojax.model import Model
 
 Progress = Callable[[str, int, float], None]
@@ -41,8 +41,28 @@ _NEAR = 0.02
 """Distance to the stop, relative to the whole motion, at which contact is possible."""
 
 
-def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
-    """Integrator with steps that resolve frequencies and impacts; `refinement` 2 halves every step, with the same compiled program."""
+def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> AbstractBatchIntegrator:
+    """Integrator of a fit: of the exact contact, or Diffrax on the smoothed one where `prepared.smoothing` gives its width.
+
+    `refinement` 2 halves every step, with the same compiled program. The error of the smoothed integrator, which its tolerance sets, falls
+    with the eighth power of the step.
+    """
+    exact = landing_for(prepared, refinement=refinement)
+    if prepared.smoothing is None:
+        return exact
+    from vibrojax.integrate import Smoothed  # imports Diffrax
+
+    usual, finer = Smoothed(prepared.smoothing), refinement**-8.0
+    return Smoothed(
+        smoothing=jnp.asarray(prepared.smoothing),
+        rtol=jnp.asarray(finer * usual.rtol),
+        atol=jnp.asarray(finer * usual.atol),
+        longest_step=jnp.asarray(exact.flight_step),
+    )
+
+
+def landing_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
+    """Steps of the exact contact that resolve frequencies and impacts; `refinement` 2 halves every step, with the same compiled program."""
     groups = prepared.groups
     fastest = max([float(group.frequency_hz.max()) for group in groups] + [prepared.model.values().get("f_n", 0.0)])
     flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf
@@ -60,7 +80,7 @@ def integrator_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
     )
 
 
-def evaluator(prepared: Prepared, integrator: Landing, *, side_by_side: int = CHUNK) -> Callable[[Estimate], Equations]:
+def evaluator(prepared: Prepared, integrator: AbstractBatchIntegrator, *, side_by_side: int = CHUNK) -> Callable[[Estimate], Equations]:
     """Function from a point of the fit to the normal equations of all windows.
 
     Windows go through in chunks of one size, which fit the processor's cache, share one compiled program whatever their number, and

@@ -13,7 +13,7 @@ from identification.windows.windows import Windows
 from vibrojax.channels import channels
 from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import Harmonic, Unforced
-from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
+from vibrojax.integrate import SUCCESS, AbstractBatchIntegrator, Guided, Trajectory
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -60,7 +60,7 @@ def initial_states(layout: Layout, local: Float[Array, "lanes size"]) -> Float[A
 
 
 def predict(
-    model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
+    model: Model, layout: Layout, integrator: AbstractBatchIntegrator, windows: Windows, local: Float[Array, "lanes size"]
 ) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
     """Model channels of every window, in the order of `windows.channels`, and the trajectories."""
     systems = jax.vmap(lambda lane, vector: lane_system(model, layout, lane, vector))(windows, local)
@@ -88,7 +88,7 @@ def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
 
 
 def weighted_residual(
-    model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]
+    model: Model, layout: Layout, integrator: AbstractBatchIntegrator, windows: Windows, local: Float[Array, "lanes size"]
 ) -> tuple[Float[Array, "lanes time channels"], Trajectory]:
     """r = (measured - model) / sigma, zero where nothing counts, and the trajectories."""
     predicted, trajectory = predict(model, layout, integrator, windows, local)
@@ -97,14 +97,16 @@ def weighted_residual(
 
 
 @soon_compiled
-def residuals(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]):
+def residuals(model: Model, layout: Layout, integrator: AbstractBatchIntegrator, windows: Windows, local: Float[Array, "lanes size"]):
     """Compiled `weighted_residual`, with each window's result code."""
     residual, trajectory = weighted_residual(model, layout, integrator, windows, local)
     return residual, trajectory.result
 
 
 @soon_compiled
-def normal_equations(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> Normal:
+def normal_equations(
+    model: Model, layout: Layout, integrator: AbstractBatchIntegrator, windows: Windows, local: Float[Array, "lanes size"]
+) -> Normal:
     """Cost, gradient and Gauss-Newton matrix of every window, by forward-mode differentiation with respect to its own vector.
 
     Windows share no state, so one sweep with `size` tangents gives the derivatives of all of them.

@@ -9,13 +9,13 @@ from identification.least_squares.levenberg_marquardt import settle
 from identification.windows.layout import Estimate
 from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
-from vibrojax.integrate import Landing
+from vibrojax.integrate import AbstractBatchIntegrator
 
 _SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
 """Parts of a window, from its start, on which the initial state is fitted in turn."""
 
 
-def settled_gradually(prepared: Prepared, integrator: Landing, *, side_by_side: int = CHUNK) -> tuple[Estimate, np.ndarray]:
+def settled_gradually(prepared: Prepared, integrator: AbstractBatchIntegrator, *, side_by_side: int = CHUNK) -> tuple[Estimate, np.ndarray]:
     """Fit the initial states from `prepared.start` on a growing part of every window; returns the windows' costs as well.
 
     A slightly wrong state may miss an impact late in the window, and no derivative leads back from there.

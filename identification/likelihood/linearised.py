@@ -18,7 +18,7 @@ from identification.windows.prepare import Prepared
 from identification.windows.windows import FITTED_CHANNELS, Windows
 from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import PiecewiseLinearForce
-from vibrojax.integrate import Landing
+from vibrojax.integrate import AbstractBatchIntegrator
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -125,7 +125,7 @@ def disturbed(groups: tuple[Windows, ...], estimate: Estimate, places: Float[np.
 
 
 def linearised(
-    prepared: Prepared, integrator: Landing, estimate: Estimate, places: Float[np.ndarray, " knots"] | None = None
+    prepared: Prepared, integrator: AbstractBatchIntegrator, estimate: Estimate, places: Float[np.ndarray, " knots"] | None = None
 ) -> Linearised:
     """Integrate every window with the tangents of its own vector; under the estimated random force if `places`, its knots, are given."""
     model, layout, local = as_arrays(prepared.model), prepared.layout, estimate.local(prepared.record)
@@ -204,7 +204,9 @@ def _only_finite(values: np.ndarray, finite: np.ndarray) -> np.ndarray:
 
 
 @soon_compiled
-def _tangents(model: Model, layout: Layout, integrator: Landing, windows: Windows, local: Float[Array, "lanes size"]) -> dict[str, Array]:
+def _tangents(
+    model: Model, layout: Layout, integrator: AbstractBatchIntegrator, windows: Windows, local: Float[Array, "lanes size"]
+) -> dict[str, Array]:
     """Residual, Jacobian, motion and state derivatives of some windows."""
     free = jnp.asarray(layout.free_own, int)
 

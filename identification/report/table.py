@@ -21,7 +21,7 @@ from identification.report.rows import (
 from identification.report.verdict import GOOD, judge
 from identification.result.reference import Reference, compare, unmatched
 from identification.result.result import FitResult, RecordFit
-from identification.wording.numbers import NONE, compact
+from identification.wording.numbers import NONE, compact, significant
 from identification.wording.symbols import symbol_text
 
 
@@ -64,6 +64,8 @@ def _verdict(result: FitResult) -> Text:
         f"\n{result.experiment.name}: {len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom", "not bold"
     )
     text.append(f"\n{result.model.law.title}, {result.model.suspension.name} suspension", "not bold")
+    if result.smoothing is not None:
+        text.append(f"; contact smoothed over {significant(1e6 * result.smoothing)} µm, integrated with Diffrax", "not bold")
     if load := load_words(result.model):
         text.append(f"\nknown load: {load}", "not bold")
     return text

@@ -56,6 +56,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "converged": result.converged,
         "iterations": result.iterations,
         "discretisation": result.discretisation,
+        "integrator": {"name": "landing" if result.smoothing is None else "smoothed", "smoothing": result.smoothing},
         "unrest": None if result.unrest is None else result.unrest.document(),
         "between_records": {one.name: one.document() for one in result.between_records},
         "ring_downs": result.ring_downs.document(),

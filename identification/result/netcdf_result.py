@@ -32,6 +32,7 @@ NUMBERS = (
     "added",
     "between_records",
     "ring_downs",
+    "smoothing",
 )
 _PREFIX = "record"
 

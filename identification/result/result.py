@@ -166,6 +166,7 @@ class FitResult:
         added: effects that were added on request; None for the nominal model.
         between_records: each parameter that several records identify, as each of them alone estimates it.
         ring_downs: damping and frequency by amplitude of free vibrations.
+        smoothing: width of the contact switch that was integrated, m; None for the exact contact.
     """
 
     experiment: Experiment
@@ -190,3 +191,4 @@ class FitResult:
     added: Added | None = None
     between_records: tuple[Disagreement, ...] = ()
     ring_downs: RingDowns = dataclasses.field(default_factory=RingDowns)
+    smoothing: float | None = None

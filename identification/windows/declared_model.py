@@ -1,9 +1,11 @@
 """Nominal model of an experiment, as declared before any fit."""
 
+import math
 from typing import Any
 
 from identification.experiment import Experiment, ExperimentError
-from vibrojax.contact import LAWS, AbstractInstantaneousLaw
+from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
+from vibrojax.errors import InputError
 from vibrojax.load import Load
 from vibrojax.model import Model
 from vibrojax.suspension import SUSPENSIONS
@@ -31,3 +33,15 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
         law=LAWS[name](**{p.field: numbers[p.field] for p in LAWS[name].parameters}),
         load=Load(incline=experiment.load.incline, constant_force=experiment.load.constant_force),
     )
+
+
+def check_smoothing(law: AbstractContactLaw, width: float | None) -> None:
+    """Refuse a width of the contact switch, m, that is no length, and one for a stop without a force."""
+    if width is None:
+        return
+    if not 0.0 < width < math.inf:
+        raise InputError(f"the width of the smoothed contact is {width:g} m: expected a length above 0, short against the indentation")
+    if isinstance(law, AbstractInstantaneousLaw):
+        raise InputError(
+            f"the stop of law {law.name!r} is rigid, so it has no force to smooth: expected the landing integrator, or another law"
+        )

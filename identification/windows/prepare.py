@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.experiment import Experiment, ExperimentError, Record
 from identification.windows.clearance import check_clearance
-from identification.windows.declared_model import nominal_model
+from identification.windows.declared_model import check_smoothing, nominal_model
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics
 from identification.windows.lanes import grouped, initial_states, inputs_of, lane
@@ -44,6 +44,8 @@ class Prepared:
     """Per record: smoothed motion, None where the motion against the stop was not recorded."""
     carts: tuple[SampledMotion | None, ...]
     """Per record: motion of the cart where it was measured and drives the model."""
+    smoothing: float | None = None
+    """Width of the contact switch of a fit with the smoothed law, m; None for the exact contact."""
 
     @property
     def record(self) -> np.ndarray:
@@ -61,11 +63,19 @@ def check_precision() -> None:
         raise InputError('JAX computes in single precision: expected float64; call jax.config.update("jax_enable_x64", True) first')
 
 
-def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None) -> Prepared:
+def prepare(
+    experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None, smoothing: float | None = None
+) -> Prepared:
     """Cut the records into windows and derive first guesses.
 
     Held-back records are excluded here, so that nothing built on windows depends on them. The part of a record before the release of a held
     hammer is excluded as well.
+
+    Args:
+        experiment: whole, as loaded.
+        law: contact law by name; the experiment's own, else the nominal one, if None.
+        window: length of the windows.
+        smoothing: width of the contact switch, m; None for the exact contact.
 
     Raises:
         ExperimentError: the experiment cannot be fitted.
@@ -73,6 +83,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
     """
     check_precision()
     model = nominal_model(experiment.fitting, law)
+    check_smoothing(model.law, smoothing)
     check_clearance(experiment, model.law)
     experiment = experiment.fitting
     experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
@@ -116,6 +127,7 @@ def prepare(experiment: Experiment, *, law: str | None = None, window: WindowLen
         candidates={origin: layout.internal(guess) for origin, (guess, _) in guesses.items()},
         motions=tuple(motions),
         carts=tuple(measured),
+        smoothing=smoothing,
     )
 
 

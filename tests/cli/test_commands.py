@@ -58,11 +58,32 @@ def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     assert status == 0
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
-    assert options == {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
+    assert options == {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "starts": 4, "seed": 7, "smoothing": None, "style": PRINT}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err
     assert "results/report.html" in captured.out
+
+
+@pytest.mark.parametrize(("given", "width"), [((), 1e-6), (("--smoothing", "3e-5"), 3e-5)])
+def test_the_smoothed_integrator_has_a_width(jobs, monkeypatch, given, width):
+    assert call(monkeypatch, fit.main, "rig", "--integrator", "smoothed", *given) == 0
+    ((_, options),) = jobs.calls
+    assert options["smoothing"] == width
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (("--smoothing", "1e-6"), "--smoothing 1e-06 is given for the landing integrator: expected --integrator smoothed beside it"),
+        (("--integrator", "smoothed", "--smoothing", "0"), "--smoothing is 0 m: expected a length above 0"),
+        (("--integrator", "smooth"), "'smooth' is no integrator; expected landing|smoothed"),
+    ],
+)
+def test_an_integrator_that_cannot_be_used_is_refused(jobs, monkeypatch, capsys, given, message):
+    assert call(monkeypatch, fit.main, "rig", *given) == 2
+    assert message in capsys.readouterr().err
+    assert not jobs.calls
 
 
 def test_results_are_named_after_the_experiment(jobs, monkeypatch, tmp_path):

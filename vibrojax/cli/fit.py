@@ -9,6 +9,7 @@ from rich.console import Console
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
+from vibrojax.cli.integrators import LANDING, Integrator, Smoothing, contact_width
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
@@ -41,6 +42,8 @@ def fit(
         typer.Option(min=1, metavar="N", help="Starts to try. Left out: several where the first fit leaves a misfit.", show_default=False),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
+    integrator: Integrator = LANDING,
+    smoothing: Smoothing = None,
     style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:
@@ -50,6 +53,7 @@ def fit(
     Exit status: 0 fitted, 2 bad input, 3 no convergence.
     """
     check_source(experiment, recipe, data)
+    width = contact_width(integrator, smoothing)
     if reference is not None:
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
@@ -71,6 +75,7 @@ def fit(
             reference=reference,
             starts=starts,
             seed=seed,
+            smoothing=width,
             style=STYLES[style],
             progress=say,
         )

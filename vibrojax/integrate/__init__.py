@@ -3,7 +3,16 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from vibrojax.integrate.base import CHATTER, NOT_FINITE, RESULT_MESSAGES, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.base import (
+    CHATTER,
+    NOT_FINITE,
+    RESULT_MESSAGES,
+    STEP_LIMIT,
+    SUCCESS,
+    AbstractBatchIntegrator,
+    AbstractIntegrator,
+    Trajectory,
+)
 from vibrojax.integrate.guided import Guided
 from vibrojax.integrate.landing import Landing
 
@@ -28,6 +37,7 @@ __all__ = [
     "RESULT_MESSAGES",
     "STEP_LIMIT",
     "SUCCESS",
+    "AbstractBatchIntegrator",
     "AbstractIntegrator",
     "Guided",
     "Landing",

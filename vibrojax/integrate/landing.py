@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.effects.base import AbstractEffect
-from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractBatchIntegrator, Trajectory
 from vibrojax.integrate.crossing import crossing, landing_correction
 from vibrojax.integrate.dense import Point, at_samples
 from vibrojax.shapes import Number
@@ -46,7 +46,7 @@ class LandingState(NamedTuple):
     """Their rates at the end of the last step."""
 
 
-class Landing(AbstractIntegrator):
+class Landing(AbstractBatchIntegrator):
     """Classical Runge-Kutta of order four, finer in contact than in flight, no step across a touch or a release.
 
     Steps do not care for the samples: these are read off the cubic through the ends of the step in which they lie. No step straddles
@@ -80,14 +80,7 @@ class Landing(AbstractIntegrator):
     def batch(
         self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
     ) -> Trajectory:
-        """Integrate many trajectories side by side.
-
-        Arguments:
-            systems: one system with a leading lane axis on every array leaf.
-            ts: times of each lane, s.
-            states: initial (u, u') of each lane, and the initial states of the system's effects.
-            lengths: how many of the times of each lane count; what is returned beyond is meaningless.
-        """
+        """Integrate many trajectories side by side; see `AbstractBatchIntegrator`."""
         limit = 3 * ts.shape[1] + 1000 if self.most_steps is None else self.most_steps
         t_end = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
         start = self.start(systems, ts, states)

@@ -6,11 +6,19 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from vibrojax import smooth
 from vibrojax.contact.base import SLOWEST_APPROACH
-from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, no_states, without_effects
+from vibrojax.integrate.base import (
+    NOT_FINITE,
+    STEP_LIMIT,
+    SUCCESS,
+    AbstractBatchIntegrator,
+    Trajectory,
+    no_states,
+    without_effects,
+)
 from vibrojax.integrate.boundary_steps import BoundarySteps
 from vibrojax.shapes import Number
 from vibrojax.system import System
@@ -19,7 +27,7 @@ _SHORTEST_STEP = 1e-14
 """s; error control that asks for less has met a right-hand side that is not finite."""
 
 
-class Smoothed(AbstractIntegrator):
+class Smoothed(AbstractBatchIntegrator):
     """Adaptive Runge-Kutta of the contact law with its switch spread over a width epsilon, in one go through all impacts.
 
     m u'' + ... = -F_eps(delta, delta'), F_eps as in `vibrojax.contact.smoothed_force`: the right-hand side is continuous, so that any
@@ -57,9 +65,9 @@ class Smoothed(AbstractIntegrator):
     """
 
     smoothing: Number
-    rtol: float = 1e-8
-    atol: float = 1e-11
-    longest_step: float = 5e-3
+    rtol: Number = 1e-8
+    atol: Number = 1e-11
+    longest_step: Number = 5e-3
     memory: float = 1e-3
     solver: diffrax.AbstractAdaptiveSolver = diffrax.Dopri8()
     adjoint: diffrax.AbstractAdjoint = diffrax.ForwardMode()
@@ -67,6 +75,18 @@ class Smoothed(AbstractIntegrator):
 
     def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
         """Integrate one trajectory of a system without effects; see `AbstractIntegrator`."""
+        return self._until(ts[-1], system, ts, state)
+
+    def batch(
+        self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
+    ) -> Trajectory:
+        """Integrate many trajectories, each with steps of its own; see `AbstractBatchIntegrator`."""
+        ends = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
+        lanes = jax.vmap(self._until)(ends, systems, jnp.minimum(ts, ends[:, None]), states)
+        return eqx.tree_at(lambda one: (one.ts, one.steps), lanes, (ts, lanes.steps.max()))
+
+    def _until(self, end: Float[Array, ""], system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
+        """Integrate one trajectory to its end; times may repeat there."""
         without_effects(system, "the smoothed integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
         uses_speed = _uses_approach_speed(system)
@@ -78,7 +98,7 @@ class Smoothed(AbstractIntegrator):
             diffrax.ODETerm(self._rates),
             self.solver,
             t0=ts[0],
-            t1=ts[-1],
+            t1=end,
             dt0=1e-2 * (ts[1] - ts[0]),
             y0=(u, v, v) if uses_speed else (u, v),
             args=system,

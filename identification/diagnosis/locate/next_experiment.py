@@ -10,7 +10,7 @@ import numpy as np
 from identification.diagnosis.errors import errors
 from identification.diagnosis.search.forward import Search
 from identification.experiment import Record
-from identification.least_squares.fit import as_arrays, integrator_for
+from identification.least_squares.fit import as_arrays, landing_for
 from identification.least_squares.residual import predict
 from identification.likelihood.fitted import Fitted
 from identification.windows.lanes import Inputs, lane
@@ -136,7 +136,7 @@ def _known(fitted: Fitted) -> np.ndarray:
 
 def _shown(fitted: Fitted, record: Record, local: np.ndarray) -> np.ndarray:
     """(vectors, time * channels): predicted channels over their noise, one row per vector of unknowns."""
-    experiment, coarse = fitted.prepared.experiment, integrator_for(fitted.prepared)
+    experiment, coarse = fitted.prepared.experiment, landing_for(fitted.prepared)
     noise = {name: value for one in experiment.records for name, value in one.noise.items()}
     samples = len(record.time)
     window = lane(_NO_RECORD, record, 0, samples, samples, Inputs())
