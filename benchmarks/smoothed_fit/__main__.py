@@ -13,8 +13,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-_WHAT = {"estimate": "shift", "stderr": "error"}
-WIDTHS = (3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
+WIDTHS = (3e-4, 2e-4, 1.4e-4, 1e-4, 3e-5, 1e-5, 1e-6)
 """m."""
 
 
@@ -69,23 +68,24 @@ def _plain(law) -> dict:
 
 
 def _table(laws) -> Table:
-    """A row for each law and quantity."""
-    title = "Smoothed less exact contact, the largest over the parameters, against the width"
-    widths = [f"{1e6 * width:g} µm" for width in laws[0].widths[::-1]]
-    table = Table("law", "", *widths, "slope", "exact", title=title)
+    """A row for each law."""
+    shown = [0, len(laws[0].widths) // 2, -1]
+    widths = [f"{1e6 * laws[0].widths[place]:g} µm" for place in shown]
+    headings = (*widths, "slope", "(errors)", "exact ±", "time")
+    table = Table(title="Smoothed less exact contact: largest shift of a parameter, in its standard error", pad_edge=False)
+    table.add_column("law", no_wrap=True)
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
     for law in laws:
-        for (quantity, values), name in zip(law.largest.items(), (f"{law.name}", f"time x {_ratio(law):.1f}"), strict=True):
-            cells = [f"{value:.0e}".replace("e-0", "e-") for value in values[::-1]]
-            table.add_row(name, _WHAT[quantity], *cells, f"{law.slope(quantity):.2f}", f"{law.floor[quantity]:.0e}".replace("e-0", "e-"))
+        numbers = [f"{value:.0e}".replace("e-0", "e-") for value in (*law.largest["estimate"][shown], law.floor["estimate"])]
+        slopes = [f"{law.slope(quantity):.2f}" for quantity in law.largest]
+        table.add_row(law.name, *numbers[:-1], *slopes, numbers[-1], f"{law.seconds['smoothed'] / law.seconds['landing']:.1f}")
     table.caption = (
-        "shift: of a parameter, in its standard error; error: of a standard error, relative; exact: the same between two integrations of"
-        " the exact contact; time: of residuals and derivatives at the smallest width, over that of the exact contact"
+        "slope: of the shift against the width, logarithmic; (errors): that of the relative difference of the standard errors; exact ±:"
+        " shift between two integrations of the exact contact; time: of residuals and derivatives at the smallest width, over that of"
+        " the exact contact"
     )
     return table
-
-
-def _ratio(law) -> float:
-    return law.seconds["smoothed"] / law.seconds["landing"]
 
 
 if __name__ == "__main__":

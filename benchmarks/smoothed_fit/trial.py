@@ -19,7 +19,7 @@ _REFINED = 2.0
 """Refinement of the smoothed integrator, whose error falls with its eighth power."""
 _STEPS = 8
 """Gauss-Newton steps, which converge from the optimum of another width."""
-_ABOVE = 10.0
+_ABOVE = 4.0
 """A difference this many times that of the two exact integrations counts for the slope."""
 
 

@@ -84,7 +84,7 @@ def with_model(prepared: Prepared, model: Model, nuisances: np.ndarray, states: 
     of_effects = {f"{effect.name}.{p.name}" for effect in model.effects for p in effect.parameters}
     known = {p.name: p for p in prepared.layout.parameters if p.name not in of_effects}
     was = prepared.layout
-    layout = layout_of(model, *extra, files=was.files, zeros=was.zeros, variations=was.variations)
+    layout = layout_of(model, *extra, files=was.files, zeros=was.zeros, variations=was.variations, priors=was.priors)
     layout = dataclasses.replace(
         layout,
         parameters=tuple(known.get(p.name) or _in_size(p, values[p.name]) for p in layout.parameters),

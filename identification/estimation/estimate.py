@@ -10,7 +10,7 @@ from jaxtyping import Bool
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.multistart import Multistart
-from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows
+from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows, with_variations
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.experiment import Experiment
@@ -38,6 +38,7 @@ from identification.result.result import (
     StartOutcome,
 )
 from identification.result.unrest import Unrest, unrest
+from identification.windows.declared_model import varying
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared, prepare
 from vibrojax.errors import InputError, NoConvergenceError
@@ -84,8 +85,9 @@ def fit_experiment(
     prepared = prepare(experiment, law=law, smoothing=smoothing)
     clock.lap("prepare")
     outcome, tried = _optimum(prepared, starts, seed, clock, progress)
-    nominal = _most_likely(prepared, outcome, progress)
+    nominal = with_variations(_most_likely(prepared, outcome, progress), varying(experiment), progress)
     found, added = (nominal, None) if extend is None else extend(nominal, progress)
+    of_least_squares = prepared.layout
     shortened, first = len(found.prepared.record) > len(prepared.record), prepared.layout.physical(prepared.start.shared)
     prepared, active = found.prepared, free_unknowns(found.prepared)
     clock.lap("likelihood")
@@ -113,7 +115,7 @@ def fit_experiment(
         derived=_derived(prepared, prepared.layout.physical(found.estimate.shared), spread, known),
         correlation=spread.correlation(chosen),
         correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
-        chi2_reduced=2.0 * _cost(outcome if extend is None else None, cost) / max(degrees, 1),
+        chi2_reduced=2.0 * _cost(outcome if prepared.layout == of_least_squares else None, cost) / max(degrees, 1),
         degrees=degrees,
         records=records,
         starts=tried,
@@ -238,7 +240,15 @@ def _parameters(of: Fitted, active: Active, spread: Uncertainty, first: dict[str
         return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
 
     found = (_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
-    return tuple(dataclasses.replace(one, initial=first.get(one.spec.name, one.initial)) for one in found)
+    between = dict.fromkeys(varying(of.prepared.experiment), 0.0) | dict(of.prepared.layout.variations)
+    return tuple(
+        dataclasses.replace(
+            one,
+            initial=first.get(one.spec.name, one.initial),
+            between=between[one.spec.name] * one.spec.slope(one.value) if one.spec.name in between else None,
+        )
+        for one in found
+    )
 
 
 def _parameter(of: Fitted, active: Active, spread: Uncertainty, index: int, evaluate: Callable[[Estimate], Equations]) -> ParameterEstimate:

@@ -1,7 +1,7 @@
 """Fit of the nominal model under the full likelihood, on windows of ordinary length or, where that diverges, on short ones."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from identification.least_squares.fit import bounds, evaluator, fit, free_unknow
 from identification.least_squares.levenberg_marquardt import LevenbergMarquardt
 from identification.least_squares.settling import settled_gradually
 from identification.likelihood.fitted import Fitted, first_point, fitted
-from identification.likelihood.joint import Point
+from identification.likelihood.joint import Point, point
+from identification.likelihood.random_effects import variations, with_variation
 from identification.windows.layout import Estimate
 from identification.windows.prepare import Prepared, prepare
 from vibrojax.errors import NoConvergenceError
@@ -87,3 +88,18 @@ def ordinary(prepared: Prepared) -> Estimate | None:
     (low, high), shared = bounds(prepared), outcome.estimate.shared
     inside = np.all((shared > low) & (shared < high) | ~free_unknowns(prepared).shared)
     return outcome.estimate if outcome.converged and inside else None
+
+
+def with_variations(found: Fitted, names: Sequence[str], progress: Callable[[str], None]) -> Fitted:
+    """The fit with a value of these parameters for each record, about a common mean.
+
+    The standard deviation between records is estimated by restricted maximum likelihood. A parameter stays common to all records where that
+    estimate is zero, or where fewer than two records identify it.
+    """
+    for name in names:
+        one = next((each for each in variations(found) if each.name == name), None)
+        if one is not None and one.std > 0.0:
+            progress(f"fitting {name} with a value for each record")
+            prepared = with_variation(found, one)
+            found = fitted(point(prepared, prepared.start, found.variances), rounds=3, measure_noise=False)
+    return found

@@ -6,7 +6,7 @@ from identification.experiment.experiment import Experiment
 from identification.experiment.load import load_experiment
 from identification.experiment.noise import estimate_noise
 from identification.experiment.record import Record
-from identification.experiment.rig import Load, ParameterOption, Suspension
+from identification.experiment.rig import Load, ParameterOption, Prior, Suspension
 from identification.experiment.sensor import Sensor
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "ExperimentError",
     "Load",
     "ParameterOption",
+    "Prior",
     "Record",
     "Sensor",
     "Suspension",

@@ -30,13 +30,27 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Prior:
+    """Normal prior of a parameter: mean and standard deviation in the parameter's own unit."""
+
+    mean: float
+    std: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class ParameterOption:
-    """What the operator wants of one parameter of the fit.
+    """What the operator wants of one parameter of the fit; numbers are in the parameter's own unit.
 
     Attributes:
-        start: first guess, in the parameter's own unit; None leaves the choice to the fit.
+        start: first guess; None leaves the choice to the fit.
         fixed: True keeps the parameter at `start`.
+        bounds: lowest and highest value of the fit; None for the usual range.
+        prior: what is known of it beside these records; None for nothing.
+        varies: True gives every record a value of its own, about a common mean; how much they differ is estimated.
     """
 
     start: float | None = None
     fixed: bool = False
+    bounds: tuple[float, float] | None = None
+    prior: Prior | None = None
+    varies: bool = False

@@ -30,6 +30,9 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 #[parameters.n]
 #start = 1.5 # first guess, in the parameter's own unit
 #fixed = true # hold the parameter at its start
+#bounds = [1.2, 1.8] # lowest and highest value of the fit; left out, the usual range
+#prior = { mean = 1.5, std = 0.05 } # what is known beside these records: a normal distribution
+#varies = true # a value for each record about a common mean; how much they differ is estimated
 
 # One table for each channel that was recorded; leave out what was not. Any channel but the time may be missing.
 # unit:  of the recorded numbers, converted on reading: m mm um cm in ft, m/s^2 g, N kN mN lbf kip. A recorder's file that states the

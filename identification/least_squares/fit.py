@@ -109,9 +109,10 @@ def evaluator(prepared: Prepared, integrator: AbstractBatchIntegrator, *, side_b
 
 
 def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
-    """Normal equations with Gaussian priors: on the effects' states at the start of every window, and on the nuisances with a unit prior.
+    """Normal equations with Gaussian priors: on parameters, on the effects' states at the start of every window, and on some nuisances.
 
-    Those are the zeros and the variations of every record; a record's prior is divided among its windows.
+    The nuisances with a (unit) prior are the zeros and the variations of every record. A record's prior is divided among its windows, a
+    parameter's among all.
     """
     hessian, gradient, cost = equations.hessian.copy(), equations.gradient.copy(), equations.cost.copy()
     for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
@@ -125,6 +126,13 @@ def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equa
         hessian[:, column, column] += share
         gradient[:, column] += share * value
         cost += 0.5 * share * value**2
+    for name, mean, std in layout.priors:
+        column = layout.index(name)
+        value = layout.parameters[column].to_physical(estimate.shared[column])
+        slope, share = layout.parameters[column].slope(value) / std, 1.0 / len(cost)
+        hessian[:, column, column] += share * slope**2
+        gradient[:, column] += share * slope * (value - mean) / std
+        cost += 0.5 * share * ((value - mean) / std) ** 2
     return Equations(hessian=hessian, gradient=gradient, cost=cost, record=equations.record)
 
 

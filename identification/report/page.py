@@ -50,6 +50,7 @@ def page(
         derived=rows.derived_rows(result),
         reasons=rows.reasons(result),
         alone=rows.alone_rows(result),
+        wishes=rows.wishes(result),
         reference=reference,
         comparisons=rows.comparison_rows(comparisons),
         not_compared=unmatched(comparisons, reference) if reference is not None else (),

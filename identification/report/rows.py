@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from identification.experiment import Experiment, Record
+from identification.experiment import Experiment, ParameterOption, Record
 from identification.result.between_records import Disagreement
 from identification.result.reference import Comparison
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
@@ -82,7 +82,14 @@ class AloneRow:
 
 def parameter_rows(result: FitResult) -> list[ParameterRow]:
     """Shared parameters in the order of the fit."""
-    return [_parameter(estimate) for estimate in result.parameters]
+    return [_parameter(estimate, result.experiment.parameters.get(estimate.spec.name)) for estimate in result.parameters]
+
+
+def wishes(result: FitResult) -> list[tuple[str, str]]:
+    """Symbol of every parameter for which the operator set more than a start, and what."""
+    options = result.experiment.parameters
+    rows = [(p.spec.symbol, _wish(p, options[p.spec.name])) for p in result.parameters if p.spec.name in options]
+    return [(symbol, text) for symbol, text in rows if text]
 
 
 def alone_rows(result: FitResult) -> list[AloneRow]:
@@ -165,7 +172,10 @@ def nuisance_rows(record: RecordFit) -> list[tuple[str, str, str]]:
     for nuisance in record.nuisances:
         factor, unit = _readable(nuisance.unit)
         error = None if nuisance.stderr is None else factor * nuisance.stderr
-        found.append((nuisance.name.replace("_", " "), rounded(factor * nuisance.value, error).text, unit))
+        name = nuisance.name.replace("_", " ")
+        if nuisance.name.startswith("variation."):
+            name = f"deviation of {nuisance.name.partition('.')[2]}"
+        found.append((name, rounded(factor * nuisance.value, error).text, unit))
     return found
 
 
@@ -196,7 +206,23 @@ def comparison_rows(comparisons: tuple[Comparison, ...]) -> list[ComparisonRow]:
     ]
 
 
-def _parameter(estimate: ParameterEstimate) -> ParameterRow:
+def _wish(estimate: ParameterEstimate, option: ParameterOption) -> str:
+    """What the operator set for a parameter, in words."""
+    unit, found = unit_text(estimate.spec.unit), []
+    if option.fixed and option.start is not None:
+        found.append(f"fixed at {with_unit(f'{option.start:g}', unit)}")
+    if option.bounds is not None:
+        low, high = option.bounds
+        found.append(f"bounds {low:g} … {with_unit(f'{high:g}', unit)}")
+    if option.prior is not None:
+        found.append(f"prior {option.prior.mean:g} ± {with_unit(f'{option.prior.std:g}', unit)}")
+    if estimate.between is not None:
+        size = with_unit(significant(estimate.between, 2), unit)
+        found.append(f"varies between records, standard deviation {size}" if estimate.between else "no variation between records found")
+    return ", ".join(found)
+
+
+def _parameter(estimate: ParameterEstimate, option: ParameterOption | None) -> ParameterRow:
     shown = rounded(estimate.value, estimate.stderr)
     interval = NONE
     if estimate.ci95 is not None:
@@ -213,9 +239,14 @@ def _parameter(estimate: ParameterEstimate) -> ParameterRow:
         interval_from=estimate.interval if estimate.ci95 is not None else "",
         initial=significant(estimate.initial, 4),
         unit=unit_text(estimate.spec.unit),
-        status=estimate.status,
+        status=", ".join((estimate.status, *_marks(estimate, option))),
         reason=estimate.reason,
     )
+
+
+def _marks(estimate: ParameterEstimate, option: ParameterOption | None) -> list[str]:
+    """Words behind the status of a parameter that is held by more than the records, or that is not one number."""
+    return ["prior"] * (option is not None and option.prior is not None) + ["varies"] * bool(estimate.between)
 
 
 def _readable(unit: str) -> tuple[float, str]:

@@ -17,6 +17,7 @@ from identification.report.rows import (
     parameter_rows,
     reasons,
     windows,
+    wishes,
 )
 from identification.report.verdict import GOOD, judge
 from identification.result.reference import Reference, compare, unmatched
@@ -40,6 +41,7 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     """
     blocks: list[RenderableType] = [_verdict(result), _parameters(result)]
     blocks += [_line(f"  {symbol_text(symbol)}: {status}: {reason}") for symbol, status, reason in reasons(result)]
+    blocks += [_line(f"  {symbol_text(symbol)}: {text}") for symbol, text in wishes(result)]
     if result.derived:
         values = ", ".join(f"{symbol_text(symbol)} = {value} {unit}".strip() for symbol, value, unit in derived_rows(result))
         blocks.append(_line(f"derived: {values}"))

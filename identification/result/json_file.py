@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from identification.experiment import ParameterOption
 from identification.result.plain_dataclass import to_plain
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
 from vibrojax.model_file import model_document
@@ -48,7 +49,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "suspension": result.model.suspension.name,
         "load": model_document(result.model).get("load"),
         "effects": None if result.added is None else dataclasses.asdict(result.added),
-        "parameters": {p.spec.name: _parameter(p) for p in result.parameters},
+        "parameters": {p.spec.name: _parameter(p) | _wish(result, p.spec.name) for p in result.parameters},
         "derived": {d.name: {"value": d.value, "stderr": d.stderr, "unit": d.unit} for d in result.derived},
         "correlation": {"names": list(result.correlated), "matrix": result.correlation},
         "chi2_reduced": result.chi2_reduced,
@@ -113,7 +114,15 @@ def _parameter(estimate: ParameterEstimate) -> dict[str, Any]:
         "interval": estimate.interval,
         "symbol": estimate.spec.symbol,
         "estimated": estimate.status != FIXED,
+        "between_records": estimate.between,
     }
+
+
+def _wish(result: FitResult, name: str) -> dict[str, Any]:
+    """What the operator wanted of a parameter beside start and `fixed`."""
+    option = result.experiment.parameters.get(name, ParameterOption())
+    prior = None if option.prior is None else {"mean": option.prior.mean, "std": option.prior.std}
+    return {"bounds": option.bounds, "prior": prior}
 
 
 def _record(record: RecordFit) -> dict[str, Any]:

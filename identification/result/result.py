@@ -27,6 +27,7 @@ class ParameterEstimate:
         initial: first guess.
         status: one of `OK`, `AT_BOUND`, `NOT_IDENTIFIABLE`, `FIXED`.
         reason: why the status is not `OK`; empty otherwise.
+        between: standard deviation between records, in the same unit, of one that may vary; None where it is the same in all.
     """
 
     spec: Parameter
@@ -37,6 +38,7 @@ class ParameterEstimate:
     initial: float
     status: str
     reason: str = ""
+    between: float | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,13 +1,17 @@
-"""Nominal model of an experiment, as declared before any fit."""
+"""What an experiment declares before any fit: its nominal model, and the operator's wishes for single parameters."""
 
+import dataclasses
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from identification.experiment import Experiment, ExperimentError
+from identification.experiment.errors import suggestion
 from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
 from vibrojax.errors import InputError
 from vibrojax.load import Load
-from vibrojax.model import Model
+from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 DEFAULT_LAW = "hunt-crossley"
@@ -45,3 +49,44 @@ def check_smoothing(law: AbstractContactLaw, width: float | None) -> None:
         raise InputError(
             f"the stop of law {law.name!r} is rigid, so it has no force to smooth: expected the landing integrator, or another law"
         )
+
+
+def check_wishes(experiment: Experiment, parameters: tuple[Parameter, ...]) -> None:
+    """Raise `ExperimentError` where a wish names no parameter of the model, or values that it cannot have."""
+    listed = {p.name: p for p in parameters}
+    for name, option in experiment.parameters.items():
+        if name not in listed:
+            raise ExperimentError(f"unknown parameter {name!r} in [parameters]{suggestion(name, listed)}")
+        p, where = listed[name], f"[parameters.{name}]"
+        for end in option.bounds or ():
+            refusal = p.refusal(end) or ("a number above 0" if p.logarithmic and end <= 0.0 else "")
+            if refusal:
+                raise ExperimentError(f"bounds in {where} reach to {end:g}: expected {refusal}; correct them")
+        low, high = option.bounds or (p.lower, p.upper)
+        unit = "" if p.unit == "1" else f" {p.unit}"
+        for what, value in {"start": option.start, "mean of the prior": option.prior and option.prior.mean}.items():
+            if value is not None and not low <= value <= high:
+                raise ExperimentError(f"{what} of {name} in [parameters] is {value:g}: expected {low:g} to {high:g}{unit}; correct it")
+        if option.varies and len(experiment.records) < 2:
+            raise ExperimentError(f"{where} varies between records, and one is fitted: expected two or more; remove 'varies'")
+
+
+def within_bounds(experiment: Experiment, parameters: Iterable[Parameter]) -> tuple[Parameter, ...]:
+    """The parameters with the operator's bounds in place of their usual range."""
+    limits = {name: option.bounds for name, option in experiment.parameters.items() if option.bounds is not None}
+    return tuple(dataclasses.replace(p, lower=limits[p.name][0], upper=limits[p.name][1]) if p.name in limits else p for p in parameters)
+
+
+def priors(experiment: Experiment) -> tuple[tuple[str, float, float], ...]:
+    """Name, mean and standard deviation, SI, of every parameter with a prior."""
+    return tuple((name, one.prior.mean, one.prior.std) for name, one in experiment.parameters.items() if one.prior is not None)
+
+
+def expected(experiment: Experiment) -> dict[str, float]:
+    """Means of the priors, which stand in where the records suggest no first guess; without that of the mass."""
+    return {name: mean for name, mean, _ in priors(experiment) if name != MASS.name}
+
+
+def varying(experiment: Experiment) -> tuple[str, ...]:
+    """Names of the parameters that have a value of their own in every record."""
+    return tuple(name for name, option in experiment.parameters.items() if option.varies)

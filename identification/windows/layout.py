@@ -31,6 +31,8 @@ class Layout:
     """Channels with an unknown zero, one per record, and its prior standard deviation, SI."""
     variations: tuple[tuple[str, float], ...] = ()
     """Shared parameters that vary between records, and the standard deviation of their variation in internal coordinates."""
+    priors: tuple[tuple[str, float, float], ...] = ()
+    """Shared parameters with a normal prior, its mean and its standard deviation, SI."""
     own_states: tuple[OwnState, ...] = ()
     """Own states of effects."""
     files: tuple[str, ...] = ()
@@ -89,6 +91,10 @@ class Layout:
         """Internal coordinates of shared parameters given by name, SI."""
         return np.array([p.to_internal(values[p.name]) for p in self.parameters])
 
+    def clipped(self, values: dict[str, float]) -> np.ndarray:
+        """Internal coordinates of shared parameters given by name, SI, each inside its range."""
+        return self.internal({p.name: float(np.clip(values[p.name], p.lower, p.upper)) for p in self.parameters})
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Estimate:
@@ -129,13 +135,15 @@ def layout_of(
     files: tuple[str, ...],
     zeros: tuple[tuple[str, float], ...] = (),
     variations: tuple[tuple[str, float], ...] = (),
+    priors: tuple[tuple[str, float, float], ...] = (),
 ) -> Layout:
-    """Layout of all unknowns: the model's parameters, `extra` shared parameters, sensor zeros, and variations between records."""
+    """Layout of all unknowns: the model's parameters, `extra` shared parameters, sensor zeros, variations between records, and priors."""
     return Layout(
         parameters=(*model.parameters, *extra),
         record_parameters=model.record_parameters,
         zeros=zeros,
         variations=variations,
+        priors=priors,
         own_states=tuple(state for effect in model.effects for state in effect.own_states),
         files=files,
     )

@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.experiment import Experiment, ExperimentError, Record
+from identification.experiment import Experiment, Record
 from identification.windows.clearance import check_clearance
-from identification.windows.declared_model import check_smoothing, nominal_model
+from identification.windows.declared_model import check_smoothing, check_wishes, expected, nominal_model, priors, within_bounds
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics
 from identification.windows.lanes import grouped, initial_states, inputs_of, lane
@@ -20,7 +20,6 @@ from vibrojax.contact import NoContact
 from vibrojax.errors import InputError
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
-from vibrojax.parameters import Parameter
 
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
@@ -88,10 +87,13 @@ def prepare(
     experiment = experiment.fitting
     experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
-    fixed = _fixed(experiment, parameters)
+    check_wishes(experiment, parameters)
+    fixed = {name: option.start for name, option in experiment.parameters.items() if option.fixed and option.start is not None}
+    model = model.replace(expected(experiment))
     zeros = tuple((channel, sensor.zero) for channel, sensor in experiment.sensors.items() if sensor.zero is not None)
     files = tuple(record.file for record in experiment.records)
-    layout = layout_of(model, *parameters[len(model.parameters) :], files=files, zeros=zeros)
+    layout = layout_of(model, *parameters[len(model.parameters) :], files=files, zeros=zeros, priors=priors(experiment))
+    layout = dataclasses.replace(layout, parameters=within_bounds(experiment, layout.parameters))
     records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
     inputs = [inputs_of(record) for record in records]
@@ -116,32 +118,19 @@ def prepare(
     states = np.concatenate([initial_states(group, motions) for group in groups])
     nuisances = np.array([(amplitude, phase, error) for (amplitude, phase), error in zip(bases, gap_errors, strict=True)])
     nuisances = np.pad(nuisances, [(0, 0), (0, len(zeros))])
-    start = Estimate(shared=layout.internal(values), nuisances=nuisances, states=states)
+    start = Estimate(shared=layout.clipped(values), nuisances=nuisances, states=states)
     return Prepared(
         experiment=experiment,
-        model=model.replace(values),
+        model=model.replace(layout.physical(start.shared)),
         layout=layout,
         fixed=fixed,
         groups=groups,
         start=start,
-        candidates={origin: layout.internal(guess) for origin, (guess, _) in guesses.items()},
+        candidates={origin: layout.clipped(guess) for origin, (guess, _) in guesses.items()},
         motions=tuple(motions),
         carts=tuple(measured),
         smoothing=smoothing,
     )
-
-
-def _fixed(experiment: Experiment, parameters: tuple[Parameter, ...]) -> dict[str, float]:
-    """Parameters fixed by the operator, after a check that all named ones exist and start inside their range."""
-    listed = {p.name: p for p in parameters}
-    for name, option in experiment.parameters.items():
-        if name not in listed:
-            raise ExperimentError(f"unknown parameter {name!r} in [parameters]: this model has {', '.join(listed)}")
-        low, high, start = listed[name].lower, listed[name].upper, option.start
-        if start is not None and not (low <= start <= high):
-            unit = "" if listed[name].unit == "1" else f" {listed[name].unit}"
-            raise ExperimentError(f"start of {name} in [parameters] is {start:g}: expected {low:g} to {high:g}{unit}; correct it")
-    return {name: option.start for name, option in experiment.parameters.items() if option.fixed and option.start is not None}
 
 
 def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:

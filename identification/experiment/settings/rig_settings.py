@@ -4,7 +4,7 @@ from math import pi
 
 from identification.experiment.channels import CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError, listed, shown, suggestion
-from identification.experiment.rig import Load, ParameterOption, Suspension
+from identification.experiment.rig import Load, ParameterOption, Prior, Suspension
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.schema import Table, finite
 from identification.experiment.units import factor_to_si
@@ -71,17 +71,50 @@ def read_parameters(tables: Table) -> dict[str, ParameterOption]:
         The options by parameter name.
 
     Raises:
-        ExperimentError: unknown key, or a parameter fixed without a start.
+        ExperimentError: unknown key, a value of the wrong kind, or wishes that contradict one another.
     """
     options = {}
     for name in tables.values:
         table = tables.table(name, f"[parameters.{name}]")
-        table.allow("start", "fixed")
-        option = ParameterOption(start=table.number("start"), fixed=table.flag("fixed"))
-        if option.fixed and option.start is None:
-            raise ExperimentError(f"{table.where} is fixed without a value: expected 'start' beside 'fixed'; add a line 'start = …'")
+        table.allow("start", "fixed", "bounds", "prior", "varies")
+        option = ParameterOption(
+            start=table.number("start"),
+            fixed=table.flag("fixed"),
+            bounds=_limits(table, "bounds", "in the parameter's unit"),
+            prior=_prior(table),
+            varies=table.flag("varies"),
+        )
+        _check_agreement(option, table.where)
         options[name] = option
     return options
+
+
+def _prior(table: Table) -> Prior | None:
+    """Read `prior = { mean, std }`."""
+    if "prior" not in table.values:
+        return None
+    prior = table.table("prior", f"prior of {table.where}")
+    prior.allow("mean", "std")
+    return Prior(mean=prior.needed_number("mean", unit=""), std=prior.needed_number("std", unit="", positive=True))
+
+
+def _check_agreement(option: ParameterOption, where: str) -> None:
+    """Refuse wishes for one parameter that contradict one another."""
+    if option.fixed:
+        if option.start is None:
+            raise ExperimentError(f"{where} is fixed without a value: expected 'start' beside 'fixed'; add a line 'start = …'")
+        for wish, given in {"prior": option.prior is not None, "varies": option.varies}.items():
+            if given:
+                raise ExperimentError(
+                    f"{where} is fixed and has '{wish}': expected one of the two, a fixed parameter does not move; remove one"
+                )
+    if option.bounds is None:
+        return
+    low, high = option.bounds
+    prior = None if option.prior is None else option.prior.mean
+    for what, value in {"start": option.start, "mean of the prior": prior}.items():
+        if value is not None and not low <= value <= high:
+            raise ExperimentError(f"the {what} in {where} is {value:g}, outside its bounds {low:g} to {high:g}: correct one of them")
 
 
 def read_sensors(tables: Table) -> dict[str, Sensor]:
@@ -107,7 +140,7 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
             factor_to_si(unit, CHANNELS[channel], table.where)
         noise = table.number("noise", unit=si_unit(channel), positive=True)
         zero = table.number("zero", unit=si_unit(channel), positive=True)
-        sensors[channel] = Sensor(unit=unit, sign=_sign(table), noise=noise, zero=zero, range=_range(table, si_unit(channel)))
+        sensors[channel] = Sensor(unit=unit, sign=_sign(table), noise=noise, zero=zero, range=_limits(table, "range", f"in {si_unit(channel)}"))
     return sensors
 
 
@@ -119,14 +152,14 @@ def _sign(table: Table) -> int:
     return int(sign)
 
 
-def _range(table: Table, unit: str) -> tuple[float, float] | None:
-    """Read `range = [lo, hi]`, in SI."""
-    if "range" not in table.values:
+def _limits(table: Table, key: str, unit: str) -> tuple[float, float] | None:
+    """Read an optional `key = [lo, hi]`."""
+    if key not in table.values:
         return None
-    value = table.values["range"]
+    value = table.values[key]
     if not isinstance(value, list) or len(value) != 2:
-        raise ExperimentError(f"range in {table.where} is {shown(value)}: expected two numbers in {unit}; write range = [lowest, highest]")
-    low, high = (finite(each, f"range in {table.where}", unit=unit) for each in value)
+        raise ExperimentError(f"{key} in {table.where} is {shown(value)}: expected two numbers {unit}; write {key} = [lowest, highest]")
+    low, high = (finite(each, f"{key} in {table.where}", unit=unit.removeprefix("in ")) for each in value)
     if low >= high:
-        raise ExperimentError(f"range in {table.where} is {shown(value)}: expected the lower number first; write range = [lowest, highest]")
+        raise ExperimentError(f"{key} in {table.where} is {shown(value)}: expected the lower number first; write {key} = [lowest, highest]")
     return low, high

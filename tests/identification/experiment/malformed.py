@@ -78,6 +78,11 @@ def edit(old: str, new: str) -> Damage:
     return damage
 
 
+def parameter(lines: str) -> Damage:
+    """Add a table of wishes for the contact exponent."""
+    return edit("[hammer]", f"[parameters.n]\n{lines}\n[hammer]")
+
+
 def without_sensors(folder: Path) -> None:
     """Leave no channel declared."""
     file = folder / "experiment.toml"
@@ -268,6 +273,19 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("law a number", edit("[hammer]", "[contact]\nlaw = 3\n[hammer]"), r"law in \[contact\] is 3: expected a text"),
     ("parameter start in quotes", edit("[hammer]", '[parameters.n]\nstart = "1.5"\n[hammer]'), r"start in \[parameters\.n\]"),
     ("parameter fixed nowhere", edit("[hammer]", "[parameters.n]\nfixed = true\n[hammer]"), r"\[parameters\.n\] is fixed without"),
+    ("prior of a fixed parameter", parameter("start = 1.5\nfixed = true\nprior = { mean = 1.5, std = 0.1 }"), "is fixed and has 'prior'"),
+    ("a fixed parameter that varies", parameter("start = 1.5\nfixed = true\nvaries = true"), "is fixed and has 'varies'"),
+    ("start outside bounds", parameter("start = 3.0\nbounds = [1.0, 2.0]"), "the start in .* is 3, outside its bounds 1 to 2"),
+    (
+        "prior outside bounds",
+        parameter("bounds = [1, 2]\nprior = { mean = 3, std = 1 }"),
+        "the mean of the prior in .* is 3, outside its bounds",
+    ),
+    ("bounds the wrong way round", parameter("bounds = [2.0, 1.0]"), "bounds in .* expected the lower number first"),
+    ("one bound", parameter("bounds = [2.0]"), "bounds in .* expected two numbers in the parameter's unit"),
+    ("prior without a width", parameter("prior = { mean = 1.5 }"), r"std is missing in prior of \[parameters\.n\]"),
+    ("prior of no width", parameter("prior = { mean = 1.5, std = 0.0 }"), "std in prior of .* is 0.0: expected a finite number above 0"),
+    ("prior that is a number", parameter("prior = 1.5"), r"prior of \[parameters\.n\] is 1.5: expected a table"),
     # sensors
     ("no unit", edit('unit = "N"\n', ""), r"unit is missing in \[sensors\.impact_force\]"),
     ("unknown unit", edit('"mm"', '"furlong"'), r"unit 'furlong' .* not a known unit: expected one of displacement, that is m, mm"),
