@@ -20,6 +20,7 @@ from identification.diagnosis.search.among import among_effects
 from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, load_experiment
+from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary
 from identification.report.diagnosis.result_file import StoredDiagnosis, diagnosis_dataset
@@ -153,6 +154,8 @@ def fit(
     starts: int | None = None,
     seed: int = 0,
     smoothing: float | None = None,
+    posterior: bool = False,
+    draws: int = Nuts().draws,
     progress: Progress = lambda stage: None,
 ) -> Fit:
     """Estimate the parameters of the nominal model, or of one with effects.
@@ -164,6 +167,8 @@ def fit(
         starts: to try; several where the first fit leaves a misfit, if None.
         seed: of every random draw.
         smoothing: width of the contact switch, m, with which Diffrax integrates the smoothed law; None for the exact contact.
+        posterior: whether to sample the posterior of the parameters by the No-U-Turn Sampler; needs the extra `bayes`.
+        draws: of each of its four chains.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -174,8 +179,12 @@ def fit(
     check_precision()
     if starts is not None and starts < 1:
         raise InputError(f"starts is {starts}: expected 1 or more")
-    extend = extension(effects)
-    options: dict[str, Any] = {"law": law, "starts": starts, "seed": seed, "extend": extend, "smoothing": smoothing}
+    if draws < 4:
+        raise InputError(f"draws is {draws}: expected 4 or more of each chain")
+    if posterior:
+        check_extra()
+    options: dict[str, Any] = {"law": law, "starts": starts, "seed": seed, "extend": extension(effects), "smoothing": smoothing}
+    options["posterior_by"] = Nuts(draws=draws) if posterior else None
     found = Fit(fit_experiment(_loaded(experiment), progress=progress, **options))
     check_converged(found.result)
     return found

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import RenderableType
@@ -12,6 +13,7 @@ from identification.diagnosis.search.among import among_effects
 from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import DERIVED, fit_experiment
 from identification.experiment import Experiment, load_experiment
+from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary, write_report
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
@@ -19,6 +21,8 @@ from identification.report.page_style import SCREEN, PageStyle
 from identification.result.json_file import provenance, write_fit_json
 from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
 from identification.result.netcdf_result import StoredFit, stored_fit, write_result
+from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
+from identification.result.posterior import write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
 from identification.windows.declared_model import check_smoothing, nominal_model
@@ -42,24 +46,29 @@ def run_fit(
     starts: int | None = None,
     seed: int = 0,
     smoothing: float | None = None,
+    posterior_by: Nuts | None = None,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
     """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
 
-    `effects` are added to the nominal model; `smoothing` is the width of the contact switch, m, None for the exact contact.
+    `effects` are added to the nominal model; `smoothing` is the width of the contact switch, m, None for the exact contact; the draws of
+    `posterior_by`, if given, are written to posterior.nc.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
     extend = extension(effects)
+    if posterior_by is not None:
+        check_extra()
     progress("reading the records")
     loaded = _loaded(experiment, progress)
     table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
     check_smoothing(model.law, smoothing)
     if table is not None:
         check_reference(table, _units(model, effects))
-    result = fit_experiment(loaded, law=law, starts=starts, seed=seed, extend=extend, smoothing=smoothing, progress=progress)
+    options: dict[str, Any] = {"starts": starts, "seed": seed, "extend": extend, "smoothing": smoothing, "posterior_by": posterior_by}
+    result = fit_experiment(loaded, law=law, progress=progress, **options)
     check_converged(result)
     progress("drawing the report")
     write_fit(result, folder, table, style)
@@ -85,11 +94,13 @@ def check_converged(result: FitResult) -> None:
 
 
 def write_fit(result: FitResult, folder: Path, reference: Reference | None = None, style: PageStyle = SCREEN) -> None:
-    """Write fit.json, model.json, result.nc, report.html and plots into a folder that exists."""
+    """Write fit.json, model.json, result.nc, report.html and plots, and posterior.nc if it was sampled, into a folder that exists."""
     origin = provenance(result)
     write_fit_json(result, folder / "fit.json", origin)
     write_model(result.model, folder / "model.json", provenance=origin)
     write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
+    if result.posterior is not None:
+        write_posterior(result.posterior, folder / POSTERIOR_FILE, {"experiment": result.experiment.name, "created_by": "vibrojax fit"})
     write_report(result, folder, reference=reference, provenance=origin, style=style)
 
 

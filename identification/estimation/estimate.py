@@ -13,6 +13,7 @@ from identification.estimation.multistart import Multistart
 from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows, with_variations
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
+from identification.estimation.sample import posterior_sample
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.fit import bounds, fit, free_unknowns, integrator_for
@@ -22,6 +23,7 @@ from identification.least_squares.uncertainty import Uncertainty, interval, unce
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.marginal import estimated_force
+from identification.likelihood.sampling.nuts import Nuts
 from identification.likelihood.variances import equations, posterior
 from identification.result.between_records import disagreements
 from identification.result.result import (
@@ -62,6 +64,7 @@ def fit_experiment(
     seed: int = 0,
     extend: Extension | None = None,
     smoothing: float | None = None,
+    posterior_by: Nuts | None = None,
     progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit the nominal model to an experiment, or a model with effects.
@@ -73,6 +76,7 @@ def fit_experiment(
         seed: of the random starts.
         extend: adds effects to the fitted nominal model; none if left out.
         smoothing: width of the contact switch, m, which Diffrax then integrates; None for the exact contact.
+        posterior_by: sampler of the posterior; None samples none.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -96,6 +100,8 @@ def fit_experiment(
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
     parameters = _parameters(found, known, spread, first)
     clock.lap("errors")
+    sample = None if posterior_by is None else posterior_sample(found, known.shared, spread, posterior_by, seed=seed, progress=progress)
+    clock.lap("posterior")
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
     shown, cost = settled_without_force(prepared, found.estimate)
@@ -122,7 +128,11 @@ def fit_experiment(
         converged=found.converged,
         iterations=0 if outcome is None else outcome.iterations,
         discretisation=shift,
-        warnings=(*_warnings(found, restless, shift, cost, shortened=shortened), *_implausible_gaps(prepared)),
+        warnings=(
+            *_warnings(found, restless, shift, cost, shortened=shortened),
+            *_implausible_gaps(prepared),
+            *(() if sample is None else sample.warnings()),
+        ),
         unrest=restless,
         noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
         seed=seed,
@@ -131,6 +141,7 @@ def fit_experiment(
         between_records=disagreements(found),
         ring_downs=decays,
         smoothing=smoothing,
+        posterior=sample,
         added=added and _predicting(added, nominal, experiment, held_back),
     )
 

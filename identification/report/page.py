@@ -51,6 +51,8 @@ def page(
         reasons=rows.reasons(result),
         alone=rows.alone_rows(result),
         wishes=rows.wishes(result),
+        posterior=rows.posterior_rows(result),
+        posterior_words=rows.posterior_words(result),
         reference=reference,
         comparisons=rows.comparison_rows(comparisons),
         not_compared=unmatched(comparisons, reference) if reference is not None else (),

@@ -206,6 +206,57 @@ def comparison_rows(comparisons: tuple[Comparison, ...]) -> list[ComparisonRow]:
     ]
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class PosteriorRow:
+    """One parameter's posterior as printed, beside the interval of the fit."""
+
+    symbol: str
+    mean: str
+    std: str
+    interval: str
+    of_fit: str
+    unit: str
+    rhat: str
+    ess: str
+
+
+def posterior_rows(result: FitResult) -> list[PosteriorRow]:
+    """Sampled parameters; none where the posterior was not sampled."""
+    sample, listed = result.posterior, {p.spec.name: p for p in result.parameters}
+    if sample is None:
+        return []
+    rows = []
+    for index, name in enumerate(sample.names):
+        values, estimate = sample.pooled[:, index], listed[name]
+        shown = rounded(float(values.mean()), float(values.std(ddof=1)))
+        ends = [sample.interval(name), estimate.ci95]
+        texts = [NONE if pair is None else f"{shown.alike(pair[0])} … {shown.alike(pair[1])}{shown.times}" for pair in ends]
+        rows.append(
+            PosteriorRow(
+                symbol=estimate.spec.symbol,
+                mean=shown.value + shown.times,
+                std=f"{shown.error}{shown.times}",
+                interval=texts[0],
+                of_fit=texts[1],
+                unit=unit_text(estimate.spec.unit),
+                rhat=f"{sample.rhat[index]:.3f}",
+                ess=f"{sample.ess_bulk[index]:.0f}",
+            )
+        )
+    return rows
+
+
+def posterior_words(result: FitResult) -> str:
+    """How the posterior was sampled, in one sentence; empty where it was not."""
+    if result.posterior is None:
+        return ""
+    chains, draws = result.posterior.log_density.shape
+    return (
+        f"Posterior of the same likelihood (flat in the coordinates of the fit, times the priors above if any): {chains} chains of {draws}"
+        f" draws by the No-U-Turn Sampler, {int(result.posterior.divergent.sum())} divergent; R-hat near 1 where the chains have met"
+    )
+
+
 def _wish(estimate: ParameterEstimate, option: ParameterOption) -> str:
     """What the operator set for a parameter, in words."""
     unit, found = unit_text(estimate.spec.unit), []

@@ -15,6 +15,8 @@ from identification.report.rows import (
     derived_rows,
     load_words,
     parameter_rows,
+    posterior_rows,
+    posterior_words,
     reasons,
     windows,
     wishes,
@@ -46,6 +48,8 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
         values = ", ".join(f"{symbol_text(symbol)} = {value} {unit}".strip() for symbol, value, unit in derived_rows(result))
         blocks.append(_line(f"derived: {values}"))
     blocks.append(_line(_correlations(result)))
+    if result.posterior is not None:
+        blocks += [_line(f"{posterior_words(result)}:"), _posterior(result)]
     blocks.append(_records(result.records, result.experiment))
     if result.between_records:
         blocks += [_line("each record alone, and the mean over records:"), _alone(result)]
@@ -80,6 +84,14 @@ def _parameters(result: FitResult) -> Table:
         name = f"{symbol_text(row.symbol)} {last}" if row.symbol != row.name else row.name
         numbers = (compact(text) for text in (row.value, row.error, row.percent, row.interval, row.initial))
         table.add_row(name, *numbers, row.unit, row.status)
+    return table
+
+
+def _posterior(result: FitResult) -> Table:
+    table = open_table("", "mean", "std", "95 % posterior", "95 % fit", "unit", "R-hat", "ESS", right=(1, 2, 6, 7))
+    for row in posterior_rows(result):
+        numbers = (compact(text) for text in (row.mean, row.std, row.interval, row.of_fit))
+        table.add_row(symbol_text(row.symbol), *numbers, row.unit, row.rhat, row.ess)
     return table
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from identification.result.json_file import plain
 from identification.result.netcdf_file import FIT, Series, dataset, read_netcdf, write_netcdf
 from identification.result.plain_dataclass import from_plain, to_plain
+from identification.result.posterior import restore_posterior, store_posterior
 from identification.result.reference import Reference
 from identification.result.result import Derived, FitResult, ParameterEstimate, StartOutcome
 from identification.result.stored_records import restore_experiment, restore_records, store_experiment, store_records
@@ -66,6 +67,7 @@ def fit_dataset(stored: StoredFit) -> xr.Dataset:
     """Dataset of a fit: measured and predicted series of every record over its time, SI; everything else as JSON in one attribute."""
     result = stored.result
     records = store_records((*result.records, *result.held_back), _PREFIX)
+    draws, sample = store_posterior(result.posterior)
     document = {
         "experiment": store_experiment(result.experiment),
         "model": model_document(result.model),
@@ -73,11 +75,12 @@ def fit_dataset(stored: StoredFit) -> xr.Dataset:
         "records": records.documents[: len(result.records)],
         "held_back": records.documents[len(result.records) :],
         **{name: to_plain(getattr(result, name)) for name in (*PARTS, *NUMBERS)},
+        "posterior": sample,
         "reference": to_plain(stored.reference),
         "provenance": plain(stored.provenance),
     }
     title = f"{result.experiment.name}: fitted impact model"
-    return dataset(kind=FIT, title=title, variables=records.variables, document=document)
+    return dataset(kind=FIT, title=title, variables=records.variables | draws, document=document)
 
 
 def read_result(path: Path) -> StoredFit:
@@ -107,6 +110,7 @@ def stored_fit(document: dict[str, Any], series: Series) -> StoredFit:
         correlation=np.array(correlation, dtype=np.float64).reshape(count, count),
         records=records[: len(document["records"])],
         held_back=records[len(document["records"]) :],
+        posterior=restore_posterior(document["posterior"], series),
         **{name: from_plain(kind, document[name]) for name, kind in PARTS.items()},
         **{name: from_plain(fields[name], document[name]) for name in NUMBERS},
     )

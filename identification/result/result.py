@@ -6,6 +6,7 @@ import numpy as np
 
 from identification.experiment import Experiment
 from identification.result.between_records import Disagreement
+from identification.result.posterior import PosteriorSample
 from identification.result.ring_down import RingDowns
 from identification.result.unrest import Unrest
 from vibrojax.model import Model
@@ -169,6 +170,7 @@ class FitResult:
         between_records: each parameter that several records identify, as each of them alone estimates it.
         ring_downs: damping and frequency by amplitude of free vibrations.
         smoothing: width of the contact switch that was integrated, m; None for the exact contact.
+        posterior: sample of the parameters' posterior; None where none was asked for.
     """
 
     experiment: Experiment
@@ -194,3 +196,4 @@ class FitResult:
     between_records: tuple[Disagreement, ...] = ()
     ring_downs: RingDowns = dataclasses.field(default_factory=RingDowns)
     smoothing: float | None = None
+    posterior: PosteriorSample | None = None

@@ -59,7 +59,7 @@ def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
     expected = {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
-    assert options == expected | {"smoothing": None}
+    assert options == expected | {"smoothing": None, "posterior_by": None}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err
@@ -84,6 +84,18 @@ def test_the_smoothed_integrator_has_a_width(jobs, monkeypatch, given, width):
 def test_an_integrator_that_cannot_be_used_is_refused(jobs, monkeypatch, capsys, given, message):
     assert call(monkeypatch, fit.main, "rig", *given) == 2
     assert message in capsys.readouterr().err
+    assert not jobs.calls
+
+
+def test_the_posterior_is_sampled_on_request(jobs, monkeypatch):
+    assert call(monkeypatch, fit.main, "rig", "--posterior", "--draws", "50") == 0
+    ((_, options),) = jobs.calls
+    assert options["posterior_by"].draws == 50
+
+
+def test_draws_without_a_posterior_are_refused(jobs, monkeypatch, capsys):
+    assert call(monkeypatch, fit.main, "rig", "--draws", "50") == 2
+    assert "--draws 50 is given without a posterior: expected --posterior beside it" in capsys.readouterr().err
     assert not jobs.calls
 
 

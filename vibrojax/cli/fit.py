@@ -15,6 +15,7 @@ from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, experiment_source
+from vibrojax.errors import InputError
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
 
@@ -44,6 +45,13 @@ def fit(
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
     integrator: Integrator = LANDING,
     smoothing: Smoothing = None,
+    posterior: Annotated[
+        bool, typer.Option("--posterior", help="Sample the posterior of the parameters too; needs the extra bayes.")
+    ] = False,
+    draws: Annotated[
+        int | None,
+        typer.Option(min=4, metavar="N", help="Draws of each of the posterior's four chains. Left out: 300.", show_default=False),
+    ] = None,
     style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:
@@ -54,6 +62,8 @@ def fit(
     """
     check_source(experiment, recipe, data)
     width = contact_width(integrator, smoothing)
+    if draws is not None and not posterior:
+        raise InputError(f"--draws {draws} is given without a posterior: expected --posterior beside it")
     if reference is not None:
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
@@ -65,6 +75,7 @@ def fit(
         say("loading JAX")
         prepare_jax()
         from identification.commands.run import run_fit
+        from identification.likelihood.sampling.nuts import Nuts
         from identification.report.page_style import STYLES
 
         summary = run_fit(
@@ -76,6 +87,7 @@ def fit(
             starts=starts,
             seed=seed,
             smoothing=width,
+            posterior_by=(Nuts() if draws is None else Nuts(draws=draws)) if posterior else None,
             style=STYLES[style],
             progress=say,
         )

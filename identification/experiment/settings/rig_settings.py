@@ -140,7 +140,8 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
             factor_to_si(unit, CHANNELS[channel], table.where)
         noise = table.number("noise", unit=si_unit(channel), positive=True)
         zero = table.number("zero", unit=si_unit(channel), positive=True)
-        sensors[channel] = Sensor(unit=unit, sign=_sign(table), noise=noise, zero=zero, range=_limits(table, "range", f"in {si_unit(channel)}"))
+        span = _limits(table, "range", f"in {si_unit(channel)}")
+        sensors[channel] = Sensor(unit=unit, sign=_sign(table), noise=noise, zero=zero, range=span)
     return sensors
 
 

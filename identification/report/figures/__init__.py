@@ -2,6 +2,7 @@
 
 from identification.report.figures.base import Drawer, Picture
 from identification.report.figures.correlation import correlation
+from identification.report.figures.estimates.posterior import posterior
 from identification.report.figures.first_impact import first_impact
 from identification.report.figures.impacts import impact_closeups
 from identification.report.figures.loops import loops
@@ -22,6 +23,7 @@ FIGURES: tuple[Drawer, ...] = (
     impact_closeups,
     residuals,
     correlation,
+    posterior,
     waterfall,
 )
 

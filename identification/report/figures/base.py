@@ -34,7 +34,7 @@ class Picture:
 
     Attributes:
         name: of the file, without suffix; unique within a report.
-        section: of the page it belongs to: "records", "contact", "decay", "residuals", "correlation" or "starts".
+        section: of the page it belongs to: "records", "contact", "decay", "residuals", "correlation", "posterior" or "starts".
         record: file of the record it shows; None where it shows all.
         caption: printed below it.
         alt: what it shows, for a reader who does not see it.

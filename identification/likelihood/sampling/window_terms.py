@@ -1,0 +1,101 @@
+"""What the density needs of every window beside its records: whitening, random force, and where its states go with the parameters."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from identification.likelihood.fitted import Fitted
+from identification.likelihood.noise import Autoregression, runs
+from identification.windows.windows import Hosted, Windows
+
+
+class WindowTerms(eqx.Module):
+    """Windows of one group in chunks: the first axis is the chunk, the second the window; without the first, one chunk."""
+
+    windows: Windows
+    counted: Hosted
+    """False for a repetition that fills up a chunk, and for a window that the fit could not integrate."""
+    whitening: Hosted
+    """Weights of a sample and of those before it in the whitened one, 1; (..., lag, time, channels)."""
+    shown: Hosted
+    """What the whitened residual shows of the estimated random force; (..., time, channels)."""
+    projection: Hosted
+    """Whitened response to the random force, such that gram = R R' - (R P')(R P')'; (..., knots, time, channels)."""
+    samples: Hosted
+    """Number of samples that count."""
+    mode: Hosted
+    """Vector of every window at the mode of the fit."""
+    follow: Hosted
+    """First-order change of the states' optimum with all else; (..., states, other)."""
+
+    def gram(self, rows: Float[Array, "lanes rows time channels"]) -> Float[Array, "lanes rows rows"]:
+        """Products of residual (first row) and Jacobian in the metric of noise and random force, as without the estimated force."""
+        white = jnp.zeros_like(rows)
+        for lag in range(self.whitening.shape[1]):
+            shifted = jnp.pad(rows, ((0, 0), (0, 0), (lag, 0), (0, 0)))[:, :, : rows.shape[2]]
+            white = white + self.whitening[:, None, lag] * shifted
+        white = white.at[:, 0].add(-self.shown)
+        flat = white.reshape(*white.shape[:2], -1)
+        forced = jnp.einsum("lrt,lkt->lrk", flat, self.projection.reshape(*self.projection.shape[:2], -1))
+        return jnp.einsum("lit,ljt->lij", flat, flat) - jnp.einsum("lik,ljk->lij", forced, forced)
+
+
+def window_terms(of: Fitted, groups: tuple[Windows, ...], size: int) -> tuple[WindowTerms, ...]:
+    """Terms of the windows of a fit, group by group, in chunks of `size`.
+
+    Args:
+        of: the fit.
+        groups: its windows, under the estimated random force.
+        size: windows that are integrated side by side.
+    """
+    found, begin = [], 0
+    for group in groups:
+        lanes = np.arange(begin, begin + len(group.record))
+        begin += len(lanes)
+        whole = _of_group(of, group, lanes)
+        order = np.argsort(group.lengths, kind="stable")
+        count = -(-len(order) // size)
+        places = np.resize(order, count * size)
+        is_new = np.arange(count * size) < len(order)
+        parts = jax.tree.map(lambda leaf, places=places, count=count: leaf[places].reshape(count, size, *leaf.shape[1:]), whole)
+        parts = eqx.tree_at(lambda one: one.counted, parts, parts.counted & is_new.reshape(count, size))
+        found.append(jax.tree.map(jnp.asarray, parts))
+    return tuple(found)
+
+
+def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
+    """Terms of one group, (windows, ...), as NumPy arrays."""
+    at, layout, variances = of.point.at, of.prepared.layout, of.variances
+    samples, columns = group.weight.shape[1], [at.channels.index(name) for name in group.channels]
+    length = runs((group.weight > 0).transpose(0, 2, 1)).transpose(0, 2, 1)
+    noises = [variances.noise[name] for name in group.channels]
+    lags = 1 + max(noise.order for noise in noises)
+    whitening = np.stack([_weights(noise, length[..., c], lags) for c, noise in enumerate(noises)], axis=-1)
+    answer = of.point.answer[lanes].reshape(len(lanes), len(variances.places), len(at.channels), -1)[:, :, columns].transpose(0, 1, 3, 2)
+    answer = np.pad(answer, [(0, 0), (0, 0), (0, samples - answer.shape[2]), (0, 0)])
+    marginal = of.point.marginal
+    flat = answer.reshape(*answer.shape[:2], -1)
+    projection = np.linalg.solve(marginal.factor[lanes], marginal.root.T @ flat).reshape(answer.shape)
+    inverse, coupling = (part[lanes] for part in of.posterior.reduced.eliminated)
+    return WindowTerms(
+        windows=group,
+        counted=at.finite[lanes],
+        whitening=whitening,
+        shown=np.einsum("lk,lktc->ltc", of.estimate.force[lanes], answer),
+        projection=projection,
+        samples=(group.weight > 0).sum(axis=(1, 2)).astype(float),
+        mode=of.estimate.local(of.prepared.record)[lanes][:, : layout.size],
+        follow=-inverse @ coupling,
+    )
+
+
+def _weights(noise: Autoregression, run: np.ndarray, lags: int) -> np.ndarray:
+    """(windows, lags, time) weights with which a sample and those before it make the whitened one."""
+    order = np.clip(run - 1, 0, noise.order)
+    found = np.zeros((len(run), lags, run.shape[1]))
+    found[:, 0] = (run > 0) / noise.innovation[order]
+    for lag in range(1, noise.order + 1):
+        found[:, lag] = np.where(run > lag, -noise.coefficients[order, lag - 1] / noise.innovation[order], 0.0)
+    return found

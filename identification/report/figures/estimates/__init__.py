@@ -1,0 +1,1 @@
+"""Figures of the estimates themselves: sample of the posterior, likelihood profiles."""
