@@ -156,6 +156,7 @@ def fit(
     smoothing: float | None = None,
     posterior: bool = False,
     draws: int = Nuts().draws,
+    profiles: bool = False,
     progress: Progress = lambda stage: None,
 ) -> Fit:
     """Estimate the parameters of the nominal model, or of one with effects.
@@ -169,6 +170,7 @@ def fit(
         smoothing: width of the contact switch, m, with which Diffrax integrates the smoothed law; None for the exact contact.
         posterior: whether to sample the posterior of the parameters by the No-U-Turn Sampler; needs the extra `bayes`.
         draws: of each of its four chains.
+        profiles: whether to work out profiles of the likelihood.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -184,7 +186,7 @@ def fit(
     if posterior:
         check_extra()
     options: dict[str, Any] = {"law": law, "starts": starts, "seed": seed, "extend": extension(effects), "smoothing": smoothing}
-    options["posterior_by"] = Nuts(draws=draws) if posterior else None
+    options |= {"posterior_by": Nuts(draws=draws) if posterior else None, "with_profiles": profiles}
     found = Fit(fit_experiment(_loaded(experiment), progress=progress, **options))
     check_converged(found.result)
     return found

@@ -47,13 +47,14 @@ def run_fit(
     seed: int = 0,
     smoothing: float | None = None,
     posterior_by: Nuts | None = None,
+    with_profiles: bool = False,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> RenderableType:
     """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
 
     `effects` are added to the nominal model; `smoothing` is the width of the contact switch, m, None for the exact contact; the draws of
-    `posterior_by`, if given, are written to posterior.nc.
+    `posterior_by`, if given, are written to posterior.nc; `with_profiles` adds profiles of the likelihood.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
@@ -67,7 +68,8 @@ def run_fit(
     check_smoothing(model.law, smoothing)
     if table is not None:
         check_reference(table, _units(model, effects))
-    options: dict[str, Any] = {"starts": starts, "seed": seed, "extend": extend, "smoothing": smoothing, "posterior_by": posterior_by}
+    options: dict[str, Any] = {"starts": starts, "seed": seed, "extend": extend, "smoothing": smoothing}
+    options |= {"posterior_by": posterior_by, "with_profiles": with_profiles}
     result = fit_experiment(loaded, law=law, progress=progress, **options)
     check_converged(result)
     progress("drawing the report")

@@ -11,6 +11,7 @@ from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits, rms_nrmse
 from identification.estimation.multistart import Multistart
 from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows, with_variations
+from identification.estimation.profiles import likelihood_around, profiles
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
@@ -22,9 +23,8 @@ from identification.least_squares.settling import settled_without_force
 from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
-from identification.likelihood.marginal import estimated_force
 from identification.likelihood.sampling.nuts import Nuts
-from identification.likelihood.variances import equations, posterior
+from identification.likelihood.variances import posterior
 from identification.result.between_records import disagreements
 from identification.result.result import (
     AT_BOUND,
@@ -65,6 +65,7 @@ def fit_experiment(
     extend: Extension | None = None,
     smoothing: float | None = None,
     posterior_by: Nuts | None = None,
+    with_profiles: bool = False,
     progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit the nominal model to an experiment, or a model with effects.
@@ -77,6 +78,7 @@ def fit_experiment(
         extend: adds effects to the fitted nominal model; none if left out.
         smoothing: width of the contact switch, m, which Diffrax then integrates; None for the exact contact.
         posterior_by: sampler of the posterior; None samples none.
+        with_profiles: whether to work out profiles of the likelihood.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -100,8 +102,11 @@ def fit_experiment(
     known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
     parameters = _parameters(found, known, spread, first)
     clock.lap("errors")
-    sample = None if posterior_by is None else posterior_sample(found, known.shared, spread, posterior_by, seed=seed, progress=progress)
+    free = dataclasses.replace(known, shared=np.array([one.status == OK for one in parameters]))
+    sample = None if posterior_by is None else posterior_sample(found, free.shared, spread, posterior_by, seed=seed, progress=progress)
     clock.lap("posterior")
+    curves = profiles(found, free, spread, progress) if with_profiles else None
+    clock.lap("profiles")
     progress("checking the step size")
     shift = discretisation_shift(found, known, spread)
     shown, cost = settled_without_force(prepared, found.estimate)
@@ -142,6 +147,7 @@ def fit_experiment(
         ring_downs=decays,
         smoothing=smoothing,
         posterior=sample,
+        profiles=curves,
         added=added and _predicting(added, nominal, experiment, held_back),
     )
 
@@ -242,14 +248,7 @@ def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> flo
 
 def _parameters(of: Fitted, active: Active, spread: Uncertainty, first: dict[str, float]) -> tuple[ParameterEstimate, ...]:
     """Table of the shared parameters with standard errors and status; `first`: first guesses of the nominal model's."""
-    record = of.point.at.record
-
-    def evaluate(estimate: Estimate) -> Equations:
-        step = estimate.local(record) - of.estimate.local(record)
-        force, _ = estimated_force(of.point.inner, of.point.marginal, step)
-        at = point(of.prepared, dataclasses.replace(estimate, force=force), of.variances)
-        return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
-
+    evaluate = likelihood_around(of)
     found = (_parameter(of, active, spread, index, evaluate) for index in range(of.prepared.layout.shared))
     between = dict.fromkeys(varying(of.prepared.experiment), 0.0) | dict(of.prepared.layout.variations)
     return tuple(

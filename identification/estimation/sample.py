@@ -20,18 +20,20 @@ def posterior_sample(
 
     Args:
         of: the fit.
-        known: parameters that are estimated and identifiable.
+        known: parameters that are identifiable and not at a bound; the others keep their values.
         spread: their covariance.
         method: the sampler.
         seed: of every random draw.
         progress: called with a line of text now and then.
 
     Raises:
-        InputError: no parameter is identifiable.
+        InputError: there is none.
     """
     parameters = of.prepared.layout.parameters
     if not known.any():
-        raise InputError("there is no posterior to sample: no parameter is both estimated and identifiable; leave the posterior out")
+        raise InputError(
+            "there is no posterior to sample: no parameter is estimated, identifiable and off its bounds; leave the posterior out"
+        )
     shared = len(parameters)
     about = density(of, known, spread.covariance[:shared, :shared])
     chains = method(about, int(known.sum()), seed=seed, progress=progress)

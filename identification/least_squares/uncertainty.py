@@ -1,7 +1,7 @@
 """Standard errors and identifiability: covariance of the estimates and 95 % intervals."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from scipy.special import chdtri, ndtri
@@ -82,8 +82,7 @@ def interval(
     widening = sigma / bare
 
     def rise(sigmas: float) -> float:
-        trial, others = _along(equations, estimate, active, index, sigmas * bare)
-        return _profile_cost(evaluate(trial), trial, others) - best
+        return profile_cost(evaluate, equations, estimate, active, {index: sigmas * bare}) - best
 
     ends, kind = [], "normal"
     for side in (-1.0, 1.0):
@@ -107,17 +106,18 @@ def covariance_of(equations: Equations, estimate: Estimate, active: Active) -> n
     return full
 
 
-def _along(equations: Equations, estimate: Estimate, active: Active, index: int, shift: float) -> tuple[Estimate, Active]:
-    """The point with one parameter moved and all others at their first-order optimum, and the free unknowns there."""
+def profile_cost(
+    evaluate: Callable[[Estimate], Equations], equations: Equations, estimate: Estimate, active: Active, shifts: Mapping[int, float]
+) -> float:
+    """Cost of the profile likelihood with some shared parameters shifted from the optimum, by index, in internal coordinates.
+
+    All other unknowns follow to first order from the optimum; one Gauss-Newton step from there gives the cost by its quadratic prediction.
+    """
+    index, shift = np.array(list(shifts)), np.array(list(shifts.values()))
     shared = estimate.shared.copy()
     shared[index] += shift
-    others = dataclasses.replace(active, shared=active.shared & (np.arange(len(shared)) != index))
-    moved = dataclasses.replace(estimate, shared=shared)
-    pushed = dataclasses.replace(equations, gradient=equations.gradient + equations.hessian[:, :, index] * shift)
-    step_shared, step_nuisances, step_states = solve(reduce(pushed, estimate, others, 0.0), pushed, estimate)
-    return moved.moved(step_shared, step_nuisances, step_states), others
-
-
-def _profile_cost(equations: Equations, estimate: Estimate, active: Active) -> float:
-    """Cost after one more Gauss-Newton step of all free unknowns, by its quadratic prediction."""
-    return equations.total(estimate) - 0.5 * newton_decrement(reduce(equations, estimate, active, 0.0), equations)
+    others = dataclasses.replace(active, shared=active.shared & ~np.isin(np.arange(len(shared)), index))
+    pushed = dataclasses.replace(equations, gradient=equations.gradient + equations.hessian[:, :, index] @ shift)
+    trial = dataclasses.replace(estimate, shared=shared).moved(*solve(reduce(pushed, estimate, others, 0.0), pushed, estimate))
+    found = evaluate(trial)
+    return found.total(trial) - 0.5 * newton_decrement(reduce(found, trial, others, 0.0), found)

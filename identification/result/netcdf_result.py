@@ -34,6 +34,7 @@ NUMBERS = (
     "between_records",
     "ring_downs",
     "smoothing",
+    "profiles",
 )
 _PREFIX = "record"
 

@@ -143,6 +143,33 @@ class Added:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class LikelihoodProfile:
+    """Profile of one parameter: its values, in its unit, and twice the fall of the log-likelihood with all else at its optimum."""
+
+    name: str
+    values: tuple[float, ...]
+    rise: tuple[float, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ProfileMap:
+    """The same of two parameters, on a grid along the axes of their ellipse: values of the first and second, and `rise`, by row."""
+
+    names: tuple[str, str]
+    first: tuple[tuple[float, ...], ...]
+    second: tuple[tuple[float, ...], ...]
+    rise: tuple[tuple[float, ...], ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Profiles:
+    """Profiles of the likelihood: of every identifiable parameter, and of a pair; None where there is no pair."""
+
+    single: tuple[LikelihoodProfile, ...]
+    pair: ProfileMap | None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class FitResult:
     """Result of the fit of one experiment.
 
@@ -171,6 +198,7 @@ class FitResult:
         ring_downs: damping and frequency by amplitude of free vibrations.
         smoothing: width of the contact switch that was integrated, m; None for the exact contact.
         posterior: sample of the parameters' posterior; None where none was asked for.
+        profiles: of the likelihood; None where none were asked for.
     """
 
     experiment: Experiment
@@ -197,3 +225,4 @@ class FitResult:
     ring_downs: RingDowns = dataclasses.field(default_factory=RingDowns)
     smoothing: float | None = None
     posterior: PosteriorSample | None = None
+    profiles: Profiles | None = None

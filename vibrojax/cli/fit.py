@@ -48,6 +48,9 @@ def fit(
     posterior: Annotated[
         bool, typer.Option("--posterior", help="Sample the posterior of the parameters too; needs the extra bayes.")
     ] = False,
+    profiles: Annotated[
+        bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
+    ] = False,
     draws: Annotated[
         int | None,
         typer.Option(min=4, metavar="N", help="Draws of each of the posterior's four chains. Left out: 300.", show_default=False),
@@ -87,6 +90,7 @@ def fit(
             starts=starts,
             seed=seed,
             smoothing=width,
+            with_profiles=profiles,
             posterior_by=(Nuts() if draws is None else Nuts(draws=draws)) if posterior else None,
             style=STYLES[style],
             progress=say,

@@ -136,7 +136,7 @@ class Density(eqx.Module):
         return 0.5 * jnp.sum(each * nuisances**2), each * nuisances, jnp.diag(each[0])[None]
 
     def _without_nuisances(self, gradient, hessian, parameters: int):
-        """What the nuisances' optimum adds to the log density, their log volume, and the gradient of minus the density in the parameters."""
+        """What the nuisances' optimum adds to the log density, their log volume, and the gradient of minus the density."""
         free = self.active
         slope = gradient[:, parameters:] * free
         block = hessian[:, parameters:, parameters:] * free[:, :, None] * free[:, None, :] + jax.vmap(jnp.diag)(1.0 - free)

@@ -3,6 +3,7 @@
 from identification.report.figures.base import Drawer, Picture
 from identification.report.figures.correlation import correlation
 from identification.report.figures.estimates.posterior import posterior
+from identification.report.figures.estimates.profiles import likelihood_profiles
 from identification.report.figures.first_impact import first_impact
 from identification.report.figures.impacts import impact_closeups
 from identification.report.figures.loops import loops
@@ -23,6 +24,7 @@ FIGURES: tuple[Drawer, ...] = (
     impact_closeups,
     residuals,
     correlation,
+    likelihood_profiles,
     posterior,
     waterfall,
 )
