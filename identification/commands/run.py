@@ -21,8 +21,8 @@ from identification.report.page_style import SCREEN, PageStyle
 from identification.result.json_file import provenance, write_fit_json
 from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
 from identification.result.netcdf_result import StoredFit, stored_fit, write_result
-from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
-from identification.result.posterior import write_posterior
+from identification.result.posterior.sample import FILE_NAME as POSTERIOR_FILE
+from identification.result.posterior.sample import write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
 from identification.windows.declared_model import check_smoothing, nominal_model

@@ -3,6 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool
@@ -26,6 +27,7 @@ from identification.likelihood.joint import point
 from identification.likelihood.sampling.nuts import Nuts
 from identification.likelihood.variances import posterior
 from identification.result.between_records import disagreements
+from identification.result.posterior.sample import PosteriorSample
 from identification.result.result import (
     AT_BOUND,
     FIXED,
@@ -93,22 +95,12 @@ def fit_experiment(
     outcome, tried = _optimum(prepared, starts, seed, clock, progress)
     nominal = with_variations(_most_likely(prepared, outcome, progress), varying(experiment), progress)
     found, added = (nominal, None) if extend is None else extend(nominal, progress)
-    of_least_squares = prepared.layout
-    shortened, first = len(found.prepared.record) > len(prepared.record), prepared.layout.physical(prepared.start.shared)
+    short, of_least_squares = len(found.prepared.record) > len(prepared.record), prepared.layout
+    first = prepared.layout.physical(prepared.start.shared)
     prepared, active = found.prepared, free_unknowns(found.prepared)
     clock.lap("likelihood")
-    progress("standard errors and intervals")
     spread = uncertainty(found.posterior.equations, found.estimate, active)
-    known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
-    parameters = _parameters(found, known, spread, first)
-    clock.lap("errors")
-    free = dataclasses.replace(known, shared=np.array([one.status == OK for one in parameters]))
-    sample = None if posterior_by is None else posterior_sample(found, free.shared, spread, posterior_by, seed=seed, progress=progress)
-    clock.lap("posterior")
-    curves = profiles(found, free, spread, progress) if with_profiles else None
-    clock.lap("profiles")
-    progress("checking the step size")
-    shift = discretisation_shift(found, known, spread)
+    estimates = _estimates(found, spread, first, posterior_by, with_profiles, seed, clock, progress)
     shown, cost = settled_without_force(prepared, found.estimate)
     degrees = degrees_of_freedom(prepared, active, np.isfinite(cost))
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
@@ -118,38 +110,60 @@ def fit_experiment(
     held_back = held_back_fits(experiment, model, smoothing=smoothing)
     decays = ring_downs(experiment, (*records, *held_back), {"nominal": nominal.model} | ({"augmented": model} if extend else {}))
     clock.lap("held back")
-    chosen = np.flatnonzero(known.shared)
     return FitResult(
         experiment=experiment,
         model=model,
-        parameters=parameters,
-        derived=_derived(prepared, prepared.layout.physical(found.estimate.shared), spread, known),
-        correlation=spread.correlation(chosen),
-        correlated=tuple(prepared.layout.parameters[i].name for i in chosen),
         chi2_reduced=2.0 * _cost(outcome if prepared.layout == of_least_squares else None, cost) / max(degrees, 1),
         degrees=degrees,
         records=records,
         starts=tried,
         converged=found.converged,
         iterations=0 if outcome is None else outcome.iterations,
-        discretisation=shift,
-        warnings=(
-            *_warnings(found, restless, shift, cost, shortened=shortened),
-            *_implausible_gaps(prepared),
-            *(() if sample is None else sample.warnings()),
-        ),
+        warnings=_warnings(found, restless, estimates["discretisation"], cost, estimates["posterior"], shortened=short),
         unrest=restless,
         noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
-        between_records=disagreements(found),
         ring_downs=decays,
         smoothing=smoothing,
-        posterior=sample,
-        profiles=curves,
         added=added and _predicting(added, nominal, experiment, held_back),
+        **estimates,
     )
+
+
+def _estimates(
+    of: Fitted,
+    spread: Uncertainty,
+    first: dict[str, float],
+    posterior_by: Nuts | None,
+    with_profiles: bool,
+    seed: int,
+    clock: "_Clock",
+    progress: Progress,
+) -> dict[str, Any]:
+    """What a result says of the parameters: estimates with errors, correlation, posterior, profiles, and how fine the steps are."""
+    progress("standard errors and intervals")
+    prepared, active = of.prepared, free_unknowns(of.prepared)
+    known = dataclasses.replace(active, shared=active.shared & spread.identifiable)
+    parameters = _parameters(of, known, spread, first)
+    clock.lap("errors")
+    free = dataclasses.replace(known, shared=np.array([one.status == OK for one in parameters], bool))
+    sample = None if posterior_by is None else posterior_sample(of, free.shared, spread, posterior_by, seed=seed, progress=progress)
+    curves = profiles(of, free, spread, progress) if with_profiles else None
+    clock.lap("posterior and profiles")
+    progress("checking the step size")
+    chosen = np.flatnonzero(known.shared)
+    return {
+        "parameters": parameters,
+        "derived": _derived(prepared, prepared.layout.physical(of.estimate.shared), spread, known),
+        "correlation": spread.correlation(chosen),
+        "correlated": tuple(prepared.layout.parameters[i].name for i in chosen),
+        "between_records": disagreements(of),
+        "discretisation": discretisation_shift(of, known, spread),
+        "posterior": sample,
+        "profiles": curves,
+    }
 
 
 def _cost(outcome: Outcome | None, cost: np.ndarray) -> float:
@@ -319,8 +333,10 @@ def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) ->
     return np.where(active.nuisances, errors, np.nan)
 
 
-def _warnings(of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarray, *, shortened: bool) -> tuple[str, ...]:
-    """Warnings beside the result: no convergence, lost or short windows, random force, step size."""
+def _warnings(
+    of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarray, sample: PosteriorSample | None, *, shortened: bool
+) -> tuple[str, ...]:
+    """Warnings beside the result: no convergence, lost or short windows, random force, step size, gaps, chains of the posterior."""
     found = []
     if not of.converged:
         found.append("the iteration stopped before it had converged")
@@ -335,7 +351,7 @@ def _warnings(of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarra
         found.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause")
     if shift > 0.1:
         found.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
-    return tuple(found)
+    return (*found, *_implausible_gaps(of.prepared), *(sample.warnings() if sample else ()))
 
 
 def _implausible_gaps(prepared: Prepared) -> tuple[str, ...]:

@@ -116,7 +116,7 @@ def _parameter(estimate: ParameterEstimate) -> dict[str, Any]:
         "interval": estimate.interval,
         "symbol": estimate.spec.symbol,
         "estimated": estimate.status != FIXED,
-        "between_records": estimate.between,
+        "std_between_records": estimate.between,
     }
 
 

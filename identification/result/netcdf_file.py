@@ -17,7 +17,7 @@ FILE_NAME = "result.nc"
 FIT, DIAGNOSIS = "fit", "diagnosis"
 """Kind of content: the name of the file's attribute."""
 _COMMANDS = {FIT: "vibrojax fit", DIAGNOSIS: "vibrojax diagnose"}
-_SCHEMA = 4
+_SCHEMA = 5
 
 Series = dict[str, np.ndarray]
 T = TypeVar("T")

@@ -11,7 +11,7 @@ import xarray as xr
 from identification.result.json_file import plain
 from identification.result.netcdf_file import FIT, Series, dataset, read_netcdf, write_netcdf
 from identification.result.plain_dataclass import from_plain, to_plain
-from identification.result.posterior import restore_posterior, store_posterior
+from identification.result.posterior.sample import restore_posterior, store_posterior
 from identification.result.reference import Reference
 from identification.result.result import Derived, FitResult, ParameterEstimate, StartOutcome
 from identification.result.stored_records import restore_experiment, restore_records, store_experiment, store_records

@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.experiment import Experiment
 from identification.result.between_records import Disagreement
-from identification.result.posterior import PosteriorSample
+from identification.result.posterior.sample import PosteriorSample
 from identification.result.ring_down import RingDowns
 from identification.result.unrest import Unrest
 from vibrojax.model import Model

@@ -59,7 +59,7 @@ def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
     expected = {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
-    assert options == expected | {"smoothing": None, "posterior_by": None}
+    assert options == expected | {"smoothing": None, "posterior_by": None, "with_profiles": False}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err

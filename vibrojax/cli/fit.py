@@ -1,11 +1,11 @@
 """`fit-parameters`, also `vibrojax fit`: experiment in; parameters, a model that runs, and a report out."""
 
-from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import NoReturn
 
 import typer
 from rich.console import Console
 
+from vibrojax.cli import fit_options as options
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
@@ -25,36 +25,19 @@ app = typer.Typer(pretty_exceptions_enable=False)
 @app.command(epilog=EXAMPLE)
 def fit(
     experiment: Experiment = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being the experiment's.")
-    ] = None,
+    out: options.Out = None,
     recipe: Recipe = None,
     data: Data = None,
-    law: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")
-    ] = None,
-    effects: Annotated[
-        list[str] | None,
-        typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
-    ] = None,
-    reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
-    starts: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="N", help="Starts to try. Left out: several where the first fit leaves a misfit.", show_default=False),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
+    law: options.Law = None,
+    effects: options.Effects = None,
+    reference: options.Reference = None,
+    starts: options.Starts = None,
+    seed: options.Seed = 0,
     integrator: Integrator = LANDING,
     smoothing: Smoothing = None,
-    posterior: Annotated[
-        bool, typer.Option("--posterior", help="Sample the posterior of the parameters too; needs the extra bayes.")
-    ] = False,
-    profiles: Annotated[
-        bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
-    ] = False,
-    draws: Annotated[
-        int | None,
-        typer.Option(min=4, metavar="N", help="Draws of each of the posterior's four chains. Left out: 300.", show_default=False),
-    ] = None,
+    posterior: options.Posterior = False,
+    profiles: options.Profiles = False,
+    draws: options.Draws = None,
     style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:

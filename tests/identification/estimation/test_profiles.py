@@ -15,7 +15,7 @@ from identification.report.page_style import STYLES
 from identification.report.rows import posterior_rows
 from identification.result.json_file import fit_json, provenance
 from identification.result.netcdf_result import StoredFit, read_result, write_result
-from identification.result.posterior import arviz, write_posterior
+from identification.result.posterior.sample import arviz, write_posterior
 from tests.identification.conftest import TRUTH, cropped
 
 

@@ -102,7 +102,7 @@ def test_a_parameter_that_may_vary_has_a_value_for_each_record(scattered):
     own = [next(n.value for n in record.nuisances if n.name == "variation.f_n") for record in result.records]
     np.testing.assert_allclose(found.value * np.exp(own), frequencies, rtol=1e-3)
     assert next(row.status for row in parameter_rows(result) if row.name == "f_n") == "ok, varies"
-    assert fit_json(result)["parameters"]["f_n"]["between_records"] == found.between
+    assert fit_json(result)["parameters"]["f_n"]["std_between_records"] == found.between
 
 
 def test_a_parameter_that_may_vary_and_does_not_stays_common(small, plain):

@@ -1,0 +1,1 @@
+"""Sample of the posterior as part of a result."""
