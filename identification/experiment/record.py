@@ -31,7 +31,7 @@ class Preparation:
         """What is done, in the order in which it is; empty for nothing."""
         said = [f"crop to {self.crop[0]:g} to {self.crop[1]:g} s"] if self.crop is not None else []
         said += [f"low-pass at {self.lowpass:g} Hz"] if self.lowpass is not None else []
-        said += [f"every {self.decimate}th sample behind an anti-alias filter"] if self.decimate is not None else []
+        said += [f"one sample of {self.decimate} kept behind an anti-alias filter"] if self.decimate is not None else []
         said += [f"resampled to {self.resample:g} Hz"] if self.resample is not None else []
         said += [f"{'mean' if kind == 'constant' else 'straight line'} taken out of {name}" for name, kind in self.detrend.items()]
         return ", ".join(said)
