@@ -89,12 +89,12 @@ def listed(words: Iterable[str], most: int = 20) -> str:
         most: how many are written out.
 
     Returns:
-        The words, separated by commas.
+        The words, separated by commas; "none" if there are none.
 
     Example:
-        >>> listed(["m", "mm"])
-        'm, mm'
+        >>> listed(["m", "mm"]), listed([])
+        ('m, mm', 'none')
     """
     every = [word if word.isprintable() and len(word) <= SHOWN_LENGTH else shown(word) for word in words]
     rest = len(every) - most
-    return ", ".join(every[:most]) + (f" and {rest} more" if rest > 0 else "")
+    return (", ".join(every[:most]) or "none") + (f" and {rest} more" if rest > 0 else "")
