@@ -131,7 +131,7 @@ def test_a_baseline_that_failed_named_nothing():
     assert outcome(broken, "bic").claim == "failure"
 
 
-def test_a_baseline_that_failed_is_told_and_asked_again():
+def test_a_baseline_that_failed_is_reported_and_asked_again():
     broken = case("x", "listed", ("drag",), said("missing", "drag")) | {
         "baselines": {"bic": {"name": []}, "sindy": {"failure": "no pysindy"}}
     }
@@ -162,7 +162,7 @@ def test_jump_is_located():
     assert summary([found, other])["gap_step_located"] == {"of": 2, "record": 1, "time_error_median": late, "time_error_most": late}
 
 
-def test_time_is_told_by_group():
+def test_time_is_stated_by_group():
     slow = case("s", "pair", ("drag", "friction"), said("unlisted"), seconds=181.0, cpu_seconds=200.0)
     quick = case("t", "pair", ("drag", "friction"), said("unlisted"), seconds=20.0, cpu_seconds=30.0)
     result = summary([slow, quick, case("u", "pair", ("drag", "friction"), "ValueError: no")])
@@ -304,7 +304,7 @@ def test_a_case_whose_hammer_runs_away_is_drawn_anew(tmp_path, monkeypatch):
     assert (tmp_path / "rig" / "experiment.toml").exists()
 
 
-def test_a_failure_is_told(program, monkeypatch):
+def test_a_failure_is_reported(program, monkeypatch):
     def broken(experiment, *, budget_minutes):
         raise RuntimeError("no convergence")
 

@@ -51,7 +51,7 @@ def test_interval_holds_the_true_level_of_few_rigs():
         ([[1.0]] * 70 + [[0.01]] * 30, 0.45, "a rate between 0 and 0.3"),
     ],
 )
-def test_what_cannot_be_told_is_refused(chances, rate, said):
+def test_what_cannot_be_determined_is_refused(chances, rate, said):
     with pytest.raises(ValueError, match=said):
         level([np.array(one) for one in chances], rate)
 

@@ -100,7 +100,7 @@ def test_the_page_is_written_between_its_marks_and_again(tmp_path):
     assert page.read_text() == "no marks"
 
 
-def test_what_is_finished_is_kept_and_what_failed_is_told(tmp_path, monkeypatch):
+def test_what_is_finished_is_kept_and_what_failed_is_reported(tmp_path, monkeypatch):
     monkeypatch.setattr(
         runs, "_VIBROJAX", "import sys, pathlib; out = pathlib.Path(sys.argv[-1]); out.mkdir(); (out / 'diagnosis.json').write_text('{}')"
     )

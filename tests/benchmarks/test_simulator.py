@@ -32,7 +32,7 @@ def test_restitution_of_one_impact(speed, n):
     assert -states[-1, 1] / speed == pytest.approx(hunt_crossley_restitution(0.6, speed), rel=1e-7)
 
 
-def test_without_numba_the_remedy_is_told():
+def test_without_numba_the_remedy_is_stated():
     code = "import sys; sys.modules['numba'] = None; import benchmarks.simulator"
     ended = subprocess.run([sys.executable, "-c", code], cwd=FOLDER.parents[1], capture_output=True, text=True)
     assert ended.returncode == 1

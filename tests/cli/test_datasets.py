@@ -43,7 +43,7 @@ def test_files_are_found_missing_and_other(tmp_path):
     assert recording_states(recipe, tmp_path) == {"same.bin": PRESENT, "other.bin": DIFFERS, "none.bin": MISSING}
 
 
-def test_what_is_missing_is_told_and_no_error(listed, tmp_path):
+def test_what_is_missing_is_reported_and_no_error(listed, tmp_path):
     status, out, _ = listed("silverbox", "--data", str(tmp_path))
     assert status == 0
     assert f"missing   {load_recipe('silverbox').sha256['SNLS80mV.mat']}  silverbox/SNLS80mV.mat" in out

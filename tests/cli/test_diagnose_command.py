@@ -47,7 +47,7 @@ def call(monkeypatch, *arguments: str) -> int:
     return ended.value.code
 
 
-def test_everything_is_written_and_told(engine, monkeypatch, capsys, tmp_path):
+def test_everything_is_written_and_reported(engine, monkeypatch, capsys, tmp_path):
     assert call(monkeypatch, str(data_path("example")), "--out", "results", "--budget-minutes", "0.5") == 0
     assert engine.calls == [("example rig", 0.5)]
     folder = tmp_path / "results"

@@ -48,7 +48,7 @@ def test_the_table_fits_a_terminal_of_80_characters(rig, monkeypatch, capsys):
     assert table.count("as named") == 4 and "remarks" not in table
 
 
-def test_a_guessed_unit_of_time_is_told(rig, monkeypatch, capsys):
+def test_a_guessed_unit_of_time_is_stated(rig, monkeypatch, capsys):
     (rig / "slow.csv").write_text("t,x\n" + "\n".join(f"{0.25 * i},{i % 7}" for i in range(400)))
     assert call(monkeypatch, "inspect", rig / "slow.csv") == 0
     assert "time taken to be in ms: the file states none, and steps of 0.25 are long for s" in capsys.readouterr().out

@@ -69,7 +69,7 @@ def test_an_earlier_result_is_replaced_and_foreign_files_stay(tmp_path):
     assert sorted(os.listdir(out)) == ["fit.json", "notes.txt", "plots"]
 
 
-def test_a_full_disk_is_told_in_a_line_and_changes_no_file(tmp_path):
+def test_a_full_disk_is_reported_in_a_line_and_changes_no_file(tmp_path):
     (tmp_path / "fit.json").write_text("old")
     with pytest.raises(InputError, match=r"No space left on device; make room, or name another place"), output_folder(tmp_path) as folder:
         (folder / "fit.json").write_text("half")

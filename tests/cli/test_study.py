@@ -96,7 +96,7 @@ def test_a_study_lands_in_its_store_and_another_is_refused(monkeypatch, capsys, 
     assert "begun with other settings: axes.frequency_hz is [5.0, 6.0, 7.0] in the store, [5.0, 6.5, 8.0] now" in capsys.readouterr().err
 
 
-def test_stages_are_told_with_the_seconds_since_the_command_began(monkeypatch, capsys, tmp_path):
+def test_stages_are_shown_with_the_seconds_since_the_command_began(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
     clock = [100.0]
     for module in ("vibrojax.cli.study", "vibrojax.cli.progress"):

@@ -57,5 +57,5 @@ def test_a_hammer_that_nothing_sends_back_has_none():
     assert np.isnan(restitution(NoContact(), 0.5, jnp.asarray(SPEEDS))).all()
 
 
-def test_a_damping_too_large_for_the_steps_is_not_told_as_a_rebound_into_the_stop():
+def test_a_damping_too_large_for_the_steps_is_not_reported_as_a_rebound_into_the_stop():
     assert np.isnan(restitution(KelvinVoigt(1e5, 1.0), 0.5, jnp.asarray([0.5]))).all()

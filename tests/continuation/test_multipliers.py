@@ -37,5 +37,5 @@ def test_a_torus_needs_a_complex_pair():
     assert not has_unit_pair(multipliers(neutral_saddle), 1e-6)
 
 
-def test_stability_is_told_point_by_point():
+def test_stability_is_stated_point_by_point():
     assert is_stable(np.array([[0.5 + 0j, -0.9], [0.5, -1.1]])).tolist() == [True, False]

@@ -49,7 +49,7 @@ def test_the_motion_is_the_path_and_the_reaction_is_spring_damper_and_stop():
     np.testing.assert_allclose(channels(rig(), trajectory)["reaction_force"], reaction, rtol=1e-4, atol=1e-3)
 
 
-def test_a_path_that_is_not_finite_is_told():
+def test_a_path_that_is_not_finite_is_reported():
     broken = jax.tree.map(lambda leaf: leaf.at[..., -1].set(jnp.nan), path())
     assert int(Guided(broken)(rig(), jnp.asarray(TS), jnp.zeros(2)).result) == NOT_FINITE
 

@@ -36,7 +36,7 @@ def test_an_answer_may_be_yes_or_no():
     assert not far.ask().reproduced
 
 
-def test_coexistence_is_told_from_either_motion_alone():
+def test_coexistence_is_distinguished_from_either_motion_alone():
     preset = read_preset("wires")
     both = coexisting(preset, 1.75, 2.5)
     assert both.stays_off and 0 < both.late == both.early < both.starts

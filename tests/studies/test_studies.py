@@ -158,7 +158,7 @@ def test_hammer_design_keeps_spring_and_damper(tmp_path):
         hammer_design(hung, mass_ratio=[1.0], frequency_hz=[5.0], gap=GAP, base_amplitude=AMPLITUDE)
 
 
-def test_kinds_are_told_apart():
+def test_kinds_are_distinguished():
     u = np.array([[1.0, 2.0] * 8, [1.0] * 16, list(np.random.default_rng(0).normal(size=16)), [0.5] * 16])
     hits = np.array([[1, 0] * 8, [2] * 16, [1] * 16, [0] * 16])
     nothing, zero = np.zeros_like(u), np.zeros(4)

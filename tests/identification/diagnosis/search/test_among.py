@@ -14,7 +14,7 @@ def test_all_listed_effects_are_looked_for_unless_limited():
     assert limit_warning(EFFECTS) == ()
 
 
-def test_the_reader_is_told_of_the_limit():
+def test_the_limit_is_stated():
     assert limit_warning(("hysteresis",)) == ("limited on request: of the listed effects, only hysteresis could be named",)
     assert limit_warning(among_effects(without=["hysteresis"])) == (
         "limited on request: of the listed effects, hysteresis could not be named",
