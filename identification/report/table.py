@@ -52,7 +52,7 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
         blocks += [_line(f"{posterior_words(result)}:"), _posterior(result)]
     blocks.append(_records(result.records, result.experiment))
     if result.between_records:
-        blocks += [_line("each record alone, and the mean over records:"), _alone(result)]
+        blocks += [_line("mean over the estimates of each record alone:"), _alone(result)]
     if result.held_back:
         blocks += [_line("not fitted, predicted:"), _records(result.held_back, result.experiment)]
     if reference is not None:
@@ -111,14 +111,10 @@ def _records(records: tuple[RecordFit, ...], experiment: Experiment) -> Table:
 
 
 def _alone(result: FitResult) -> Table:
-    """Each parameter that several records identify: a line a record, then the mean over them with the test of their scatter."""
-    table = open_table("parameter", "record", "value", "off", "scatter", "Q (chance)", right=(3, 4))
+    """Mean over the records of each parameter that several of them identify, and the test of their scatter; the page has every record."""
+    table = open_table("parameter", "mean", "scatter", "chi-square (chance)", right=(2, 3))
     for row in alone_rows(result):
-        name = symbol_text(row.symbol)
-        for file, value, off in row.records:
-            table.add_row(name, file, compact(value), off)
-            name = ""
-        table.add_row("", "mean", compact(row.pooled), "", compact(row.scatter), compact(row.test))
+        table.add_row(symbol_text(row.symbol), compact(row.pooled), compact(row.scatter), compact(row.test))
     return table
 
 
