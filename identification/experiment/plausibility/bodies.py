@@ -3,9 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import DoubtError, shown
 from identification.experiment.plausibility.impulses import SURE, Impact
-from identification.experiment.plausibility.sine import fit_sine
 from identification.experiment.record import Record
 from identification.experiment.settings.scales import NEAR, motion_ratio
 
@@ -23,7 +22,7 @@ def check_bodies(record: Record, impacts: list[Impact]) -> None:
         impacts: that load cell or accelerometer show.
 
     Raises:
-        ExperimentError: hammer and cart are exchanged, or one of them points the other way; the message says what to write.
+        DoubtError: hammer and cart are exchanged, or one of them points the other way; the message says what to write.
     """
     if record.base != "sine":
         return
@@ -32,22 +31,22 @@ def check_bodies(record: Record, impacts: list[Impact]) -> None:
     if record.kind != "cart-excitation" or not {"hammer_displacement", "cart_displacement"} <= record.channels.keys():
         return
     _check_accelerometer(record)
-    _check_sines(record)
     if not SHOW_CONTACT.isdisjoint(record.channels):
         _check_cart_direction(record, impacts)
 
 
 def _check_rest(record: Record) -> None:
-    """In a record whose cart rests, the hammer moves more than the cart."""
+    """In a record whose cart rests, the hammer moves more than the cart, noise aside."""
     for quantity in ("displacement", "acceleration"):
         hammer, cart = (record.channels.get(f"{body}_{quantity}") for body in ("hammer", "cart"))
         if hammer is None or cart is None:
             continue
-        moved, rested = float(np.nanstd(hammer)), float(np.nanstd(cart))
-        if rested > moved:
-            raise ExperimentError(
+        noise = [record.noise.get(f"{body}_{quantity}", 0.0) for body in ("hammer", "cart")]
+        moved, rested = (float(np.sqrt(max(np.nanvar(one) - std**2, 0.0))) for one, std in zip((hammer, cart), noise, strict=True))
+        if rested > moved + max(noise):
+            raise DoubtError(
                 f"in record {shown(record.file)} cart_{quantity} moves more than hammer_{quantity} (standard deviations {rested:.3g} and "
-                f'{moved:.3g}): expected a cart at rest in a {record.kind}; {EXCHANGE}, or set kind = "cart-excitation"'
+                f'{moved:.3g} beyond the noise): expected a cart at rest in a {record.kind}; {EXCHANGE}, or set kind = "cart-excitation"'
             )
 
 
@@ -58,26 +57,9 @@ def _check_accelerometer(record: Record) -> None:
         return
     own, other = (motion_ratio(record.time, record.channels[f"{body}_displacement"], felt) for body in ("hammer", "cart"))
     if own is None and other is not None and abs(other - 1.0) < NEAR:
-        raise ExperimentError(
+        raise DoubtError(
             f"hammer_acceleration of record {shown(record.file)} is that of cart_displacement and not of hammer_displacement: expected one "
             f"motion of the hammer; {EXCHANGE}"
-        )
-
-
-def _check_sines(record: Record) -> None:
-    """A hammer that is a sine to the noise cannot stand beside a driven cart that is none."""
-    left = {}
-    for name in ("hammer_displacement", "cart_displacement"):
-        values, noise = record.channels[name], record.noise.get(name)
-        sine = fit_sine(record.time, values)
-        if sine is None or noise is None:
-            return
-        left[name] = (1.0 - sine.share) * float(np.nanvar(values)) / noise**2
-    chance = 1.0 + SURE * np.sqrt(2.0 / record.time.size)
-    if left["hammer_displacement"] < chance < left["cart_displacement"] / chance:
-        raise ExperimentError(
-            f"hammer_displacement of record {shown(record.file)} is a sine to its noise, and cart_displacement is not: expected a driven "
-            f"cart and a hammer that strikes; {EXCHANGE}"
         )
 
 
@@ -85,7 +67,7 @@ def _check_cart_direction(record: Record, impacts: list[Impact]) -> None:
     """In flight the spring pulls the hammer towards the cart: x'' = -omega_n^2 (x - y), so x and y act with opposite signs."""
     pull, stderr = _pulls(record, impacts)
     if pull is not None and pull[0] < -SURE * stderr[0] and pull[1] < -SURE * stderr[1]:
-        raise ExperimentError(
+        raise DoubtError(
             f"cart_displacement of record {shown(record.file)} points away from the stop: the spring pulls the hammer to where the cart is "
             "not; expected that both displacements grow towards the stop; set sign = -1 in [sensors.cart_displacement]"
         )
@@ -121,5 +103,6 @@ def _pulls(record: Record, impacts: list[Impact]) -> tuple[Float[np.ndarray, " 2
     scale = np.linalg.norm(matrix, axis=0)
     solution, *_ = np.linalg.lstsq(matrix / scale, right, rcond=None)
     scatter = right - matrix / scale @ solution
-    covariance = np.linalg.pinv((matrix / scale).T @ (matrix / scale)) * float(scatter @ scatter) / (len(right) - matrix.shape[1])
+    overlap = 4.0  # rows that hold a sample
+    covariance = np.linalg.pinv((matrix / scale).T @ (matrix / scale)) * overlap * float(scatter @ scatter) / (len(right) - matrix.shape[1])
     return (solution / scale)[:2], (np.sqrt(np.diag(covariance)) / scale)[:2]

@@ -1,7 +1,9 @@
 """All checks of records against their description."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
+from identification.experiment.errors import DoubtError
 from identification.experiment.plausibility.bodies import check_bodies
 from identification.experiment.plausibility.directions import check_directions
 from identification.experiment.plausibility.drive import check_drive_frequency
@@ -24,7 +26,7 @@ def check_plausible(
     mass: float | None,
     law: str | None,
 ) -> tuple[str, ...]:
-    """Refuse a description that the records contradict.
+    """Refuse a description that the records contradict, and doubt one that they make unlikely.
 
     Args:
         records: with channels and noise.
@@ -40,14 +42,24 @@ def check_plausible(
         ExperimentError: what is wrong, in one line, with the value that would be right where the records show it.
     """
     offset = any(sensor.zero is not None for channel, sensor in sensors.items() if channel.endswith("displacement"))
+    doubts: list[str] = []
     for record, declared in zip(records, units, strict=True):
-        check_drive_frequency(record)
-        impacts = impacts_of(record)
-        hammer = check_directions(record, impacts)
-        check_bodies(record, felt_impacts(record))
-        check_scales(record, declared, mass)
-        check_momentum(record, hammer, mass, declared)
-        if law != NO_STOP:
-            check_impacts(record)
-            check_gap(record, felt_impacts(record), offset=offset)
-    return disagreements(records, mass)
+        with _doubted(doubts):  # one doubt a record: what follows from the first would only mislead
+            check_drive_frequency(record)
+            hammer = check_directions(record, impacts_of(record))
+            check_bodies(record, felt_impacts(record))
+            check_scales(record, declared, mass)
+            check_momentum(record, hammer, mass, declared)
+            if law != NO_STOP:
+                check_impacts(record)
+                check_gap(record, felt_impacts(record), offset=offset)
+    return (*doubts, *disagreements(records, mass))
+
+
+@contextmanager
+def _doubted(found: list[str]) -> Iterator[None]:
+    """Add what a check doubts to `found`."""
+    try:
+        yield
+    except DoubtError as doubt:
+        found.append(str(doubt))

@@ -1,7 +1,7 @@
 """Whether channels point the right way."""
 
 from identification.experiment.channels import MOTION_CHANNELS
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import DoubtError, ExperimentError, shown
 from identification.experiment.plausibility.impulses import FEWEST_IMPACTS, Impact, Response, response
 from identification.experiment.record import Record
 
@@ -20,7 +20,8 @@ def check_directions(record: Record, impacts: list[Impact]) -> Response | None:
         How the hammer answers to the impacts; None where that is not recorded.
 
     Raises:
-        ExperimentError: a channel points the other way, or hammer and cart are exchanged; the message says what to write.
+        ExperimentError: the load cell points the other way; the message says what to write.
+        DoubtError: another channel does, or hammer and cart are exchanged. A channel that is late or early shows the same.
     """
     if not impacts:
         return None
@@ -37,13 +38,14 @@ def check_directions(record: Record, impacts: list[Impact]) -> Response | None:
         return None
     cart = response(record, "cart_displacement", impacts) if "cart_displacement" in record.channels else None
     if cart is not None and cart.sign < 0 and channel == "hammer_displacement" and cart.slope < hammer.slope:
-        raise ExperimentError(
+        raise DoubtError(
             f"cart_displacement of record {shown(record.file)} loses speed in its {cart.impacts} impacts, and hammer_displacement does "
-            "not: expected that the stop pushes the hammer back; exchange the two in 'columns' of the record"
+            "not: expected that the stop pushes the hammer back; exchange the two in 'columns' of the record, unless a channel is late or "
+            "early"
         )
     if hammer.sign > 0:
-        raise ExperimentError(
+        raise DoubtError(
             f"{channel} of record {shown(record.file)} gains speed in its {hammer.impacts} impacts: expected that it grows towards the "
-            f"stop, which pushes the hammer back; set sign = -1 in [sensors.{channel}]"
+            f"stop, which pushes the hammer back; set sign = -1 in [sensors.{channel}], unless a channel is late or early"
         )
     return hammer

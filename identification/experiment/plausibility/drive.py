@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.experiment.channels import CART_CHANNELS
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import DoubtError, ExperimentError, shown
 from identification.experiment.plausibility.sine import fit_sine, share_at
 from identification.experiment.record import Record
 
@@ -21,13 +21,14 @@ def check_drive_frequency(record: Record) -> None:
     """Compare the set frequency with the sine that the cart's own motion is.
 
     They contradict each other where a sine explains most of the motion and one of the set frequency does not, and where they are further
-    apart than the frequency changes from the record's first half to its second.
+    apart than twice the change of the frequency from the record's first half to its second.
 
     Args:
         record: with its channels.
 
     Raises:
-        ExperimentError: the cart moves at another frequency; the message gives it.
+        ExperimentError: the cart moves at another frequency, which the set one is in another unit.
+        DoubtError: it moves at another one; the message gives it.
     """
     channel = next((name for name in CART_CHANNELS if name in record.channels), None)
     asked = record.excitation_frequency
@@ -40,15 +41,13 @@ def check_drive_frequency(record: Record) -> None:
         return
     resolved, apart = 1.0 / float(time[-1] - time[0]), abs(whole.frequency - asked)
     explained = whole.share > MOST and share_at(time, values, asked) < MOST
-    if not explained or apart <= abs(second.frequency - first.frequency):
+    if not explained or apart <= 2.0 * abs(second.frequency - first.frequency):
         return
     hint = next((words for ratio, words in MISTAKEN.items() if abs(asked / ratio - whole.frequency) < resolved), "")
     seen = f"{whole.rounded:.6g} Hz"
-    raise ExperimentError(
-        f"{channel} of record {shown(record.file)} is a sine of {seen}, and excitation_frequency is {asked:g} Hz: expected one frequency; "
-        + (
-            f"it is {asked / whole.frequency:.4g} times that of the cart, {hint}"
-            if hint
-            else f"set excitation_frequency = {whole.rounded:.6g}"
-        )
+    given = (
+        f"{channel} of record {shown(record.file)} is a sine of {seen}, and excitation_frequency is {asked:g} Hz: expected one frequency"
     )
+    if hint:
+        raise ExperimentError(f"{given}; it is {asked / whole.frequency:.4g} times that of the cart, {hint}")
+    raise DoubtError(f"{given}; set excitation_frequency = {whole.rounded:.6g}")

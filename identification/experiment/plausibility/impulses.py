@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
+from scipy import stats
 
 from identification.experiment.noise import MAD_TO_STD
 from identification.experiment.record import Record
@@ -15,7 +16,9 @@ CONTACT = 6.0
 FEWEST_SAMPLES, FEWEST_IMPACTS = 6, 3
 STRUCK = ("drop-test", "cart-excitation")
 SURE = 5.0
-"""Standard errors beyond which a slope has a sign."""
+"""Standard errors beyond which a coefficient of many samples has a sign."""
+CHANCE = 1e-4
+"""Probability of a slope as large, where there is none, below which it has a sign."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +38,7 @@ class Response:
     @property
     def sign(self) -> int:
         """1 or -1; 0 where it is not sure."""
-        return 0 if abs(self.slope) < SURE * self.stderr else int(np.sign(self.slope))
+        return 0 if abs(self.slope) < stats.t.isf(0.5 * CHANCE, self.impacts - 1) * self.stderr else int(np.sign(self.slope))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Whether mass, units and time agree with what the impacts do to the hammer's speed."""
 
 from identification.experiment.channels import CHANNELS, MOTION_CHANNELS
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import DoubtError, ExperimentError, shown
 from identification.experiment.plausibility.impulses import Response
 from identification.experiment.record import Record
 from identification.experiment.settings.scales import FAR, NEAR, mistaken_unit
@@ -19,7 +19,8 @@ def check_momentum(record: Record, hammer: Response | None, mass: float | None, 
         units: declared, by channel; None where the file states one.
 
     Raises:
-        ExperimentError: one of them is off by a factor of ten or more; the message names what would explain it.
+        ExperimentError: one of them is off by a factor that a mistaken unit explains; the message names it.
+        DoubtError: by another factor of ten or more.
     """
     channel = next((name for name in MOTION_CHANNELS if name in record.channels), None)
     if hammer is None or mass is None or channel is None or hammer.sign >= 0:
@@ -32,7 +33,7 @@ def check_momentum(record: Record, hammer: Response | None, mass: float | None, 
     ]
     causes += ["mass were in g"] if abs(ratio / 1e3 - 1.0) < NEAR else []
     causes += ["time were in ms"] if abs(ratio / 1e-6 - 1.0) < NEAR else []
-    raise ExperimentError(
+    raise (ExperimentError if causes else DoubtError)(
         f"mass times the change of speed of {channel} is {ratio:.2g} times the impulse of impact_force in {hammer.impacts} impacts of "
         f"record {shown(record.file)}: expected about the same{', as it is if ' + ' or '.join(causes) if causes else ''}; correct 'mass', "
         "which is in kg, a unit, or 'time_unit' of the record"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.experiment.channels import MOTION_CHANNELS
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import DoubtError, ExperimentError, shown
 from identification.experiment.plausibility.impulses import CONTACT, Impact
 from identification.experiment.record import Record
 
@@ -18,7 +18,7 @@ def check_impacts(record: Record) -> None:
         record: with its noise.
 
     Raises:
-        ExperimentError: it shows none.
+        DoubtError: it shows none.
     """
     if record.kind != "drop-test" or "impact_force" not in record.noise:
         return
@@ -26,7 +26,7 @@ def check_impacts(record: Record) -> None:
     largest = float(np.nanmax(np.abs(force - np.nanmedian(force))))
     if largest > CONTACT * record.noise["impact_force"]:
         return
-    raise ExperimentError(
+    raise DoubtError(
         f"record {shown(record.file)} is a drop-test, and impact_force shows no impact in it (at most {largest:.3g} N, less than "
         f'{CONTACT:g} times its noise of {record.noise["impact_force"]:.3g} N): expected at least one; set kind = "free-decay", or check '
         "the load cell, its cable and its unit"
@@ -42,7 +42,8 @@ def check_gap(record: Record, impacts: list[Impact], *, offset: bool) -> None:
         offset: whether the zero of a displacement is declared to be unknown.
 
     Raises:
-        ExperimentError: the hammer strikes where there is no stop, or never comes to it; the message gives the gap that would be right.
+        ExperimentError: the gap would be right in mm.
+        DoubtError: the hammer strikes where there is no stop, or never comes to it; the message gives the gap that would be right.
     """
     u = _relative(record)
     if u is None or offset or record.kind in ("free-decay", "prescribed"):
@@ -51,14 +52,16 @@ def check_gap(record: Record, impacts: list[Impact], *, offset: bool) -> None:
         touches = np.array([u[max(impact.first - 1, 0)] for impact in impacts])
         place, spread = float(np.median(touches)), float(np.ptp(touches))
         if abs(record.gap - place) > max(SLIP, spread):
-            raise ExperimentError(
+            hint = _in_mm(record.gap, place)
+            raise (ExperimentError if hint else DoubtError)(
                 f"gap of record {shown(record.file)} is {record.gap:g} m, and its impacts begin where the hammer stands at {place:.3g} m: "
-                f"expected about the same; set gap = {place:.3g} (m){_in_mm(record.gap, place)}"
+                f"expected about the same; set gap = {place:.3g} (m){hint}"
             )
     elif record.kind == "drop-test" and record.gap - float(np.nanmax(u)) > max(SLIP, float(np.ptp(u[np.isfinite(u)]))):
-        raise ExperimentError(
+        hint = _in_mm(record.gap, float(np.nanmax(u)))
+        raise (ExperimentError if hint else DoubtError)(
             f"gap of record {shown(record.file)} is {record.gap:g} m, and its hammer comes no further than {float(np.nanmax(u)):.3g} m: "
-            f"expected that it strikes in a drop-test; correct the gap, which is in m{_in_mm(record.gap, float(np.nanmax(u)))}"
+            f"expected that it strikes in a drop-test; correct the gap, which is in m{hint}"
         )
 
 
