@@ -162,9 +162,15 @@ def run_report(finished: Path, folder: Path, *, style: PageStyle = SCREEN) -> Re
 def run_simulate(model: Path, experiment: Path, folder: Path, *, out: Path | None = None, as_recorded: bool = False) -> None:
     """Simulate every record of an experiment and write one CSV each into `folder`, from where they go to `out`.
 
-    Raises `InputError` where a table would take the place of a record.
+    Raises `InputError` where a table would take the place of a record, or where the experiment declares another load than the model's.
     """
     fitted, loaded = read_model(model), load_experiment(experiment, need_files=False)
+    declared = (loaded.load.incline, loaded.load.constant_force)
+    if any(declared) and declared != (fitted.load.incline, fitted.load.constant_force):
+        raise InputError(
+            f"the experiment's [rig] has an incline of {declared[0]:g} rad and a constant force of {declared[1]:g} N, and the model has "
+            f"{fitted.load.incline:g} rad and {fitted.load.constant_force:g} N: expected the same; change 'load' of the model, or [rig]"
+        )
     tables = {((out or folder) / f"{record.stem}.csv").resolve() for record in loaded.records}
     if replaced := [record.file for record in loaded.records if (loaded.folder / record.file).resolve() in tables]:
         raise InputError(f"the tables would replace the records {', '.join(replaced)}: expected another folder; give it with --out")

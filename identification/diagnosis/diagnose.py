@@ -34,6 +34,7 @@ from identification.result.between_records import disagreements
 from identification.result.result import RecordFit
 from identification.result.ring_down import RingDowns
 from identification.result.unrest import unrest
+from identification.windows.declared_model import varying
 from vibrojax.effects import EFFECTS
 
 Progress = Callable[[str], None]
@@ -195,6 +196,8 @@ def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
     if not after.converged:
         said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
     held = after.prepared.fixed
+    if names := varying(after.prepared.experiment):
+        said.append(f"varies of {', '.join(names)} is not used: the search adds what varies between records where it is significant")
     if lost := [p.symbol for p in side.parameters if p.stderr is None and p.name not in held]:
         said.append(f"without an error, at the edge of their range or not identifiable from these records: {', '.join(lost)}")
     return tuple(said)

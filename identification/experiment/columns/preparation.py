@@ -4,8 +4,9 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import binary_dilation
 from scipy.signal import butter, firwin, freqz, resample_poly, sosfiltfilt, sosfreqz
 
 from identification.experiment.columns.timebase import IRREGULAR_SPREAD, MIN_SAMPLES
@@ -52,6 +53,7 @@ def prepared(
         sos: Any = butter(BUTTERWORTH_ORDER, asked.lowpass, fs=rate, output="sos")
         channels = {name: _filtered(sos, time, values) for name, values in channels.items()}
         power = power * np.abs(np.asarray(sosfreqz(sos, BINS)[1])) ** 4
+        lost = {name: _widened(values, round(0.5 * rate / asked.lowpass)) for name, values in lost.items()}
     if asked.decimate is not None or asked.resample is not None:
         ratio = Fraction(1, asked.decimate) if asked.decimate is not None else _ratio(asked.resample or rate, time, where)
         time, channels, lost, passed = _resampled(time, channels, lost, ratio)
@@ -108,6 +110,11 @@ def _bridged(time: Samples, values: Samples) -> Samples:
     return values if usable.all() else np.interp(time, time[usable], values[usable])
 
 
+def _widened(lost: Bool[np.ndarray, " _"], reach: int) -> Bool[np.ndarray, " _"]:
+    """Missing samples, with those beside them that a filter fills from the straight line across: so many on either side."""
+    return np.asarray(binary_dilation(lost, iterations=reach)) if reach and lost.any() else lost
+
+
 def _ratio(wanted: float, time: Samples, where: str) -> Fraction:
     """The wanted sampling rate, Hz, over that of the record."""
     rate = (time.size - 1) / float(time[-1] - time[0])
@@ -135,7 +142,8 @@ def _resampled(
     window: Any = firwin(TAPS * slower + 1, 1.0 / slower, window=("kaiser", KAISER))  # type: ignore[arg-type]
     onto = {name: np.asarray(resample_poly(values, up, down, window=window, padtype="line")) for name, values in onto.items()}
     stamps = time[0] + np.arange(next(iter(onto.values())).size) / (rate * float(ratio))
-    nearest = np.clip(np.searchsorted(time, stamps), 0, time.size - 1)
+    nearest = np.clip(np.rint((stamps - time[0]) * rate).astype(int), 0, time.size - 1)
+    lost = {name: _widened(values, -(-slower // up)) for name, values in lost.items()}
     passed = np.asarray(freqz(window, worN=np.arange(BINS) * np.pi / (BINS * up))[1])  # type: ignore[arg-type]
     return stamps, onto, {name: values[nearest] for name, values in lost.items()}, np.abs(passed) ** 2
 

@@ -7,9 +7,15 @@ import pytest
 from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
+from identification.commands.run import run_simulate
 from identification.experiment import ExperimentError, load_experiment
 from vibrojax.cli.fit import app
+from vibrojax.contact import HuntCrossley
+from vibrojax.errors import InputError
 from vibrojax.load import STANDARD_GRAVITY
+from vibrojax.model import Model
+from vibrojax.model_file import write_model
+from vibrojax.suspension import Free
 
 MASS, STIFFNESS, DAMPING = 0.3, 2.0e5, 0.3
 SLOPE = np.radians(4.0)
@@ -97,3 +103,10 @@ def test_a_bare_number_is_a_force_in_newtons_and_signs_count(folder, tmp_path):
     (tmp_path / "bounce.csv").write_bytes((folder / "bounce.csv").read_bytes())
     load = load_experiment(tmp_path).load
     assert (load.incline, load.constant_force) == (pytest.approx(np.radians(-0.5)), -0.2)
+
+
+def test_a_model_without_the_declared_load_is_not_simulated(folder, tmp_path):
+    write_model(Model(mass=MASS, suspension=Free(), law=HuntCrossley(STIFFNESS, 1.5, DAMPING)), tmp_path / "model.json")
+    with pytest.raises(InputError, match=r"incline of 0.0698132 rad and a constant force of 0.05 N, and the model has 0 rad and 0 N"):
+        run_simulate(tmp_path / "model.json", folder, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["model.json"]

@@ -97,8 +97,17 @@ def test_missing_samples_stay_missing_behind_a_filter(tmp_path):
     values = noisy(swing())
     values[1000:1010] = np.nan
     record = loaded(tmp_path, "lowpass = 400.0", values)
-    assert np.flatnonzero(np.isnan(record.channels["hammer_displacement"])).tolist() == list(range(1000, 1010))
+    assert np.flatnonzero(np.isnan(record.channels["hammer_displacement"])).tolist() == list(range(995, 1015))
     assert any("were bridged by straight lines for the filter, and are left out" in notice for notice in record.notices)
+
+
+@pytest.mark.parametrize("hole", [1000, 1001, 1002, 1003])
+def test_a_single_missing_sample_is_not_lost_between_those_that_are_kept(hole, tmp_path):
+    """Every fourth sample is kept, whichever of them is missing."""
+    values = noisy(swing())
+    values[hole] = np.nan
+    missing = np.flatnonzero(np.isnan(loaded(tmp_path, "decimate = 4", values).channels["hammer_displacement"]))
+    assert 1 <= len(missing) <= 3 and np.abs(4 * missing - hole).min() <= 3
 
 
 @pytest.mark.parametrize(
