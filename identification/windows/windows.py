@@ -84,7 +84,7 @@ def period(u: Float[np.ndarray, " samples"]) -> float:
         125.0
     """
     turns = np.count_nonzero(np.diff(np.signbit(u - u.mean())))
-    return 2.0 * len(u) / max(turns, 2)
+    return 2.0 * len(u) / max(int(turns), 2)
 
 
 def cut(record: Record, motion: Kinematics | None, samples: int) -> list[tuple[int, int]]:

@@ -93,7 +93,7 @@ def test_a_preset_that_cannot_be_written_changes_no_file(model, monkeypatch, tmp
     monkeypatch.setattr("pathlib.Path.write_text", full)
     assert call(monkeypatch, "presets", "write", "wires", "--out", str(path)) == 2
     error = capsys.readouterr().err
-    assert error.endswith(f"{tmp_path}: No space left on device; make room, or name another place with --out\n")
+    assert error.endswith(f"{path}: No space left on device; make room, or name another place with --out\n")
     assert path.read_text() == "mine"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["model.json", "wires.json"]
 

@@ -124,11 +124,11 @@ def test_bad_sources_are_one_line(engine, monkeypatch, capsys, tmp_path, argumen
 
 
 SLOW = """
-import signal, sys
+import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts the tests in the background has it ignored
 def at_work(experiment, **options):
     options["progress"]("at work")
-    sys.stdin.read()  # until the test has asked it to end
+    time.sleep(600.0)  # until the test has asked it to end
 import identification.commands.run
 identification.commands.run.diagnose_experiment = identification.commands.run.fit_experiment = at_work
 from vibrojax.cli.main import main

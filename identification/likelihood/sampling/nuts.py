@@ -177,7 +177,8 @@ def _advance(density: Callable, key: jax.Array, state: Any, steps: Any, adapts: 
     from blackjax.adaptation.step_size import dual_averaging_adaptation
     from blackjax.mcmc import nuts
 
-    kernel, update = nuts.build_kernel(), dual_averaging_adaptation(_TARGET)[1]
+    kernel: Any = nuts.build_kernel()  # its types ask for a step that is a float
+    update = dual_averaging_adaptation(_TARGET)[1]
     metric = jnp.ones_like(state.position)
 
     def draw(carry, key):
