@@ -4,11 +4,9 @@ import math
 
 import equinox as eqx
 import jax.numpy as jnp
+from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.shapes import Value
-
-STANDARD_GRAVITY = 9.80665
-"""m/s^2"""
 
 
 class Load(eqx.Module):

@@ -3,10 +3,10 @@
 import unicodedata
 from math import pi
 
-from identification.experiment.errors import ExperimentError, listed, shown
+from scipy.constants import g as STANDARD_GRAVITY
+from scipy.constants import pound_force as POUND_FORCE
 
-STANDARD_GRAVITY = 9.80665
-POUND_FORCE = 4.4482216152605
+from identification.experiment.errors import ExperimentError, listed, shown
 
 # "V" serves electronic analogues, whose displacement and force are voltages: the volt then takes the place of the SI unit.
 # "rad" and "deg" serve a pivot of length 1 m, whose arc in metres is its angle in radians.

@@ -79,7 +79,7 @@ def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
     for dimension in ("displacement", "acceleration"):  # of one body alone, it is the hammer
         channel, nameless = f"hammer_{dimension}", guesses.pop(f"_{dimension}", [])
         if dimension == "displacement" and any(_is_moment(column) for column in columns):
-            channel = "relative_displacement"  # what a moment turns is told by its angle
+            channel = "relative_displacement"  # a moment turns a body, whose angle is relative
         if channel not in exact and "relative_displacement" not in (*exact, *guesses):
             guesses.setdefault(channel, nameless)
     alone = {channel: _most_moving(alike) for channel, alike in guesses.items()}
@@ -150,7 +150,7 @@ def _alike(one: Mapped, other: Mapped) -> bool:
 
 
 def _channel(column: Column) -> str | None:
-    """The channel that a column seems to be; its dimension alone, with "_" before it, where its body is not told; None where it is none."""
+    """The channel that a column seems to be; its dimension alone, with "_" before it, where its body is not stated; else None."""
     bare = _plain(column.name)
     if bare in SYMBOLS:
         return SYMBOLS[bare]

@@ -1,1 +1,1 @@
-"""What records and their description cannot both say: told in one line before anything is fitted."""
+"""Contradictions between records and their description, stated in one line before anything is fitted."""

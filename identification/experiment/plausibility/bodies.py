@@ -4,13 +4,15 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment.errors import DoubtError, shown
-from identification.experiment.plausibility.impulses import SURE, Impact
+from identification.experiment.plausibility.impulses import Impact
 from identification.experiment.record import Record
 from identification.experiment.settings.scales import NEAR, motion_ratio
 
 AT_REST = ("drop-test", "free-decay")
 """Kinds in which the cart rests."""
 SHOW_CONTACT = frozenset(("impact_force", "hammer_acceleration"))
+SURE = 5.0
+"""Standard errors beyond which a coefficient of many samples has a sign."""
 EXCHANGE = "exchange the two in 'columns' of the record"
 
 

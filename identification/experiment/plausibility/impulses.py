@@ -15,8 +15,6 @@ CONTACT = 6.0
 """Standard deviations of the load cell's noise beyond which it feels a contact."""
 FEWEST_SAMPLES, FEWEST_IMPACTS = 6, 3
 STRUCK = ("drop-test", "cart-excitation")
-SURE = 5.0
-"""Standard errors beyond which a coefficient of many samples has a sign."""
 CHANCE = 1e-4
 """Probability of a slope as large, where there is none, below which it has a sign."""
 

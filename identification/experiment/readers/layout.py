@@ -253,7 +253,7 @@ class _Table:
         return (), (), self.usable[begin]
 
     def _named(self, cells: list[str], line: int) -> tuple[str, ...]:
-        """The names of all columns: empty for one without name and samples; told apart where several bear one name."""
+        """The names of all columns: empty for one without name and samples; numbered where several bear one name."""
         if any(is_number(cell, self.decimal) for cell in cells):
             raise ExperimentError(
                 f"line {line + 1} holds numbers where the header row should be: expected column names; add a header row or correct it"

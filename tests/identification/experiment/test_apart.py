@@ -28,7 +28,7 @@ serving.serve(int(sys.argv[2]))
 
 @pytest.fixture
 def reading(tmp_path):
-    """Reads one file in a process in which the library does as it is told."""
+    """Read one file in a process whose library is replaced."""
     started = []
 
     def read(body: str):
