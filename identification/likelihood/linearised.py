@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Shaped
+from scipy.linalg import expm
 
 from identification.least_squares.fit import CHUNK, as_arrays, on_device
 from identification.least_squares.residual import lane_system, predict
@@ -24,6 +25,8 @@ from vibrojax.system import System
 
 _SINGULAR = 1e-12
 """Determinant of a state derivative, scaled to largest element 1, below which it is singular; cut-off of its singular values."""
+_FORGOTTEN = 1e-6
+"""The same below which the initial state counts as forgotten: the derivatives have an error of about this size."""
 _LARGEST = 1e100
 """Largest residual or derivative, over the noise, of a window that counts as integrated."""
 
@@ -94,6 +97,23 @@ class Linearised:
         before = step * (5.0 * first + last) - 12.0 * step**2 * turned[:, :-1]
         after = step * (first + 5.0 * last) + 12.0 * step**2 * turned[:, 1:]
         return before, after
+
+    @functools.cached_property
+    def forgetful(self) -> tuple[Int[np.ndarray, " forgetful"], Float[np.ndarray, "forgetful steps states states"]]:
+        """Windows whose fundamental matrix becomes singular, and their derivative of the state after each step by that before it.
+
+        Where the hammer sticks, its velocity is forgotten. What acts on it later does not follow from the derivative by the initial state:
+        there the derivative over one step is that of the flow, exp(A dt), with A the mean of both ends.
+        """
+        scaled, _ = _scaled(self.fundamental, self.finite)
+        known = np.logical_and.accumulate(np.abs(_determinants(scaled)) > _FORGOTTEN, axis=1)
+        windows = np.flatnonzero(self.finite & ~np.all(known | ~self.inside, axis=1))
+        known, whole = known[windows], self.fundamental[windows]
+        inverse = np.linalg.inv(np.where(known[..., None, None], whole, np.eye(whole.shape[-1])))
+        steps, flow = np.diff(self.ts[windows], axis=1)[..., None, None], self.flow[windows]
+        by_flow = expm(0.5 * steps * (flow[:, :-1] + flow[:, 1:]))
+        both = (known[:, :-1] & known[:, 1:])[..., None, None]
+        return windows, np.where(both, whole[:, 1:] @ inverse[:, :-1], by_flow)
 
     def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
         """Values along one record, assembled from its windows."""
@@ -174,17 +194,29 @@ def _among(values: np.ndarray, channels: tuple[str, ...], seen: tuple[str, ...])
 def _inverse(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
 ) -> Float[np.ndarray, "windows time states states"]:
-    """Inverse of every matrix, scaled by the states' sensitivity to the first initial value; pseudoinverse of a singular one."""
+    """Inverse of every matrix; pseudoinverse of a singular one."""
+    scaled, size = _scaled(matrices, finite)
+    largest = np.abs(matrices * size / size[:, None]).max(axis=(-2, -1), keepdims=True)
+    singular = np.abs(_determinants(scaled)) < _SINGULAR
+    found = np.linalg.inv(np.where(singular[..., None, None], np.eye(len(size)), scaled))
+    found[singular] = np.linalg.pinv(scaled[singular], rcond=_SINGULAR)
+    return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
+
+
+def _scaled(
+    matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
+) -> tuple[Float[np.ndarray, "windows time states states"], Float[np.ndarray, " states"]]:
+    """Every matrix in units of the states' sensitivity to the first initial value, over its largest element; and those units."""
     size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
     size = np.where(size > 0, size, 1.0)
     scaled = matrices * size / size[:, None]
     largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
-    scaled /= np.where(largest > 0, largest, 1.0)
+    return scaled / np.where(largest > 0, largest, 1.0), size
+
+
+def _determinants(matrices: Float[np.ndarray, "*stack states states"]) -> Float[np.ndarray, "*stack"]:
     with np.errstate(divide="ignore"):  # of a matrix that is exactly singular
-        singular = np.abs(np.linalg.det(scaled)) < _SINGULAR
-    found = np.linalg.inv(np.where(singular[..., None, None], np.eye(len(size)), scaled))
-    found[singular] = np.linalg.pinv(scaled[singular], rcond=_SINGULAR)
-    return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
+        return np.asarray(np.linalg.det(matrices))
 
 
 def _moderate(values: np.ndarray) -> Bool[np.ndarray, " windows"]:

@@ -66,6 +66,11 @@ def _shown(
     pushed = [j for j in states if rates[..., j].any()]
     constants = [_integrated(at, rates, i, pushed) for i in states]
     moved = [np.asarray(sum(at.fundamental[:, None, :, i, j] * constants[j] for j in states)) for i in states]
+    forgetful, transitions = at.forgetful
+    if len(forgetful):
+        stepped = _stepped(transitions, np.diff(at.ts[forgetful], axis=1), rates[forgetful])
+        for i in states:
+            moved[i][forgetful] = stepped[..., i]
 
     def seen(by: Float[np.ndarray, "windows time states"]) -> np.ndarray:
         parts = [by[:, None, :, i] * moved[i] for i in states if by[..., i].any()]
@@ -84,6 +89,19 @@ def _shown(
         "reaction_force": lambda: -mass * acceleration(),
     }
     return {name: channels[name]() for name in at.channels}
+
+
+def _stepped(
+    transitions: Float[np.ndarray, "windows steps states states"],
+    steps: Float[np.ndarray, "windows steps"],
+    rates: Float[np.ndarray, "windows rows time states"],
+) -> Float[np.ndarray, "windows rows time states"]:
+    """State from zero under added rates, from sample to sample by the trapezoidal rule."""
+    found, half = np.zeros(rates.shape), 0.5 * steps[:, None, :, None]
+    for k in range(steps.shape[1]):
+        before = found[:, :, k] + half[:, :, k] * rates[:, :, k]
+        found[:, :, k + 1] = before @ transitions[:, k].transpose(0, 2, 1) + half[:, :, k] * rates[:, :, k + 1]
+    return found
 
 
 def _residual(at: Linearised, shown: dict[str, np.ndarray], rows: int) -> Float[np.ndarray, "windows rows time channels"]:

@@ -82,6 +82,11 @@ class AbstractEffect(eqx.Module):
         return 0.0
 
     @property
+    def switch_speed(self) -> Value | None:
+        """Velocity over which its force reverses where the hammer turns back, m/s; None where no force jumps there."""
+        return None
+
+    @property
     def looks_ahead(self) -> Value:
         """Time after an instant up to which the motion is read at that instant, s: windows are integrated so much further, if padded."""
         return 0.0

@@ -48,6 +48,11 @@ class CoulombFriction(AbstractEffect):
 
     friction_force: Value
 
+    @property
+    def switch_speed(self) -> float:
+        """Velocity v_c of the switch, m/s."""
+        return _CREEP
+
     def scaled(self, factor: Value) -> "CoulombFriction":
         """Friction in proportion."""
         return dataclasses.replace(self, friction_force=factor * self.friction_force)

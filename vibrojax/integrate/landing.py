@@ -23,6 +23,12 @@ _SLOWEST_TOUCH = 1e-4
 """m/s; an approach slower than this does not lengthen the contact steps further."""
 
 
+_TO_REVERSAL = 0.5
+"""Longest step towards a reversal of dry friction, over the time to it."""
+_SWITCHED = 4.0
+"""Velocity over that of a friction's switch beyond which the force is constant."""
+
+
 STEPS_OF_A_VIBRATION = 40.0
 """Flight steps in a period of the fastest vibration of an effect, at least."""
 
@@ -165,11 +171,12 @@ class Landing(AbstractBatchIntegrator):
 
     def _longest(self, system: System, carry: LandingState) -> Float[Array, ""]:
         """Longest step that the present state allows, s."""
+        flight = jnp.minimum(self.flight_step, _until_reversal(system, carry))
         if not isinstance(system.law, AbstractCompliantLaw):
-            return jnp.asarray(self.flight_step)
+            return flight
         speed = jnp.maximum(carry.approach_speed, _SLOWEST_TOUCH)
         in_contact = system.law.contact_time(jnp.asarray(system.mass), speed) / self.contact_steps
-        return jnp.where(carry.in_contact, jnp.minimum(in_contact, self.flight_step), self.flight_step)
+        return jnp.where(carry.in_contact, jnp.minimum(in_contact, self.flight_step), flight)
 
     def _runge_kutta(self, system: System, carry: LandingState, h: Float[Array, ""]):
         """u, u' and own states after h, and the acceleration and the rates of own states at the last stage.
@@ -190,6 +197,27 @@ class Landing(AbstractBatchIntegrator):
         (rates, total), _ = lax.scan(stage, (none, none), jnp.array([[0.0, 1 / 6], [0.5, 1 / 3], [0.5, 1 / 3], [1.0, 1 / 6]]))
         u, v, own = (one + h * rate for one, rate in zip(state, total, strict=True))
         return u, v, own, rates
+
+
+def _until_reversal(system: System, carry: LandingState) -> Float[Array, ""] | float:
+    """Longest step where the velocity nears a change of sign that switches a force of the effects, s; infinite where nothing switches.
+
+    Steps halve the velocity down to that of the switch, v_c, and then cover half of it each: (v_c + |u'|) / (2 |u''|). They also stay below
+    the time in which the force brings the hammer to rest: a step beyond it is not stable where the hammer sticks.
+    """
+    speeds = [effect.switch_speed for effect in system.effects if effect.switch_speed is not None]
+    if not speeds:
+        return jnp.inf
+    system, carry = jax.tree.map(lax.stop_gradient, (system, carry))
+
+    def acceleration(v: Float[Array, ""]) -> Float[Array, ""]:
+        return system.forces(carry.t, carry.u, v, carry.own, carry.in_contact, carry.approach_speed).acceleration
+
+    slowing, slope = jax.jvp(acceleration, (carry.v,), (jnp.ones_like(carry.v),))
+    speed, switch = jnp.abs(carry.v), jnp.asarray(min(speeds) if len(speeds) > 1 else speeds[0])
+    step = _TO_REVERSAL * (switch + speed) / jnp.maximum(jnp.abs(slowing), 1e-300)
+    concerned = (slowing * carry.v < 0) | (speed < _SWITCHED * switch)
+    return jnp.where(concerned, jnp.minimum(step, 1.0 / jnp.maximum(jnp.abs(slope), 1e-300)), jnp.inf)
 
 
 def _point(carry: LandingState) -> Point:
