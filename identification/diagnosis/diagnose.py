@@ -149,7 +149,7 @@ def _concluded(
             cause.formula,
             restless,
             lost,
-            in_part=_in_part(found) if verdict == UNLISTED else None,
+            in_part=_in_part(found, predicted) if verdict == UNLISTED else None,
             finished=found.ended not in (BUDGET, FAILED),
             limited=bool(limit_warning(among)),
         )
@@ -172,11 +172,16 @@ def _concluded(
     )
 
 
-def _in_part(found: Search) -> tuple[tuple[str, ...], float] | None:
-    """Summaries of the listed effects that the search added, with the share of the misfit that they explain; None where it added none."""
+def _in_part(found: Search, predicted: Predictions) -> tuple[tuple[str, ...], float] | None:
+    """Summaries of the listed effects that the search added, with the share of the misfit that they explain; None where it added none.
+
+    The misfit is the squared error on what was left out of the fit; in the fit where no part of the records can be left out.
+    """
     if not found.fitted.names:
         return None
-    explained = 1.0 - residual_share(found.fitted, found.first.fitted)
+    explained = share_predicted(predicted(found.first.fitted), predicted(found.fitted))
+    if np.isnan(explained):
+        explained = 1.0 - residual_share(found.fitted, found.first.fitted)
     return tuple(effect.summary for effect in found.fitted.model.effects), float(np.clip(explained, 0.0, 1.0))
 
 

@@ -4,14 +4,14 @@ import dataclasses
 
 import numpy as np
 
+from identification.diagnosis.score.profiled import change_of
 from identification.diagnosis.score.score import Candidate
-from identification.diagnosis.score.signature import Course, own_states, signatures
+from identification.diagnosis.score.signature import Course, own_states
 from identification.estimation.nominal import if_near, is_near
 from identification.least_squares.fit import integrator_for
 from identification.least_squares.settling import settled_gradually
 from identification.likelihood.fitted import Fitted, first_point
 from identification.likelihood.marginal import grams
-from identification.likelihood.response import response
 from identification.likelihood.variances import posterior
 from identification.windows.layout import STATES, Estimate, Layout, layout_of
 from identification.windows.prepare import Prepared, prepare
@@ -34,7 +34,7 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], 
     Where the effect is not small (`is_small` false), first order does not hold, and they start unchanged.
     """
     effect, of_records = strengthened(candidate, records=len(courses))
-    before, estimate = fitted.prepared, beside(fitted, _answers(fitted, candidate, courses)) if is_small else fitted.estimate
+    before, estimate = fitted.prepared, beside(fitted, change_of(fitted, candidate, courses)) if is_small else fitted.estimate
     model = fitted.prepared.model.replace(before.layout.physical(estimate.shared))
     model = dataclasses.replace(model, effects=(*model.effects, effect))
     own = own_states(effect, courses)
@@ -44,16 +44,6 @@ def extended(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...], 
     states = np.concatenate([estimate.states, begin.reshape(len(first), len(free))], axis=1)
     nuisances = np.concatenate([estimate.nuisances, of_records], axis=1)
     return with_model(before, model, nuisances, states, estimate.force)
-
-
-def _answers(fitted: Fitted, candidate: Candidate, courses: tuple[Course, ...]) -> np.ndarray:
-    """First-order change of the residual due to a candidate at its strength, (windows, time, channels)."""
-    at = fitted.point.without_force()
-    files, mass = fitted.prepared.layout.files, float(fitted.model.mass)
-    shown = [response(at, mass, signatures(at, courses, files, [member])[0]) for member in candidate.members]
-    per_record = any(p.per_record for p in candidate.members[0].parameters)
-    factors = candidate.factors.reshape(len(shown), -1)[:, np.searchsorted(np.unique(at.record), at.record) if per_record else [0]]
-    return np.asarray(sum(factor[:, None, None] * column for factor, column in zip(factors, shown, strict=True)))
 
 
 def beside(fitted: Fitted, change: np.ndarray) -> Estimate:

@@ -11,6 +11,7 @@ from identification.diagnosis.free_form.formula import common_phase, formula
 from identification.diagnosis.free_form.terms import Choice, change_by, common_amplitude, force_groups, lines, reading_groups, select
 from identification.diagnosis.refit import beside, with_model
 from identification.diagnosis.relevance import residual_share
+from identification.diagnosis.score.profiled import profiled_gains
 from identification.diagnosis.score.score import Projector, projector
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import Course, courses
@@ -88,9 +89,14 @@ def learn(
 
 
 def strongest_line(scored: Scored) -> float:
-    """Expected gain (score test) of the strongest sinusoidal force at a free frequency; 0 where it is not significant."""
-    groups = lines(scored.fitted.prepared, scored.by, scored.courses, float(scored.fitted.model.mass))
-    return select(scored.by, groups, scored.fitted.samples, 1).gain if groups else 0.0
+    """Expected gain of the strongest sinusoidal force at a free frequency, as of the listed effects; 0 where it is not significant."""
+    fitted, mass = scored.fitted, float(scored.fitted.model.mass)
+    groups = lines(fitted.prepared, scored.by, scored.courses, mass)
+    choice = select(scored.by, groups, fitted.samples, 1) if groups else None
+    if choice is None or not choice.groups:
+        return 0.0
+    change = change_by(choice, scored.at, scored.courses, mass)
+    return max(choice.gain, float(profiled_gains(fitted, change[:, None], np.array([False]))[0]))
 
 
 def _fit(prepared: Prepared, beside: Fitted) -> Fitted:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 
 from identification.diagnosis.calibration import ALPHA
 from identification.diagnosis.score.probe_scales import probe_scales
+from identification.diagnosis.score.profiled import profiled
 from identification.diagnosis.score.score import Candidate, Projector, projector, score
 from identification.diagnosis.score.signature import Course, courses
 from identification.likelihood.evidence import chance
@@ -51,6 +52,9 @@ def score_all(fitted: Fitted, among: Collection[str] = EFFECTS) -> Scored:
     probes = [kind.probe for name, kind in EFFECTS.items() if name in among and name not in fitted.names]
     candidates = [one for probe in probes for one in probe.candidates(scales)]
     found = score(prepared, by, along, candidates, scales.mass)
+    best = best_of_each(found)
+    others = [one for one in found if not any(one is each for each in best.values())]
+    found = sorted([*profiled(fitted, along, best).values(), *others], key=lambda one: -one.gain)
     return Scored(fitted=fitted, scales=scales, by=by, courses=along, found=found, significant=significant(found))
 
 
