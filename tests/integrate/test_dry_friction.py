@@ -4,10 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from vibrojax.contact import NoContact
 from vibrojax.effects import CoulombFriction
-from vibrojax.excitation import Unforced, at_rest
+from vibrojax.excitation import Harmonic, Unforced, at_rest
 from vibrojax.integrate import Landing
 from vibrojax.suspension import Linear
 from vibrojax.system import System
@@ -58,3 +59,29 @@ def test_the_derivative_jumps_at_the_reversals(amplitude):
     _, slope = jax.jvp(integrated, (state,), (jnp.array([0.0, 1.0]),))
     expected = (exact(amplitude, 0.03 + step) - exact(amplitude, 0.03 - step)) / (2.0 * step)
     np.testing.assert_allclose(slope, expected, atol=2e-3 * np.abs(expected).max())
+
+
+def test_sticking_needs_no_short_steps():
+    """A cart drives the hammer from stick to slip and back; steps are four times as long as Runge-Kutta steps may be to be stable."""
+    force, frequency, amplitude = 4.0, 0.5, 0.5
+    omega, drive = 2.0 * np.pi * FREQUENCY, 2.0 * np.pi * frequency
+    system = System(
+        mass=1.0,
+        suspension=Linear(damping_ratio=0.0, natural_frequency_hz=FREQUENCY),
+        law=NoContact(),
+        gap=1.0,
+        base=Harmonic(base_amplitude=amplitude, base_phase=0.3, frequency_hz=frequency),
+        applied=Unforced(),
+        effects=(CoulombFriction(force),),
+    )
+    found = Landing(flight_step=1.4e-3, most_steps=10_000)(system, jnp.asarray(TIMES), jnp.array([0.01, 0.0]))
+
+    def rates(t, state):
+        u, v = state
+        return v, amplitude * drive**2 * np.sin(drive * t + 0.3) - omega**2 * u - force * np.tanh(v / 5e-4)
+
+    expected = solve_ivp(rates, (0.0, TIMES[-1]), (0.01, 0.0), method="Radau", t_eval=TIMES, rtol=1e-9, atol=1e-11).y[0]
+    stuck = np.abs(np.gradient(expected, TIMES)) < 5e-4
+    assert 0.2 < np.mean(stuck) < 0.8
+    np.testing.assert_allclose(found.u, expected, atol=2e-3 * np.ptp(expected))
+    assert int(found.steps) < 1.5 * TIMES[-1] / 1.4e-3

@@ -130,10 +130,13 @@ class Landing(AbstractBatchIntegrator):
 
     def step(self, system: System, t_end: Float[Array, ""], carry: LandingState) -> LandingState:
         """One trial step of one lane: accepted, or taken back because it crosses the boundary of contact."""
-        remaining = t_end - carry.t
-        last = ~carry.landing & (remaining <= self._longest(system, carry))
-        h = jnp.where(last, remaining, jnp.where(carry.landing, carry.h_landing, self._longest(system, carry)))
+        remaining, friction = t_end - carry.t, _friction(system, carry)
+        longest = self._longest(system, carry, jnp.inf if friction is None else friction.to_reversal)
+        last = ~carry.landing & (remaining <= longest)
+        h = jnp.where(last, remaining, jnp.where(carry.landing, carry.h_landing, longest))
         u1, v1, own1, (_, acceleration, own_rates) = self._runge_kutta(system, carry, h)
+        if friction is not None:
+            u1, v1 = friction.held(carry, h, u1, v1)
         before = system.approach(carry.t, carry.u, carry.v, carry.own)
         after = system.approach(carry.t + h, u1, v1, own1)
         outward = jnp.where(carry.in_contact, -1.0, 1.0)
@@ -169,9 +172,9 @@ class Landing(AbstractBatchIntegrator):
         rejected = carry._replace(landing=jnp.ones_like(crosses), h_landing=h_landing)
         return jax.tree.map(lambda yes, no: jnp.where(crosses, yes, no), rejected, accepted)
 
-    def _longest(self, system: System, carry: LandingState) -> Float[Array, ""]:
+    def _longest(self, system: System, carry: LandingState, to_reversal: Float[Array, ""] | float) -> Float[Array, ""]:
         """Longest step that the present state allows, s."""
-        flight = jnp.minimum(self.flight_step, _until_reversal(system, carry))
+        flight = jnp.minimum(self.flight_step, to_reversal)
         if not isinstance(system.law, AbstractCompliantLaw):
             return flight
         speed = jnp.maximum(carry.approach_speed, _SLOWEST_TOUCH)
@@ -199,25 +202,51 @@ class Landing(AbstractBatchIntegrator):
         return u, v, own, rates
 
 
-def _until_reversal(system: System, carry: LandingState) -> Float[Array, ""] | float:
-    """Longest step where the velocity nears a change of sign that switches a force of the effects, s; infinite where nothing switches.
+class _Friction(NamedTuple):
+    """A force that switches with the velocity, at the start of a step.
 
-    Steps halve the velocity down to that of the switch, v_c, and then cover half of it each: (v_c + |u'|) / (2 |u''|). They also stay below
-    the time in which the force brings the hammer to rest: a step beyond it is not stable where the hammer sticks.
+    Attributes:
+        to_reversal: longest step that resolves the switch, s.
+        rate: at which the force brings the hammer to rest, 1/s; without derivative.
+        acceleration: u'', m/s^2.
+    """
+
+    to_reversal: Float[Array, ""]
+    rate: Float[Array, ""]
+    acceleration: Float[Array, ""]
+
+    def held(
+        self, carry: LandingState, h: Float[Array, ""], u: Float[Array, ""], v: Float[Array, ""]
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """State after a step; where the hammer sticks, by an exponential step in place of `u` and `v`.
+
+        v1 = v + a (1 - exp(-c h)) / c, with c the rate: stable for any step, and exact where the force is linear in the velocity.
+
+        Source: M. Hochbruck, A. Ostermann, Exponential integrators, Acta Numerica 19 (2010) 209-286 (exponential Rosenbrock-Euler method).
+        """
+        sticks = ~carry.in_contact & (self.rate * h > 1.0)
+        rate = jnp.where(sticks, self.rate, 1.0)
+        slow = carry.v - self.acceleration * jnp.expm1(-rate * h) / rate
+        return jnp.where(sticks, carry.u + 0.5 * h * (carry.v + slow), u), jnp.where(sticks, slow, v)
+
+
+def _friction(system: System, carry: LandingState) -> _Friction | None:
+    """The force of the effects that switches with the sign of the velocity; None where there is none.
+
+    Steps halve the velocity down to that of the switch, v_c, and then cover half of it each: (v_c + |u'|) / (2 |u''|).
     """
     speeds = [effect.switch_speed for effect in system.effects if effect.switch_speed is not None]
     if not speeds:
-        return jnp.inf
-    system, carry = jax.tree.map(lax.stop_gradient, (system, carry))
+        return None
 
     def acceleration(v: Float[Array, ""]) -> Float[Array, ""]:
         return system.forces(carry.t, carry.u, v, carry.own, carry.in_contact, carry.approach_speed).acceleration
 
-    slowing, slope = jax.jvp(acceleration, (carry.v,), (jnp.ones_like(carry.v),))
-    speed, switch = jnp.abs(carry.v), jnp.asarray(min(speeds) if len(speeds) > 1 else speeds[0])
+    found, slope = jax.jvp(acceleration, (carry.v,), (jnp.ones_like(carry.v),))
+    speed, slowing, switch = *lax.stop_gradient((jnp.abs(carry.v), found)), jnp.asarray(min(speeds) if len(speeds) > 1 else speeds[0])
     step = _TO_REVERSAL * (switch + speed) / jnp.maximum(jnp.abs(slowing), 1e-300)
     concerned = (slowing * carry.v < 0) | (speed < _SWITCHED * switch)
-    return jnp.where(concerned, jnp.minimum(step, 1.0 / jnp.maximum(jnp.abs(slope), 1e-300)), jnp.inf)
+    return _Friction(jnp.where(concerned, lax.stop_gradient(step), jnp.inf), lax.stop_gradient(-slope), found)
 
 
 def _point(carry: LandingState) -> Point:
