@@ -17,6 +17,9 @@ from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
 
+_DECIMALS = 4
+"""Of a probability."""
+
 
 def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted) -> tuple[Number, ...]:
     """Estimated parameters of one effect, named without the effect's prefix; parameters estimated per record appear as one amplitude A.
@@ -115,13 +118,16 @@ def detail(candidate: Candidate) -> str:
 
 
 def asserted(search: Search, fitted: Fitted, shared: tuple[Number, ...]) -> tuple[Asserted, ...]:
-    """Effects of the final model with posterior probability and parameters, the most probable first."""
+    """Effects of the final model with posterior probability and parameters, the most probable first.
+
+    Probabilities are given to four decimals, no finer than `ALPHA`; effects with equal ones stay in the order in which they were added.
+    """
     gaps = {record.gap for record in fitted.prepared.experiment.records}
     gap = gaps.pop() if len(gaps) == 1 else None
     found = [
         Asserted(
             effect=effect,
-            probability=probability(search.steps, effect.name),
+            probability=round(probability(search.steps, effect.name), _DECIMALS),
             parameters=of_effect(effect, shared, fitted),
             gap=gap,
         )
