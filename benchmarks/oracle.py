@@ -65,7 +65,7 @@ class Rig:
         return inertia + (self.applied - push) / self.mass - 2 * self.zeta * omega_n * v - omega_n**2 * u
 
 
-def motion(rig: Rig, ts: np.ndarray, state: tuple[float, float], *, longest_step: float = 1e-3) -> Motion:
+def motion(rig: Rig, ts: np.ndarray, state: tuple[float, float], *, longest_step: float = 1e-3, rtol: float = _RTOL) -> Motion:
     """Motion from `state` = (u, u') at `ts[0]`; a touch shorter than `longest_step` that both begins and ends inside a step is not seen."""
     t, y, touching, v0 = ts[0], np.array(state, dtype=float), False, abs(state[1])
     u, v, impacts = np.empty_like(ts), np.empty_like(ts), []
@@ -73,7 +73,7 @@ def motion(rig: Rig, ts: np.ndarray, state: tuple[float, float], *, longest_step
     while t < ts[-1]:
         if abs(y[0] - rig.gap) < 1e-15 and y[1] > 0 and not touching:
             y, touching, v0 = _touch(rig, t, y, impacts)
-        piece = _until_boundary(rig, t, ts[-1], y, touching, v0, longest_step)
+        piece = _until_boundary(rig, t, ts[-1], y, touching, v0, longest_step, rtol)
         inside = (ts > t) & (ts <= piece.t[-1])
         u[inside], v[inside] = piece.sol(ts[inside]) if inside.any() else (0, 0)
         t, y = piece.t[-1], piece.y[:, -1].copy()
@@ -93,7 +93,7 @@ def _touch(rig: Rig, t: float, y: np.ndarray, impacts: list[Impact]):
     return np.array([rig.gap, v_plus]), rig.force is not None, impacts[-1].v_minus
 
 
-def _until_boundary(rig: Rig, t: float, t_end: float, y: np.ndarray, touching: bool, v0: float, longest_step: float):
+def _until_boundary(rig: Rig, t: float, t_end: float, y: np.ndarray, touching: bool, v0: float, longest_step: float, rtol: float):
     """Integrate one smooth piece: until the hammer meets or leaves the stop, or to the end."""
 
     def rates(t, y):
@@ -104,7 +104,5 @@ def _until_boundary(rig: Rig, t: float, t_end: float, y: np.ndarray, touching: b
         return y[0] - rig.gap
 
     boundary.terminal, boundary.direction = True, -1 if touching else 1
-    atol = [_RTOL * _SCALE_U, _RTOL * _SCALE_V]
-    return solve_ivp(
-        rates, (t, t_end), y, method="DOP853", rtol=_RTOL, atol=atol, events=boundary, dense_output=True, max_step=longest_step
-    )
+    atol = [rtol * _SCALE_U, rtol * _SCALE_V]
+    return solve_ivp(rates, (t, t_end), y, method="DOP853", rtol=rtol, atol=atol, events=boundary, dense_output=True, max_step=longest_step)

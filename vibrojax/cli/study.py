@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from vibrojax.cli.basins_said import check_point, say_finding
 from vibrojax.cli.cluster import check_extra, connected
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.output import output_folder
@@ -89,17 +90,31 @@ def section(
 @with_shared
 def basins(
     shared: Shared,
-    base_amplitude: Amplitude,
-    gap: Annotated[float, _GAP],
-    frequency: Annotated[float, _FREQUENCY],
     displacements: Annotated[str, typer.Option(metavar="A:B:N", help="N initial displacements relative to the cart, from A to B, m.")],
     velocities: Annotated[str, typer.Option(metavar="A:B:N", help="N initial velocities from A to B, m/s.")],
+    base_amplitude: Annotated[float | None, _AMPLITUDE] = None,
+    gap: Annotated[float | None, _GAP] = None,
+    frequency: Annotated[float | None, _FREQUENCY] = None,
+    along: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="NAME A:B:N", help="Follow the basins along a parameter: gap, frequency_hz, base_amplitude, or the model's."),
+    ] = None,
     cycles: Cycles = 300,
+    most_cycles: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Cycles after which a motion that does not repeat is left. Left out: ten times --cycles."),
+    ] = None,
 ) -> None:
-    """Basins of attraction: which initial states keep impacting, and their share."""
+    """Basins of attraction: where each initial state settles, how large and how tangled the basins are, and what each motion bears."""
     axes = dict(u0=_values("--displacements", displacements), v0=_values("--velocities", velocities))
-    point = dict(frequency_hz=frequency, gap=gap, base_amplitude=base_amplitude)
-    _run("basins", shared, axes, point, dict(transient=cycles))
+    given = {"base_amplitude": base_amplitude, "gap": gap, "frequency_hz": frequency}
+    point = check_point(given, None if along is None else along[0], fit=shared.fit is not None)
+    more: dict[str, Any] = {} if most_cycles is None else dict(most_cycles=most_cycles)
+    if along is None:
+        _run("basins", shared, axes, point | more, dict(transient=cycles))
+        return
+    axes = dict(values=_values("--along", along[1])) | axes
+    _run("basins_along", shared, axes, point | more | dict(parameter=along[0]), dict(transient=cycles))
 
 
 @with_shared
@@ -171,6 +186,7 @@ def _run(name: str, shared: Shared, axes: dict[str, list[float]], settings: dict
     console.print(f"{data.attrs['title']}: engine {data.attrs['engine']}{took}", soft_wrap=True)
     if data.attrs["lanes_that_failed"] != "{}":
         console.print(f"not integrated: {data.attrs['lanes_that_failed']}", soft_wrap=True)
+    say_finding(console, data)
     console.print(f"{' and '.join(files)} in {shared.out}", soft_wrap=True)
 
 

@@ -26,18 +26,19 @@ class Kind(NamedTuple):
     """q of z = p/q: cycles of excitation in one period; 0 where none up to `LONGEST` is seen."""
 
 
-def classify(found: Responses, base_amplitude: float, frequency_hz: np.ndarray, *, tolerance: float = 1e-5) -> Kind:
+def classify(found: Responses, base_amplitude: float | np.ndarray, frequency_hz: np.ndarray, *, tolerance: float = 1e-5) -> Kind:
     """Kind of motion from the recorded cycles.
 
     Arguments:
         found: the batch; periods up to half of its recorded cycles can be seen.
-        base_amplitude: A0, m.
+        base_amplitude: A0, m, broadcasting to the axes.
         frequency_hz: of the excitation, broadcasting to the axes.
         tolerance: two strobes closer than this part of A0, and of A0 Omega in velocity, are the same.
     """
     shape, cycles = found.result.shape, found.u.shape[-1]
     u, v, hits = (np.moveaxis(part.reshape(-1, cycles), -1, 0) for part in (found.u, found.v, found.impacts))
-    scale_u = np.full(u.shape[1], base_amplitude if base_amplitude > 0 else 1e-3)
+    amplitude = np.broadcast_to(base_amplitude, shape).reshape(-1)
+    scale_u = np.where(amplitude > 0, amplitude, 1e-3)
     scale_v = scale_u * 2.0 * np.pi * np.broadcast_to(frequency_hz, shape).reshape(-1)
     period = repeats(u, v, scale_u, scale_v, tolerance, LONGEST)
     back = np.arange(cycles)[::-1, None] < period[None, :]

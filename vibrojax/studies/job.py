@@ -19,7 +19,9 @@ from vibrojax import __version__
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document
-from vibrojax.studies.basins import basins, measured
+from vibrojax.studies.basin_finding import with_finding
+from vibrojax.studies.basins import measured, states
+from vibrojax.studies.basins_along import matched, measured_along, states_along
 from vibrojax.studies.bifurcation import DIRECTIONS, increasing, sweep, with_jumps
 from vibrojax.studies.draws import Draws
 from vibrojax.studies.frequency_response import frequency_response
@@ -40,7 +42,11 @@ class Kind(NamedTuple):
     """Operating points in a tile, unless the job says otherwise."""
     whole: Callable[[xr.Dataset], xr.Dataset] = lambda data: data
     """What can only be said of all tiles together."""
+    after: Callable[[Model, xr.Dataset], xr.Dataset] = lambda model, data: data
+    """What needs the model once more when the whole is known."""
     is_sweep: bool = False
+    rises: bool = False
+    """Whether `values` must increase; those of a sweep must."""
     threads: bool = True
     """Whether `part` takes a number of threads."""
 
@@ -50,7 +56,8 @@ STUDIES = {
     "bifurcation": Kind(sweep, ("direction", "values"), 16, with_jumps, is_sweep=True, threads=False),
     "peterka": Kind(peterka, ("clearance", "ratio")),
     "section": Kind(section, (), threads=False),
-    "basins": Kind(basins, ("v0", "u0"), whole=measured),
+    "basins": Kind(states, ("v0", "u0"), whole=measured, after=with_finding),
+    "basins_along": Kind(states_along, ("values", "v0", "u0"), whole=measured_along, after=matched, rises=True),
     "lyapunov": Kind(lyapunov, ("values",)),
     "design": Kind(hammer_design, ("frequency_hz", "mass_ratio")),
 }
@@ -98,8 +105,9 @@ class Job:
 
     def __post_init__(self) -> None:
         given = dict(self.axes)
-        if self.kind.is_sweep:
+        if self.kind.is_sweep or self.kind.rises:
             increasing(self.settings["parameter"], given["values"])
+        if self.kind.is_sweep:
             given.setdefault("direction", DIRECTIONS)
         if self.points is not None and self.points < 1:
             raise InputError(f"{self.points} operating points in a tile: expected at least 1; correct it")

@@ -119,5 +119,5 @@ def _finished(job: Job, data: xr.Dataset) -> xr.Dataset:
     if job.draws is not None:
         found = summary(job, data)
     else:
-        found = job.kind.whole(data)
+        found = job.kind.after(job.model, job.kind.whole(data))
     return found.assign_attrs(model=json.dumps(model_document(job.model)), lanes_that_failed=json.dumps(failures(data)))

@@ -25,7 +25,7 @@ from vibrojax.studies.checksum import COORDINATES, DESCRIPTION, description_chec
 from vibrojax.studies.job import Job, Tile, tiles
 
 _JOB, _DONE = "job", "tile_done"
-_OF_A_RUN = ("seconds", "lanes_that_failed", "basin_measure")
+_OF_A_RUN = ("seconds", "lanes_that_failed")
 """Attributes that are not the same for every tile, or every run."""
 _FORMAT: Any = {"zarr_format": 3, "consolidated": False}
 

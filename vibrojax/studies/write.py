@@ -1,6 +1,8 @@
 """A study on disk: its data set and its figure."""
 
+import json
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -12,7 +14,7 @@ def write_study(name: str, data: xr.Dataset, folder: Path) -> list[Path]:
 
     Arguments:
         name: of the command, a key of `FIGURES`.
-        data: of the study, or of its quantiles over draws.
+        data: of the study, or of its quantiles over draws; of basins, the attractors and their measures become `NAME.json` as well.
         folder: that receives the files; it must exist.
 
     Returns:
@@ -23,4 +25,19 @@ def write_study(name: str, data: xr.Dataset, folder: Path) -> list[Path]:
     with style():
         draw = UNCERTAIN[name] if "quantile" in data.dims else FIGURES[name]
         save(draw(data), written[1])
+    if "attractors" in data.attrs:
+        written.append(folder / f"{name}.json")
+        written[-1].write_text(json.dumps(_measures(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return written
+
+
+def _measures(data: xr.Dataset) -> dict[str, Any]:
+    """What a study of basins found, without its picture."""
+    numbers = {name: None if value != value else value for name, value in data.attrs.items() if isinstance(value, float)}
+    numbers.pop("seconds", None)
+    return {
+        "finding": data.attrs.get("finding", ""),
+        "settings": json.loads(data.attrs["settings"]),
+        **numbers,
+        "attractors": json.loads(data.attrs["attractors"]),
+    }

@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import save, style
-from vibrojax.studies.figures import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
+from vibrojax.studies.figures import basins, basins_along, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
 from vibrojax.studies.figures.uncertain import UNCERTAIN
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
@@ -15,6 +15,7 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "peterka": peterka.draw,
     "section": section.draw,
     "basins": basins.draw,
+    "basins_along": basins_along.draw,
     "lyapunov": lyapunov.draw,
     "design": hammer_design.draw,
 }
