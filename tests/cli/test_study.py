@@ -142,3 +142,38 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
     with xr.open_dataset(tmp_path / "o" / "response.nc", engine="scipy") as found:
         np.testing.assert_allclose(found["drawn"], read_fit(tmp_path).draw(2, seed=7).values)
         assert found["impact_force"].dims == ("quantile", "gap", "frequency_hz")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (("--gap", "1e-3", "--frequency", "7"), "--base-amplitude is missing: expected --base-amplitude and --gap and --frequency"),
+        (("--base-amplitude", "1e-3", "--frequency", "7"), "--gap is missing"),
+        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--along", "gap", "1e-3:2e-3:5"), "--gap is given beside --along gap"),
+        (("--base-amplitude", "1e-3", "--along", "gap", "1e-3:2e-3:5"), "--frequency is missing"),
+        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap", "3"), "gap has 1 values: expected at least 3 that increase"),
+        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap", "1:2"), "--along is '1:2': expected A:B:N"),
+        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin", "1:2:5"), "unknown setting 'spin'"),
+    ],
+)
+def test_basins_ask_for_the_operating_point_but_for_what_they_follow(monkeypatch, capsys, tmp_path, given, message):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    write_model(model(), tmp_path / "model.json")
+    rest = ("--displacements", "0:1e-3:3", "--velocities", "0:0.1:3", "--model", str(tmp_path / "model.json"), "--out", str(tmp_path / "o"))
+    assert call(monkeypatch, "basins", *given, *rest, "--quiet") == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 1 and message in said[0] and not (tmp_path / "o").exists()
+
+
+def test_basins_say_what_they_found(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    write_model(model(), tmp_path / "model.json")
+    plane = ("--displacements=-2e-3:2e-3:4", "--velocities=-0.2:0.3:4", "--cycles", "100")
+    rest = (*plane, "--model", str(tmp_path / "model.json"), "--base-amplitude", "2e-3")
+    assert call(monkeypatch, "basins", "--frequency", "7", "--gap", "4e-3", *rest, "--out", str(tmp_path / "o")) == 0
+    said = capsys.readouterr().out
+    assert "2 attractors: " in said and "no impact takes" in said and "z = 1/1 takes" in said
+    assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["basins.json", "basins.nc", "basins.png"]
+    follow = ("basins", "--frequency", "7", "--along", "gap", "3.8e-3:4.2e-3:3")
+    assert call(monkeypatch, *follow, *rest, "--out", str(tmp_path / "a"), "--quiet") == 0
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["basins_along.json", "basins_along.nc", "basins_along.png"]

@@ -93,12 +93,14 @@ def attractors(lanes: Sections) -> tuple[np.ndarray, list[Attractor]]:
 
 
 def share(count: int, total: int) -> tuple[float, float, float]:
-    """Share of lanes and its 95 % interval, as of initial states drawn at random (Wilson 1927); a regular grid errs less.
+    """Share of lanes, NaN of none, and its 95 % interval, as of initial states drawn at random (Wilson 1927); a regular grid errs less.
 
     Example:
         >>> [round(part, 3) for part in share(50, 100)]
         [0.5, 0.404, 0.596]
     """
+    if total == 0:
+        return float("nan"), float("nan"), float("nan")
     p, z2 = count / total, CONFIDENCE**2
     middle = (p + z2 / (2 * total)) / (1 + z2 / total)
     half = CONFIDENCE / (1 + z2 / total) * np.sqrt(p * (1 - p) / total + z2 / (4 * total**2))

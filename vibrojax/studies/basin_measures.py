@@ -140,7 +140,7 @@ def integrity(colours: np.ndarray, u0: np.ndarray, v0: np.ndarray, sections: lis
         here = plane[colour == number]
         anywhere = np.minimum(_room(tree, here), np.minimum(here - low, high - here).min(axis=1)).max(initial=0.0)
         local = float(np.minimum(other, edge).min()) if inside else float("nan")
-        result.append(Integrity(local, float(anywhere), inside and bool(edge.min() <= other.min()), resolution))
+        result.append(Integrity(local, float(np.fmax(anywhere, local)), inside and bool(edge.min() <= other.min()), resolution))
     return result
 
 

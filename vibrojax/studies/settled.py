@@ -20,6 +20,8 @@ _GROWS = 2
 """Each time that motions are integrated on, so many times as long as before."""
 _SLOWEST = 0.999
 """Closing errors that shrink by less in a period are not extrapolated."""
+_KIND, _IMPACTS, _PERIOD = (Kind._fields.index(name) for name in ("kind", "impacts", "period"))
+_KEPT = ("u", "v", "impacts", "peak_force", "impact_speed", "u_max", "closed", "cycles", "result")
 
 
 def settled(
@@ -48,7 +50,7 @@ def settled(
     kept = {name: np.array(getattr(found, name)) for name in _KEPT}
     kind, state = [np.array(part) for part in _kind(found, values)], found.state
     after, length = span.transient + span.recorded, span.transient
-    while after < most and (left := np.flatnonzero(_open(kept, kind[PERIOD], values))).size:
+    while after < most and (left := np.flatnonzero(_open(kept, kind[_PERIOD], values))).size:
         length = min(max(_GROWS * length, 1), most - after)
         further = dataclasses.replace(span, transient=length)
         points_left, begin = _lanes(values, left), jax.tree.map(lambda leaf, left=left: leaf[left], state)
@@ -60,16 +62,12 @@ def settled(
         state = jax.tree.map(lambda old, new, left=left: old.at[left].set(new), state, more.state)
         after += length + span.recorded
     _shorten(kept, kind, values)
-    growth, wild = np.full(points.lanes, np.nan), kind[KIND] == APERIODIC
+    growth, wild = np.full(points.lanes, np.nan), kind[_KIND] == APERIODIC
     if wild.any() and lyapunov_cycles > 0:
         growth[wild] = exponents(model, points, state, wild, cycles=lyapunov_cycles, threads=options.get("threads"))
     shaped = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in kept.items()}
     last = Responses(coords=dict(points.coords), state=state, engine=found.engine, seconds=found.seconds, **shaped)
     return last, Kind(*(part.reshape(points.shape) for part in kind)), growth.reshape(points.shape)
-
-
-KIND, IMPACTS, PERIOD = (Kind._fields.index(name) for name in ("kind", "impacts", "period"))
-_KEPT = ("u", "v", "impacts", "peak_force", "impact_speed", "u_max", "closed", "cycles", "result")
 
 
 def scales(amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
@@ -88,15 +86,15 @@ def _kind(found: Responses, values: Mapping[str, np.ndarray]) -> Kind:
 
 def _shorten(kept: Mapping[str, np.ndarray], kind: list[np.ndarray], values: Mapping[str, np.ndarray]) -> None:
     """Give each orbit its shortest period to within `SAME`: a transient that rings at half the drive repeats after two cycles first."""
-    points, impacts, full = _scaled(kept, values), kept["impacts"], kind[PERIOD].copy()
+    points, impacts, full = _scaled(kept, values), kept["impacts"], kind[_PERIOD].copy()
     for q in range(min(LONGEST, points.shape[1] // 2), 1, -1):
         for part in (part for part in range(q - 1, 0, -1) if q % part == 0):
             here = np.flatnonzero(full == q)
             back = slice(-q - part, -part)
             alike = np.abs(points[here, -q:] - points[here, back]).max(axis=(1, 2), initial=0.0) < SAME
             alike &= (impacts[here, -q:] == impacts[here, back]).all(axis=1)
-            kind[IMPACTS][here[alike]] = impacts[here[alike], -part:].sum(axis=1)
-            kind[PERIOD][here[alike]] = part
+            kind[_IMPACTS][here[alike]] = impacts[here[alike], -part:].sum(axis=1)
+            kind[_PERIOD][here[alike]] = part
 
 
 def _scaled(kept: Mapping[str, np.ndarray], values: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -104,7 +102,7 @@ def _scaled(kept: Mapping[str, np.ndarray], values: Mapping[str, np.ndarray]) ->
 
 
 def _open(kept: Mapping[str, np.ndarray], period: np.ndarray, values: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which lanes have not settled."""
+    """Which lanes have not settled: no period, or more of the way left than half of `SAME`."""
     points = _scaled(kept, values)
     far = period == 0
     for q in range(1, points.shape[1] // 3 + 1):
