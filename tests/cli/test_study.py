@@ -149,11 +149,13 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
     [
         (("--gap", "1e-3", "--frequency", "7"), "--base-amplitude is missing: expected --base-amplitude and --gap and --frequency"),
         (("--base-amplitude", "1e-3", "--frequency", "7"), "--gap is missing"),
-        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--along", "gap", "1e-3:2e-3:5"), "--gap is given beside --along gap"),
-        (("--base-amplitude", "1e-3", "--along", "gap", "1e-3:2e-3:5"), "--frequency is missing"),
-        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap", "3"), "gap has 1 values: expected at least 3 that increase"),
-        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap", "1:2"), "--along is '1:2': expected A:B:N"),
-        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin", "1:2:5"), "unknown setting 'spin'"),
+        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--along", "gap=1e-3:2e-3:5"), "--gap is given beside --along gap"),
+        (("--base-amplitude", "1e-3", "--along", "gap=1e-3:2e-3:5"), "--frequency is missing"),
+        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap"), "--along is 'gap': expected NAME=A:B:N"),
+        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "frequency=1:2:5"), "--frequency is given beside --along frequency"),
+        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=3"), "gap has 1 values: expected at least 3 that increase"),
+        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1:2"), "--along is '1:2': expected A:B:N"),
+        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin=1:2:5"), "unknown setting 'spin'"),
     ],
 )
 def test_basins_ask_for_the_operating_point_but_for_what_they_follow(monkeypatch, capsys, tmp_path, given, message):
@@ -174,6 +176,6 @@ def test_basins_say_what_they_found(monkeypatch, capsys, tmp_path):
     said = capsys.readouterr().out
     assert "2 attractors: " in said and "no impact takes" in said and "z = 1/1 takes" in said
     assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["basins.json", "basins.nc", "basins.png"]
-    follow = ("basins", "--frequency", "7", "--along", "gap", "3.8e-3:4.2e-3:3")
+    follow = ("basins", "--frequency", "7", "--along", "gap=3.8e-3:4.2e-3:3")
     assert call(monkeypatch, *follow, *rest, "--out", str(tmp_path / "a"), "--quiet") == 0
     assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["basins_along.json", "basins_along.nc", "basins_along.png"]

@@ -11,6 +11,7 @@ from rich.table import Table
 from vibrojax.errors import InputError
 
 _OPTIONS = {"base_amplitude": "--base-amplitude", "gap": "--gap", "frequency_hz": "--frequency"}
+_SPELLED = {"frequency": "frequency_hz", "amplitude": "base_amplitude"}
 _MOST = 12
 """Rows of the table."""
 _MEASURES = {
@@ -21,7 +22,25 @@ _MEASURES = {
 }
 
 
-def check_point(given: Mapping[str, float | None], along: str | None, *, fit: bool) -> dict[str, float]:
+def named(along: str | None) -> tuple[str | None, str]:
+    """Parameter and range of `--along`; none where it is left out.
+
+    Raises:
+        InputError: it is not `NAME=A:B:N`.
+
+    Example:
+        >>> named("frequency=3:9:300")
+        ('frequency_hz', '3:9:300')
+    """
+    if along is None:
+        return None, ""
+    name, equals, text = along.partition("=")
+    if not (name and equals and text):
+        raise InputError(f"--along is {along!r}: expected NAME=A:B:N; write, for example, --along gap=1e-3:2e-3:10")
+    return _SPELLED.get(name, name), text
+
+
+def check_point(given: Mapping[str, float | None], along: str | None, *, fit: bool) -> dict[str, Any]:
     """Settings of the operating point, all but the one that the basins are followed along.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from vibrojax.cli.basins_said import check_point, say_finding
+from vibrojax.cli.basins_said import check_point, named, say_finding
 from vibrojax.cli.cluster import check_extra, connected
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.output import output_folder
@@ -96,8 +96,8 @@ def basins(
     gap: Annotated[float | None, _GAP] = None,
     frequency: Annotated[float | None, _FREQUENCY] = None,
     along: Annotated[
-        tuple[str, str] | None,
-        typer.Option(metavar="NAME A:B:N", help="Follow the basins along a parameter: gap, frequency_hz, base_amplitude, or the model's."),
+        str | None,
+        typer.Option(metavar="NAME=A:B:N", help="Follow the basins along a parameter: frequency, gap, amplitude, or one of the model's."),
     ] = None,
     cycles: Cycles = 300,
     most_cycles: Annotated[
@@ -108,13 +108,13 @@ def basins(
     """Basins of attraction: where each initial state settles, how large and how tangled the basins are, and what each motion bears."""
     axes = dict(u0=_values("--displacements", displacements), v0=_values("--velocities", velocities))
     given = {"base_amplitude": base_amplitude, "gap": gap, "frequency_hz": frequency}
-    point = check_point(given, None if along is None else along[0], fit=shared.fit is not None)
-    more: dict[str, Any] = {} if most_cycles is None else dict(most_cycles=most_cycles)
-    if along is None:
-        _run("basins", shared, axes, point | more, dict(transient=cycles))
-        return
-    axes = dict(values=_values("--along", along[1])) | axes
-    _run("basins_along", shared, axes, point | more | dict(parameter=along[0]), dict(transient=cycles))
+    parameter, text = named(along)
+    settings = check_point(given, parameter, fit=shared.fit is not None) | ({} if most_cycles is None else dict(most_cycles=most_cycles))
+    if parameter is None:
+        _run("basins", shared, axes, settings, dict(transient=cycles))
+    else:
+        axes = dict(values=_values("--along", text)) | axes
+        _run("basins_along", shared, axes, settings | dict(parameter=parameter), dict(transient=cycles))
 
 
 @with_shared

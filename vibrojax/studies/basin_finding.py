@@ -27,6 +27,14 @@ def with_finding(model: Model, data: xr.Dataset) -> xr.Dataset:
     return data.assign_attrs(finding=finding(data, places))
 
 
+def document(data: xr.Dataset) -> str:
+    """What a study of basins found, without its picture, as JSON."""
+    numbers = {name: value if math.isfinite(value) else None for name, value in data.attrs.items() if isinstance(value, float)}
+    numbers.pop("seconds", None)
+    found = {"finding": data.attrs.get("finding", ""), "settings": json.loads(data.attrs["settings"])}
+    return json.dumps(found | numbers | {"attractors": json.loads(data.attrs["attractors"])}, indent=1, allow_nan=False) + "\n"
+
+
 def finding(data: xr.Dataset, places: list[Place]) -> str:
     """One sentence: which attractors, how the boundary is, what the leading motion bears; or where several coexist.
 

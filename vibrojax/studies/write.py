@@ -1,11 +1,10 @@
 """A study on disk: its data set and its figure."""
 
-import json
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
+from vibrojax.studies.basin_finding import document
 from vibrojax.studies.figures import FIGURES, UNCERTAIN, save, style
 
 
@@ -27,17 +26,5 @@ def write_study(name: str, data: xr.Dataset, folder: Path) -> list[Path]:
         save(draw(data), written[1])
     if "attractors" in data.attrs:
         written.append(folder / f"{name}.json")
-        written[-1].write_text(json.dumps(_measures(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        written[-1].write_text(document(data), encoding="utf-8")
     return written
-
-
-def _measures(data: xr.Dataset) -> dict[str, Any]:
-    """What a study of basins found, without its picture."""
-    numbers = {name: None if value != value else value for name, value in data.attrs.items() if isinstance(value, float)}
-    numbers.pop("seconds", None)
-    return {
-        "finding": data.attrs.get("finding", ""),
-        "settings": json.loads(data.attrs["settings"]),
-        **numbers,
-        "attractors": json.loads(data.attrs["attractors"]),
-    }
