@@ -152,7 +152,10 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
         (("--base-amplitude", "1e-3", "--gap", "1e-3", "--along", "gap=1e-3:2e-3:5"), "--gap is given beside --along gap"),
         (("--base-amplitude", "1e-3", "--along", "gap=1e-3:2e-3:5"), "--frequency is missing"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap"), "--along is 'gap': expected NAME=A:B:N"),
-        (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "frequency=1:2:5"), "--frequency is given beside --along frequency"),
+        (
+            ("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "frequency=1:2:5"),
+            "--frequency is given beside --along frequency",
+        ),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=3"), "gap has 1 values: expected at least 3 that increase"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1:2"), "--along is '1:2': expected A:B:N"),
         (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin=1:2:5"), "unknown setting 'spin'"),
