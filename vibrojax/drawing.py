@@ -20,18 +20,22 @@ from matplotlib.rcsetup import cycler
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
+from vibrojax.figure_style import SCREEN, FigureStyle
+
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
 GREY, PALE = "#606060", "#e4e4e4"
 COLOURS = (BLUE, ORANGE, GREEN, PINK, AMBER, SKY, GREY)
 """For one curve after another: Okabe and Ito's, and a grey."""
-WIDTH = 6.2
-"""Inches: of a column on paper, and wide enough for a phone held upright."""
+WIDTH = SCREEN.column
+"""Inches: wide enough for a phone held upright."""
 _LOG = logging.getLogger(__name__)
-_PAGE_DPI, _FILE_DPI = 130, 150
+_PAGE_DPI = 130
 _FEW_COLOURS, _ALMOST_WHITE = 64, 248
 _STEPS = [1, 2, 2.5, 5, 10]
 _NOTE_SIZE, _NOTE_LINE, _NOTE_LETTER = 7.0, 0.145, 0.062
 """Of a line below a figure: points, and inches a line and a letter."""
+FORMATS = ("png", "pdf", "svg")
+"""Files of every figure of a study."""
 DENSE_DPI = 200
 """At which series of many points become images inside a vector figure."""
 _INSTALLED = frozenset(font.name for font in fontManager.ttflist)
@@ -78,8 +82,17 @@ STYLE: Any = {
 """For Matplotlib's `rcParams`."""
 
 
+def settings_of(look: FigureStyle) -> dict[str, Any]:
+    """`STYLE` with the sizes of a style for studies."""
+    text = dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), look.text)
+    small = dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), look.text - 1.0)
+    strokes = {name: look.strokes * STYLE[name] for name in ("axes.linewidth", "grid.linewidth")}
+    files = {"pdf.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "vibrojax", "hatch.linewidth": 0.5 * look.strokes}
+    return STYLE | text | small | strokes | files
+
+
 @contextmanager
-def style() -> Iterator[None]:
+def style(look: FigureStyle = SCREEN) -> Iterator[None]:
     """Context in which figures are made and rendered; outside it Matplotlib is as the user left it.
 
     Figures leave much cyclic garbage, and looking for it means walking through everything that JAX has compiled: that waits until the end.
@@ -87,7 +100,7 @@ def style() -> Iterator[None]:
     collecting = gc.isenabled()
     gc.disable()
     try:
-        with rc_context(STYLE):
+        with rc_context(settings_of(look)):
             yield
     finally:
         if collecting:
@@ -179,6 +192,22 @@ def pdf(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write the figure to a file of the kind that its suffix says, such as `.png` or `.svg`."""
-    figure.savefig(path, dpi=_FILE_DPI)
+def sized(figure: Figure, look: FigureStyle) -> Figure:
+    """Bring a figure that was laid out for the screen to the widths of a style; lines and marks grow with its strokes.
+
+    Arguments:
+        figure: made within `style(look)`, with the layout "constrained", `WIDTH` wide or wider where it has two panels across.
+        look: the style.
+    """
+    width, height = figure.get_size_inches()
+    wanted = look.page if width > WIDTH else look.column
+    figure.set_size_inches(wanted, height * wanted / width * look.tall)
+    for line in (line for axes in figure.axes for line in axes.lines):
+        line.set(linewidth=look.strokes * line.get_linewidth(), markersize=look.strokes * line.get_markersize())
+    return figure
+
+
+def save(figure: Figure, path: Path, look: FigureStyle = SCREEN) -> None:
+    """Write the figure to a file of the kind that its suffix says, `.png`, `.pdf` or `.svg`; the same figure gives the same bytes."""
+    dates = {".pdf": {"CreationDate": None, "Creator": None, "Producer": None}, ".svg": {"Date": None, "Creator": None}}
+    figure.savefig(path, dpi=look.dpi, metadata=dates.get(path.suffix))

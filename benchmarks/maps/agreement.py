@@ -118,7 +118,8 @@ def both_exist(ours: xr.Dataset, theirs: xr.Dataset, cycles: int) -> int:
 
 def draw(ours: xr.Dataset, theirs: xr.Dataset, path: Path) -> None:
     """The fast path's map; cells away from chaos in which the switch model says otherwise are circled."""
-    from vibrojax.studies.figures import FIGURES, save, style
+    from vibrojax.drawing import save, style
+    from vibrojax.studies.figures import FIGURES
 
     wrong = np.argwhere(_away_from_chaos(ours, theirs) & ~_same(ours, theirs))
     with style():

@@ -9,7 +9,7 @@ from vibrojax.cli import main
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.model_file import read_model, write_model
-from vibrojax.presets import read_preset
+from vibrojax.presets import NAMES, read_preset
 from vibrojax.suspension import Linear
 
 
@@ -35,7 +35,14 @@ def test_a_branch_is_written(option, model, monkeypatch, tmp_path, capsys):
     out = tmp_path / "branch"
     options = ["--gap", "3e-3", option, "1e-3", "--from", "4.2", "--to", "4.5", "--quiet"]
     assert call(monkeypatch, "continue", "--model", str(model), "--out", str(out), *options) == 0
-    assert sorted(path.name for path in out.iterdir()) == ["branch.csv", "branch.png", "special.json"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "branch.csv",
+        "branch.md",
+        "branch.pdf",
+        "branch.png",
+        "branch.svg",
+        "special.json",
+    ]
     document = json.loads((out / "special.json").read_text())
     assert [place["kind"] for place in document["special"]] == ["grazing"]
     assert document["special"][0]["frequency"] == pytest.approx(4.3635, abs=1e-3)
@@ -43,10 +50,32 @@ def test_a_branch_is_written(option, model, monkeypatch, tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
 
 
+def test_a_branch_for_each_gap_says_what_it_shows(model, monkeypatch, tmp_path, capsys):
+    out = tmp_path / "branch"
+    options = ["--gap", "3e-3,3.1e-3", "--base-amplitude", "1e-3", "--sweep", "frequency=4.2:4.5", "--style", "paper", "--quiet"]
+    assert call(monkeypatch, "continue", "--model", str(model), "--out", str(out), *options) == 0
+    assert {path.name for path in out.glob("*.csv")} == {"branch_gap-0.003.csv", "branch_gap-0.0031.csv"}
+    found = (out / "branch_gap-0.003.md").read_text()
+    assert "Found: z = 1/1: stable from" in found and "grazing at 4.363 Hz" in found
+    assert "- gap: 3 mm" in found and "- A0: 1 mm" in found and "Omega 4.2 to 4.5 Hz" in found
+    one, other = (json.loads((out / f"special_gap-{gap}.json").read_text())["provenance"]["settings"]["gap"] for gap in ("0.003", "0.0031"))
+    assert (one, other) == (3e-3, 3.1e-3)
+
+
+def test_presets_are_listed(model, monkeypatch, capsys):
+    assert call(monkeypatch, "presets", "list") == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in NAMES) and "0, 1, 2.4" in printed
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--amplitude", "1e-3", "--from", "4", "--to", "5"], "--gap is missing: expected it where --parameter is frequency"),
+        (["--gap", "1e-3", "--amplitude", "1e-3"], "--sweep is missing"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "3:9", "--from", "3"], "both --sweep and --from or --to are given"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "frequency=3"], "--sweep is '3': expected [NAME=]A:B"),
+        (["--preset", "wires", "--sweep", "3:9"], "both --model and --preset are given"),
+        (["--amplitude", "1e-3", "--from", "4", "--to", "5"], "--gap is missing: expected it where frequency is swept"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "0.1", "--to", "1", "--parameter", "zeta"], "--frequency is missing"),
         (["--gap", "1e-3", "--amplitude", "0", "--from", "4", "--to", "5"], "amplitude is 0 m: expected a finite number above 0"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "5", "--to", "4"], "frequency = 5: expected a value from 5 to 4"),

@@ -9,8 +9,9 @@ import xarray as xr
 
 from tests.batch.rigs import model
 from tests.studies.made_fit import written_fit
-from vibrojax.cli import main, study
+from vibrojax.cli import grammar, main, study, study_options
 from vibrojax.model_file import write_model
+from vibrojax.presets import NAMES, read_preset
 from vibrojax.studies.draws import read_fit
 
 
@@ -27,13 +28,15 @@ def test_every_command_has_help_with_its_example(monkeypatch, capsys, name):
     assert call(monkeypatch, name, "--help") == 0
     said = capsys.readouterr().out
     assert f"vibrojax {name} --model" in said
+    assert all(option in said for option in ("--preset", "--sweep", "--gap", "--frequency", "--vary", "--style", "--base-amplitude"))
+    assert not any(option in said for option in ("--values", "--ratios", "--displacements", "--mass-ratios"))
     assert all(option in said for option in ("--store", "--cluster", "--fit", "--draws", "--seed", "--tile", "--out", "--quiet"))
 
 
 def test_values():
-    np.testing.assert_allclose(study._values("--gaps", "0,1e-3"), [0.0, 1e-3])
-    np.testing.assert_allclose(study._values("--ratios", "1:2:5"), np.linspace(1, 2, 5))
-    assert study._values("--ratios", "3:9:1") == [3.0]
+    np.testing.assert_allclose(grammar.values("--gap", "0,1e-3"), [0.0, 1e-3])
+    np.testing.assert_allclose(grammar.values("--sweep", "1:2:5"), np.linspace(1, 2, 5))
+    assert grammar.values("--sweep", "3:9:1") == [3.0]
 
 
 @pytest.mark.parametrize("text", ["1:2", "a,b", "1:2:0", "1:2:100000000000", ""])
@@ -57,8 +60,8 @@ def test_a_model_that_cannot_be_read_ends_in_one_line(monkeypatch, capsys, tmp_p
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ((), "neither --model nor --fit is given: expected one of the two"),
-        (("--model", "m.json", "--fit", "fit"), "both --model and --fit are given: expected one of the two"),
+        ((), "none of --model, --preset and --fit is given: expected one of them"),
+        (("--model", "m.json", "--fit", "fit"), "both --model and --fit are given: expected one of them"),
         (("--model", "m.json", "--draws", "5"), "--draws is given without --fit"),
         (("--model", "m.json", "--cluster", "tcp://127.0.0.1:1"), "--cluster is given without --store"),
         (("--model", "m.json", "--tile", "64"), "--tile is given without --store"),
@@ -91,7 +94,9 @@ def test_a_study_lands_in_its_store_and_another_is_refused(monkeypatch, capsys, 
     assert call(monkeypatch, "response", "--frequencies", "5:7:3", *store, *rest) == 0
     ended = capsys.readouterr()
     assert "3 of 3 operating points" in ended.err and "response.nc and response.png" in ended.out
-    assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["response.nc", "response.png"]
+    assert sorted(path.name for path in (tmp_path / "o").iterdir()) == [
+        f"response.{suffix}" for suffix in ("md", "nc", "pdf", "png", "svg")
+    ]
     assert call(monkeypatch, "response", "--frequencies", "5:8:3", *store, *rest) == 2
     assert "begun with other settings: axes.frequency_hz is [5.0, 6.0, 7.0] in the store, [5.0, 6.5, 8.0] now" in capsys.readouterr().err
 
@@ -103,7 +108,8 @@ def test_stages_are_shown_with_the_seconds_since_the_command_began(monkeypatch, 
         monkeypatch.setattr(f"{module}.time", types.SimpleNamespace(perf_counter=lambda: clock[-1]))
     facts = {"title": "map", "engine": "none", "lanes_that_failed": "{}"}
     monkeypatch.setattr("vibrojax.studies.run.make", lambda job: clock.append(100.3) or xr.Dataset(attrs=facts))
-    monkeypatch.setattr("vibrojax.studies.write.write_study", lambda name, data, folder: [])
+    monkeypatch.setattr("vibrojax.studies.finding.finding", lambda name, data: "found")
+    monkeypatch.setattr("vibrojax.studies.write.write_study", lambda name, data, folder, **how: [])
     write_model(model(), tmp_path / "model.json")
     rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--out", str(tmp_path / "out"))
     assert call(monkeypatch, "peterka", *rest) == 0
@@ -147,15 +153,12 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (("--gap", "1e-3", "--frequency", "7"), "--base-amplitude is missing: expected --base-amplitude and --gap and --frequency"),
+        (("--gap", "1e-3", "--frequency", "7"), "--base-amplitude is missing"),
         (("--base-amplitude", "1e-3", "--frequency", "7"), "--gap is missing"),
-        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--along", "gap=1e-3:2e-3:5"), "--gap is given beside --along gap"),
+        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "gap=1e-3:2e-3:5"), "--gap is given, but"),
         (("--base-amplitude", "1e-3", "--along", "gap=1e-3:2e-3:5"), "--frequency is missing"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap"), "--along is 'gap': expected NAME=A:B:N"),
-        (
-            ("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "frequency=1:2:5"),
-            "--frequency is given beside --along frequency",
-        ),
+        (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "frequency=1:2:5"), "--frequency is given, but"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=3"), "gap has 1 values: expected at least 3 that increase"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1:2"), "--along is '1:2': expected A:B:N"),
         (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin=1:2:5"), "unknown setting 'spin'"),
@@ -182,3 +185,105 @@ def test_basins_say_what_they_found(monkeypatch, capsys, tmp_path):
     follow = ("basins", "--frequency", "7", "--along", "gap=3.8e-3:4.2e-3:3")
     assert call(monkeypatch, *follow, *rest, "--out", str(tmp_path / "a"), "--quiet") == 0
     assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["basins_along.json", "basins_along.nc", "basins_along.png"]
+
+
+def asked(monkeypatch, tmp_path, *arguments: str):
+    """The jobs of a command line, and its exit status; nothing is integrated."""
+    monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
+    facts = {"title": "study", "engine": "none", "lanes_that_failed": "{}"}
+    jobs, stems = [], []
+    monkeypatch.setattr("vibrojax.studies.run.make", lambda job: jobs.append(job) or xr.Dataset(attrs=facts))
+    monkeypatch.setattr(
+        "vibrojax.studies.write.write_study", lambda name, data, folder, *, look, stem: stems.append((stem, look.name)) or []
+    )
+    monkeypatch.setattr("vibrojax.studies.finding.finding", lambda name, data: "what was found")
+    status = call(monkeypatch, *arguments, "--out", str(tmp_path / "out"))
+    return status, jobs, stems
+
+
+def test_the_presets_that_the_command_line_lists_are_all():
+    assert study_options.PRESETS == NAMES
+
+
+def test_a_preset_takes_the_place_of_model_amplitude_and_gaps(monkeypatch, tmp_path, capsys):
+    arguments = ("bifurcation", "--preset", "wires", "--sweep", "frequency=2:4:5", "--style", "paper")
+    status, jobs, stems = asked(monkeypatch, tmp_path, *arguments)
+    assert status == 0
+    preset = read_preset("wires")
+    assert [job.settings["gap"] for job in jobs] == list(preset.gaps)
+    assert {job.settings["base_amplitude"] for job in jobs} == {preset["base_amplitude"]}
+    assert stems == [("bifurcation_gap-0", "paper"), ("bifurcation_gap-0.001", "paper"), ("bifurcation_gap-0.0024", "paper")]
+    assert capsys.readouterr().out.count("what was found") == 3
+
+
+@pytest.mark.parametrize(
+    ("now", "before"),
+    [
+        (
+            ("response", "--sweep", "frequency=3:5:3", "--gap", "0,1e-3"),
+            ("response", "--frequencies", "3:5:3", "--gaps", "0,1e-3"),
+        ),
+        (
+            ("bifurcation", "--sweep", "gap=1e-3:2e-3:3", "--frequency", "7"),
+            ("bifurcation", "--parameter", "gap", "--values", "1e-3:2e-3:3", "--frequency", "7"),
+        ),
+        (("peterka", "--sweep", "1:2:3", "--sweep", "clearance=0:1:3"), ("peterka", "--ratios", "1:2:3", "--clearances", "0:1:3")),
+        (
+            ("basins", "--sweep", "u0=-1e-3:0:3", "--sweep", "v0=-1:1:3", "--gap", "1e-3", "--frequency", "7"),
+            ("basins", "--displacements=-1e-3:0:3", "--velocities=-1:1:3", "--gap", "1e-3", "--frequency", "7"),
+        ),
+        (
+            ("lyapunov", "--sweep", "3:5:3", "--gap", "0"),
+            ("lyapunov", "--values", "3:5:3", "--gap", "0"),
+        ),
+        (
+            ("design", "--sweep", "mass_ratio=1:2:3", "--frequency", "3,4.5", "--gap", "0"),
+            ("design", "--mass-ratios", "1:2:3", "--frequencies", "3,4.5", "--gap", "0"),
+        ),
+    ],
+)
+def test_the_options_that_each_axis_had_of_its_own_still_work(monkeypatch, tmp_path, now, before):
+    write_model(model(), tmp_path / "model.json")
+    rig = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3")
+    (one, [new], _), (two, [old], _) = (asked(monkeypatch, tmp_path, *each, *rig) for each in (now, before))
+    assert one == two == 0
+    assert new.document() == old.document()
+
+
+def test_stiffnesses_make_a_study_each_or_an_axis(monkeypatch, tmp_path):
+    write_model(model(), tmp_path / "model.json")
+    rig = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--vary", "f_n=4,5")
+    _, jobs, stems = asked(monkeypatch, tmp_path, "section", *rig, "--gap", "0,1e-3", "--frequency", "7")
+    assert [(job.settings["gap"], float(job.model.values()["f_n"])) for job in jobs] == [(0.0, 4.0), (0.0, 5.0), (1e-3, 4.0), (1e-3, 5.0)]
+    assert stems[0][0] == "section_gap-0_f_n-4"
+    _, [job], _ = asked(monkeypatch, tmp_path, "response", *rig, "--gap", "0", "--sweep", "3:5:3")
+    assert job.settings["also"] == {"f_n": [4.0, 5.0]}
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (("bifurcation", "--sweep", "3:5:3", "--sweep", "gap=0:1:3"), "--sweep is given 2 times: expected one parameter"),
+        (("peterka", "--sweep", "gap=0:1:3"), "--sweep names 'gap': expected one of ratio, clearance"),
+        (("peterka", "--sweep", "ratio=1:2:3", "--ratios", "1:2:3"), "both --sweep ratio=1:2:3 and --ratios 1:2:3 are given"),
+        (("peterka", "--gap", "0"), "--gap is given, but peterka does not take it"),
+        (("response", "--gap", "0"), "--sweep frequency=A:B:N is missing"),
+        (("response", "--sweep", "3:5:3"), "--gap is missing"),
+        (("response", "--sweep", "=3:5:3", "--gap", "0"), "--sweep is '=3:5:3': expected NAME=VALUES"),
+        (("section", "--gap", "0"), "--frequency is missing"),
+        (("section", "--gap", "0", "--frequency", "7", "--vary", "mu=1,2"), "--vary names 'mu': expected one of m, "),
+        (("section", "--gap", "0", "--frequency", "7", "--vary", "gap=1,2"), "gap is given twice"),
+    ],
+)
+def test_what_the_grammar_does_not_know_ends_in_one_line(monkeypatch, capsys, tmp_path, given, message):
+    write_model(model(), tmp_path / "model.json")
+    status, jobs, _ = asked(monkeypatch, tmp_path, *given, "--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3")
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    assert status == 2 and not jobs
+    assert len(said) == 1 and message in said[0]
+
+
+def test_an_unknown_style_or_preset_is_refused(monkeypatch, capsys, tmp_path):
+    for option, value in (("--style", "print"), ("--preset", "wire")):
+        assert call(monkeypatch, "peterka", option, value, "--base-amplitude", "1e-3", "--out", str(tmp_path / "out")) == 2
+        assert f"{value!r} is no {option[2:]}" in capsys.readouterr().err

@@ -29,7 +29,13 @@ def test_every_command_and_option_is_on_the_page(pages):
     expected = {f"vibrojax {name}": command for name, command in below.items() if name != "presets"}
     assert set(sections) == set(expected)
     for name, command in expected.items():
-        options = [option for parameter in command.params for option in parameter.opts if option.startswith("--")]
+        options = [
+            option
+            for parameter in command.params
+            if not getattr(parameter, "hidden", False)
+            for option in parameter.opts
+            if option.startswith("--")
+        ]
         assert [option for option in options if f"`{option}`" not in sections[name]] == []
 
 

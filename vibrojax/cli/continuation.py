@@ -1,35 +1,45 @@
-"""`vibrojax continue`: a model in; one branch of periodic orbits, its table, special points and picture out."""
+"""`vibrojax continue`: a model in; branches of periodic orbits, their tables, special points and figures out."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from vibrojax.cli.environment import prepare_jax
+from vibrojax.cli.grammar import AMPLITUDE, FREQUENCY, canonical, cases, ends, named, values
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
+from vibrojax.cli.study_options import Amplitude, FigureLook, Frequencies, Gaps, Preset, Vary, check_rig
 from vibrojax.errors import InputError
+from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 
-EXAMPLE = "Example:  vibrojax continue --model rig-B-fit/model.json --gap 1e-3 --amplitude 1e-3 --from 3 --to 12 --out branch"
+EXAMPLE = "Example:  vibrojax continue --model rig-B-fit/model.json --gap 1e-3 --base-amplitude 1e-3 --sweep frequency=3:12 --out branch"
+_OURS = {AMPLITUDE: "amplitude", FREQUENCY: "frequency"}
 
 
 def continue_(
-    begin: Annotated[float, typer.Option("--from", metavar="VALUE", help="Lowest value of the parameter, SI (frequency in Hz).")],
-    end: Annotated[float, typer.Option("--to", metavar="VALUE", help="Highest value.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.", show_default=False)],
-    model: Annotated[Path, typer.Option(metavar="MODEL.json", help="A model.json that a fit or a preset wrote.", show_default=False)],
-    gap: Annotated[float | None, typer.Option(metavar="M", help="Gap, m.", show_default=False)] = None,
-    amplitude: Annotated[
-        float | None, typer.Option("--amplitude", "--base-amplitude", metavar="M", help="Amplitude A0 of the cart, m.", show_default=False)
+    model: Annotated[
+        Path | None, typer.Option(metavar="MODEL.json", help="A model.json that a fit or a preset wrote.", show_default=False)
     ] = None,
-    frequency: Annotated[float | None, typer.Option(metavar="HZ", help="Frequency of the cart, Hz.", show_default=False)] = None,
-    parameter: Annotated[
-        str, typer.Option(metavar="NAME", help="What varies: frequency, gap, amplitude, m, or a parameter of the model.")
-    ] = "frequency",
+    preset: Preset = None,
+    base_amplitude: Amplitude = None,
+    sweep: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[NAME=]A:B",
+            help="What is followed, from A to B, SI (frequency in Hz): frequency, gap, amplitude, m, or a parameter of the model.",
+            show_default=False,
+        ),
+    ] = None,
+    gap: Gaps = None,
+    frequency: Frequencies = None,
+    vary: Vary = None,
+    style: FigureLook = SCREEN.name,
     at: Annotated[
         float | None,
         typer.Option(metavar="VALUE", help="Value at which the first orbit is looked for. Left out: the lowest.", show_default=False),
@@ -38,39 +48,89 @@ def continue_(
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")
     ] = (0.0, 0.0),
     quiet: Quiet = False,
+    begin: Annotated[float | None, typer.Option("--from", hidden=True)] = None,
+    end: Annotated[float | None, typer.Option("--to", hidden=True)] = None,
+    parameter: Annotated[str | None, typer.Option("--parameter", hidden=True)] = None,
 ) -> None:
-    """Follow one family of periodic orbits, stable or not, along a parameter.
+    """Follow one family of periodic orbits, stable or not, along a parameter; one for each gap or other value that is given.
 
-    The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json and branch.png.
-    Exit status: 0 done, 2 bad input, 3 no orbit was found.
+    The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json, the figure and its
+    caption. Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
-    at = begin if at is None else at
-    check_file(model, "the model.json that a fit or a preset wrote")
-    settings = _settings({"gap": gap, "amplitude": amplitude, "frequency": frequency}, parameter, at)
+    name, bounds = _followed(sweep, begin, end, parameter)
+    at = bounds[0] if at is None else at
+    check_rig({"--model": model, "--preset": preset})
+    if model is not None:
+        check_file(model, "the model.json that a fit or a preset wrote")
+    console = Console(quiet=quiet, highlight=False)
+    found = []
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
-        from vibrojax.continuation import ForcedRig
+        from vibrojax.continuation.finding import finding
         from vibrojax.continuation.job import follow_and_write
-        from vibrojax.model_file import read_model
 
-        rig = ForcedRig(read_model(model), settings["gap"], settings["amplitude"], settings["frequency"])
-        branch = follow_and_write(rig, parameter, (begin, end), folder, at=at, start=start, progress=say)
+        for tail, rig in _rigs(model, preset, {"gap": gap, "amplitude": base_amplitude, "frequency": frequency}, vary, name, at):
+            branch = follow_and_write(rig, name, bounds, folder, at=at, start=start, tail=tail, look=FIGURE_STYLES[style], progress=say)
+            found.append((tail, branch, finding(branch)))
+    for tail, branch, sentence in found:
+        console.print(_table(branch))
+        cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
+        console.print(f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}")
+        console.print(f"{sentence}", soft_wrap=True)
+        console.print(f"results in {out}; start with {out / f'branch{tail}.png'}", soft_wrap=True)
+
+
+def _table(branch: Any) -> Table:
     table = Table("special point", branch.label, "impacts a period", "largest multiplier")
     for place in branch.special:
         largest = complex(place.orbit.multipliers[0])
         number = f"{largest:.4g}" if largest.imag else f"{largest.real:.4g}"
         table.add_row(place.kind.value, f"{place.parameter:.6g}", str(place.orbit.touches), number)
-    console = Console(quiet=quiet, highlight=False)
-    console.print(table)
-    cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
-    console.print(f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}")
-    console.print(f"results in {out}; start with {out / 'branch.png'}", soft_wrap=True)
+    return table
 
 
-def _settings(given: dict[str, float | None], parameter: str, at: float) -> dict[str, float]:
-    """Gap, amplitude and frequency; the one that varies need not be given."""
-    settings = {name: at if name == parameter else value for name, value in given.items()}
-    if missing := [name for name, value in settings.items() if value is None]:
-        raise InputError(f"--{missing[0]} is missing: expected it where --parameter is {parameter}; add --{missing[0]} VALUE")
-    return {name: float(value) for name, value in settings.items() if value is not None}
+def _followed(sweep: str | None, begin: float | None, end: float | None, parameter: str | None) -> tuple[str, tuple[float, float]]:
+    """The parameter and its range."""
+    if sweep is None:
+        if begin is None or end is None:
+            raise InputError("--sweep is missing: expected what is followed, from A to B; add --sweep frequency=A:B")
+        name, bounds = parameter or "frequency", (begin, end)
+    else:
+        if begin is not None or end is not None:
+            raise InputError("both --sweep and --from or --to are given: expected --sweep alone; leave the others out")
+        ((name, text),) = named("--sweep", [sweep]).items()
+        name, bounds = name or parameter or "frequency", ends("--sweep", text)
+    return _OURS.get(canonical(name), name), bounds
+
+
+def _rigs(
+    model: Path | None, preset: str | None, given: dict[str, Any], vary: list[str] | None, name: str, at: float
+) -> list[tuple[str, Any]]:
+    """The rig for every combination of the values that do not vary along the branch, with what that adds to the files' names."""
+    from vibrojax.continuation import ForcedRig
+    from vibrojax.model_file import read_model
+    from vibrojax.presets import read_preset
+
+    known = None if preset is None else read_preset(preset)
+    further = {_OURS.get(canonical(key), key): values("--vary", text) for key, text in named("--vary", vary or []).items()}
+    fixed: dict[str, list[float]] = {}
+    for key, value in given.items():
+        if key in further and value is not None:
+            raise InputError(f"{key} is given twice, by --vary and by its own option: leave one out")
+        if key == name:
+            fixed[key] = [at]
+        elif value is not None:
+            fixed[key] = values(f"--{key}", value) if isinstance(value, str) else [value]
+        elif known is not None and key != "frequency" and key not in further:
+            fixed[key] = list(known.gaps) if key == "gap" else [known["base_amplitude"]]
+        elif key not in further:
+            raise InputError(f"--{key} is missing: expected it where {name} is swept; add --{key} VALUE")
+    what = known.model() if known is not None else read_model(model or Path())
+    found = []
+    for tail, one in cases(fixed | further):
+        rig = ForcedRig(what, one["gap"], one["amplitude"], one["frequency"])
+        for key in (key for key in one if key not in given):
+            rig = rig.replace(key, one[key])
+        found.append((tail, rig))
+    return found

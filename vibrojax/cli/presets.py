@@ -17,6 +17,22 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="wires, beam_170, beam
 app = typer.Typer(no_args_is_help=True, help="The thesis's rigs: numbers, where they come from, and what they reproduce.", epilog=EXAMPLE)
 
 
+@app.command("list", epilog="Example:  vibrojax presets list")
+def list_() -> None:
+    """Print every preset: its rig, gaps, A0 and natural frequency, and how many of its numbers are stated, estimated or assumed."""
+    prepare_jax()
+    from vibrojax.presets import NAMES, Origin, read_preset
+
+    table = Table(Column("preset", no_wrap=True), "rig", "gaps (mm)", "A0 (mm)", "f_n (Hz)", "stated, estimated, assumed")
+    for name in NAMES:
+        preset = read_preset(name)
+        counts = [sum(number.origin is origin for number in preset.numbers.values()) for origin in Origin]
+        gaps = ", ".join(f"{1e3 * gap:g}" for gap in preset.gaps)
+        amplitude, frequency = 1e3 * preset["base_amplitude"], preset["natural_frequency_hz"]
+        table.add_row(name, preset.title, gaps, f"{amplitude:g}", f"{frequency:g}", ", ".join(map(str, counts)))
+    Console(highlight=False).print(table)
+
+
 @app.command("show", epilog=EXAMPLE)
 def show(name: Name) -> None:
     """Print every number of a preset and where it comes from."""

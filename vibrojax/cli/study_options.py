@@ -1,4 +1,4 @@
-"""The options that all studies share: which model, where to, and how a long one is carried."""
+"""The options that all studies share: which rig, which values, where to, in which style, and how a long one is carried."""
 
 import dataclasses
 import functools
@@ -9,25 +9,96 @@ from typing import Annotated, Any
 
 import typer
 
+from vibrojax.cli.grammar import FORMS
 from vibrojax.cli.paths import check_file
 from vibrojax.errors import InputError
+from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 
 _HELP = "How a long study is carried, and uncertainty"
+PRESETS = ("wires", "beam_170", "beam_150", "beam_135", "drilling_hammer")
+"""As `vibrojax.presets.NAMES`, which loads more."""
 
 
 def _extra(*names: str, metavar: str, text: str, **more: Any) -> Any:
     return typer.Option(*names, metavar=metavar, help=text, show_default=False, rich_help_panel=_HELP, **more)
 
 
+def _known_style(name: str) -> str:
+    if name not in FIGURE_STYLES:
+        raise typer.BadParameter(f"{name!r} is no style")
+    return name
+
+
+def _known_preset(name: str | None) -> str | None:
+    if name is not None and name not in PRESETS:
+        raise typer.BadParameter(f"{name!r} is no preset: expected one of {', '.join(PRESETS)}; see vibrojax presets list")
+    return name
+
+
+Preset = Annotated[
+    str | None,
+    typer.Option(
+        "--preset",
+        metavar="NAME",
+        help="A rig of the thesis in place of --model (see vibrojax presets list); its A0 and gaps are taken where none are given.",
+        show_default=False,
+        callback=_known_preset,
+    ),
+]
+Amplitude = Annotated[
+    float | None,
+    typer.Option("--base-amplitude", "--amplitude", metavar="M", help="Amplitude A0 of the cart, m.", show_default=False),
+]
+Sweep = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sweep",
+        metavar="[NAME=]A:B:N",
+        help="What is swept: N values from A to B, SI (frequency in Hz). Repeated for a study of two axes.",
+        show_default=False,
+    ),
+]
+Gaps = Annotated[str | None, typer.Option("--gap", "--gaps", metavar="M,M,...", help="Gap, m; one or several.", show_default=False)]
+Frequencies = Annotated[
+    str | None,
+    typer.Option("--frequency", metavar="HZ,HZ,...", help="Excitation frequency, Hz; one or several.", show_default=False),
+]
+Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--vary",
+        metavar="NAME=A,B,...",
+        help="Further values to make the study for, such as k_i=1e6,1e7 or f_n=4.5,6. Repeat it for another.",
+        show_default=False,
+    ),
+]
+FigureLook = Annotated[
+    str,
+    typer.Option(
+        "--style",
+        metavar="|".join(FIGURE_STYLES),
+        help="Sizes of the figure: for the screen; 84 or 174 mm wide for a paper or thesis; 160 or 300 mm wide for a talk.",
+        callback=_known_style,
+    ),
+]
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Shared:
     """What the shared options say."""
 
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the data set and the figure.", show_default=False)]
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for data set, figure and caption.", show_default=False)]
     model: Annotated[
         Path | None,
         typer.Option("--model", metavar="MODEL.json", help="A model.json of a fit, a diagnosis or a preset.", show_default=False),
     ] = None
+    preset: Preset = None
+    base_amplitude: Amplitude = None
+    sweep: Sweep = None
+    gap: Gaps = None
+    frequency: Frequencies = None
+    vary: Vary = None
+    style: FigureLook = SCREEN.name
     fit: Annotated[
         Path | None,
         _extra("--fit", metavar="FIT_DIR", text="Folder of a fit, in place of --model: the study is made for draws of its parameters."),
@@ -43,16 +114,17 @@ class Shared:
         _extra("--cluster", metavar="ADDRESS", text="Dask scheduler whose workers make the tiles; needs --store on a shared disk."),
     ] = None
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False
+    old: dict[str, str | None] = dataclasses.field(default_factory=dict, metadata={"hidden": True})
+    """By axis, the options that the axes had of their own."""
 
     def check(self) -> None:
         """Refuse what cannot be, before anything is imported.
 
         Raises:
-            InputError: neither or both of --model and --fit, --draws without --fit, --cluster or --tile without --store; no model there.
+            InputError: none or several of --model, --preset and --fit, --draws without --fit, --cluster or --tile without --store; no
+                model there.
         """
-        if (self.model is None) == (self.fit is None):
-            given = "neither --model nor --fit is" if self.model is None else "both --model and --fit are"
-            raise InputError(f"{given} given: expected one of the two; name a MODEL.json, or the folder of a fit")
+        check_rig({"--model": self.model, "--preset": self.preset, "--fit": self.fit})
         if self.draws is not None and self.fit is None:
             raise InputError("--draws is given without --fit: expected the fit whose parameters are drawn; add --fit FIT_DIR")
         for name, value in (("--cluster", self.cluster), ("--tile", self.tile)):
@@ -65,12 +137,33 @@ class Shared:
                 check_file(self.fit / name, "the folder that a fit wrote, with its model.json and fit.json")
 
 
+def check_rig(given: dict[str, Any]) -> None:
+    """Refuse a command line that names no rig, or several.
+
+    Example:
+        >>> check_rig({"--model": None, "--preset": None})
+        Traceback (most recent call last):
+        vibrojax.errors.InputError: none of --model and --preset is given: expected one of them; add one
+    """
+    *first, last = given
+    chosen = [name for name, value in given.items() if value is not None]
+    if not chosen:
+        raise InputError(f"none of {', '.join(first)} and {last} is given: expected one of them; add one")
+    if len(chosen) > 1:
+        raise InputError(f"both {chosen[0]} and {chosen[1]} are given: expected one of them; leave one out")
+
+
 def with_shared(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose first argument `shared` stands on the command line as the options of `Shared`."""
+    """A command whose first argument `shared` stands on the command line as the options of `Shared`.
+
+    The options that the axes of its study had of their own still work, and are not shown.
+    """
+    axes = FORMS[command.__name__].axes
 
     @functools.wraps(command)
     def called(**given: Any) -> None:
-        shared = Shared(**{field.name: given.pop(field.name) for field in dataclasses.fields(Shared)})
+        old = {name: given.pop(_hidden(axis.old)) for name, axis in axes.items()}
+        shared = Shared(**{field.name: given.pop(field.name) for field in _fields()}, old=old)
         shared.check()
         command(shared, **given)
 
@@ -81,11 +174,28 @@ def with_shared(command: Callable[..., None]) -> Callable[..., None]:
             default=inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default,
             annotation=field.type,
         )
-        for field in dataclasses.fields(Shared)
+        for field in _fields()
+    ]
+    hidden = [
+        inspect.Parameter(
+            _hidden(axis.old),
+            inspect.Parameter.KEYWORD_ONLY,
+            default=None,
+            annotation=Annotated[str | None, typer.Option(axis.old, hidden=True)],
+        )
+        for axis in axes.values()
     ]
     own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in list(inspect.signature(command).parameters.values())[1:]]
-    after = [p for p in options if p.name not in ("model", "out")]
-    parameters = [*(p for p in options if p.name in ("model", "out")), *own, *after]
+    cut = 1 + [p.name for p in options].index("style")
+    parameters = [*options[:cut], *own, *options[cut:], *hidden]
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {p.name: p.annotation for p in parameters}
     return called
+
+
+def _fields() -> list[Any]:
+    return [field for field in dataclasses.fields(Shared) if not field.metadata.get("hidden")]
+
+
+def _hidden(option: str) -> str:
+    return option.removeprefix("--").replace("-", "_") + "_as_before"

@@ -1,13 +1,13 @@
 """The picture of a branch: stable solid, unstable dashed, special points marked."""
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from vibrojax.continuation.branch import Branch
 from vibrojax.continuation.special import Kind, SpecialPoint
-from vibrojax.drawing import COLOURS, GREEN, ORANGE, PINK, new_figure, save, style
+from vibrojax.drawing import COLOURS, GREEN, ORANGE, PINK, new_figure
+from vibrojax.symbols import FORCE, SYMBOLS
 
 _MARKERS = {
     Kind.FOLD: ("o", "#000000"),
@@ -19,28 +19,31 @@ _MARKERS = {
 }
 
 
-def draw(branches: list[Branch], path: Path, *, title: str = "") -> None:
-    """Two panels over the parameter, as a file: largest relative displacement, and peak force (impact speed where the stop is rigid).
+def draw(branches: list[Branch], *, title: str = "") -> Figure:
+    """Two panels over the parameter: largest relative displacement, and peak force (impact speed where the stop is rigid).
+
+    Make it within `vibrojax.drawing.style`.
 
     Arguments:
         branches: along the same parameter, one colour each.
-        path: of the file; its suffix says which kind.
         title: above the picture.
     """
-    with style():
-        figure = new_figure(5.4, 7.2, layout="constrained")
-        above, below = figure.subplots(2, 1, sharex=True)
-        for colour, branch in zip(COLOURS * len(branches), branches, strict=False):
-            _line(above, branch, 1e3 * branch.highest, colour)
-            _line(below, branch, branch.impact_speed if branch.rigid else branch.peak_force, colour)
-            for place in branch.special:
-                _mark(above, place, 1e3 * float(place.orbit.passage.highest))
-                passage = place.orbit.passage
-                _mark(below, place, float(passage.fastest_touch if branch.rigid else passage.peak_force))
-        above.set(ylabel="largest u (mm)", title=title)
-        below.set(xlabel=branches[0].label, ylabel="impact speed (m/s)" if branches[0].rigid else "largest F_i (N)")
-        _legend(above, branches)
-        save(figure, path)
+    figure = new_figure(5.4, layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    for colour, branch in zip(COLOURS * len(branches), branches, strict=False):
+        _line(above, branch, 1e3 * branch.highest, colour)
+        _line(below, branch, branch.impact_speed if branch.rigid else branch.peak_force, colour)
+        for place in branch.special:
+            _mark(above, place, 1e3 * float(place.orbit.passage.highest))
+            passage = place.orbit.passage
+            _mark(below, place, float(passage.fastest_touch if branch.rigid else passage.peak_force))
+    name = branches[0].name
+    above.set(ylabel="largest $u$ (mm)", title=title)
+    unit = branches[0].label.rpartition(" ")[2]
+    xlabel = f"{SYMBOLS[name]} {unit}".removesuffix(" (1)") if name in SYMBOLS else branches[0].label
+    below.set(xlabel=xlabel, ylabel="impact speed (m/s)" if branches[0].rigid else FORCE)
+    _legend(above, branches)
+    return figure
 
 
 def _line(axes: Axes, branch: Branch, values: np.ndarray, colour: str) -> None:
@@ -69,4 +72,4 @@ def _legend(axes: Axes, branches: list[Branch]) -> None:
     if len(branches) > 1:
         for colour, branch in zip(COLOURS * len(branches), branches, strict=False):
             axes.plot([], [], color=colour, label=f"{branch.cycles} cycles, {int(branch.touches.max())} impacts")
-    axes.legend(loc="best")
+    axes.legend(loc="best", ncols=2)

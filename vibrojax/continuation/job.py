@@ -8,14 +8,19 @@ import jax
 import numpy as np
 
 from vibrojax import __version__
+from vibrojax.caption import rig_words, written
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.branch import Branch
 from vibrojax.continuation.figure import draw
+from vibrojax.continuation.finding import finding
 from vibrojax.continuation.follow import follow
 from vibrojax.continuation.orbit import find_orbit, settle
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
+from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.errors import InputError
+from vibrojax.figure_style import SCREEN, FigureStyle
 from vibrojax.integrate import Landing
+from vibrojax.model_file import model_document
 
 
 def follow_and_write(
@@ -27,9 +32,14 @@ def follow_and_write(
     at: float,
     start: tuple[float, float] = (0.0, 0.0),
     landing: Landing | None = None,
+    tail: str = "",
+    look: FigureStyle = SCREEN,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Branch:
-    """Settle onto a stable orbit at one value of a parameter, follow its branch, and write `branch.csv`, `special.json`, `branch.png`.
+    """Settle onto a stable orbit at one value of a parameter, follow its branch, and write it.
+
+    The files are `branch.csv`, `special.json`, the figure as `branch.png`, `branch.pdf` and `branch.svg`, and its caption `branch.md`,
+    each with `tail` at the end of its name.
 
     Arguments:
         rig: the rig.
@@ -39,6 +49,8 @@ def follow_and_write(
         at: value at which the rig settles.
         start: (u, u') from which it settles, m and m/s.
         landing: the integrator.
+        tail: of the files' names.
+        look: sizes of the figure.
         progress: called with each stage.
 
     Raises:
@@ -60,7 +72,7 @@ def follow_and_write(
     progress(f"following the branch of an orbit of {cycles} cycles, {orbit.touches} impacts")
     branch = follow(orbit, name, bounds, landing=landing)
     progress("writing")
-    (folder / "branch.csv").write_text(branch.csv(), encoding="utf-8")
+    (folder / f"branch{tail}.csv").write_text(branch.csv(), encoding="utf-8")
     document = {
         "parameter": name,
         "unit": rig.unit(name),
@@ -75,6 +87,28 @@ def follow_and_write(
             "at": at,
         },
     }
-    (folder / "special.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    draw([branch], folder / "branch.png")
+    (folder / f"special{tail}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    with style(look):
+        figure = sized(draw([branch]), look)
+        for suffix in FORMATS:
+            save(figure, folder / f"branch{tail}.{suffix}", look)
+    (folder / f"branch{tail}.md").write_text(_caption(rig, branch), encoding="utf-8")
     return branch
+
+
+def _caption(rig: ForcedRig, branch: Branch) -> str:
+    settings = {"gap": (1e3, "mm"), "amplitude": (1e3, "mm"), "frequency": (1.0, "Hz")}
+    low, high = float(branch.parameter.min()), float(branch.parameter.max())
+    words = {
+        name: f"{scale * low:.4g} to {scale * high:.4g} {unit}" if name == branch.name else f"{scale * float(rig.value(name)):.4g} {unit}"
+        for name, (scale, unit) in settings.items()
+    }
+    varied = {} if branch.name in settings else {branch.name: f"{low:.4g} to {high:.4g} {rig.unit(branch.name)}"}
+    rows = {"model": rig_words(model_document(rig.model)), "gap": words["gap"], "A0": words["amplitude"]}
+    rows |= {"drive": f"y = A0 sin(Omega t), Omega {words['frequency']}"} | varied | {"made with": f"vibrojax {__version__}"}
+    cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
+    shown = (
+        "Largest displacement u of the hammer relative to the cart, and largest impact force F_i or impact speed, of the periodic "
+        f"orbits of {cycles} of excitation on one branch. Solid: stable; broken: unstable."
+    )
+    return written("branch of periodic motion", shown, finding(branch), rows)

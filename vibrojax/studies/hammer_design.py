@@ -8,7 +8,7 @@ import xarray as xr
 from vibrojax.batch import Points, Span, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
+from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled, outcome
 from vibrojax.studies.classify import MEANING, classify
 from vibrojax.suspension import Linear
 
@@ -40,7 +40,7 @@ def hammer_design(
         InputError: a ratio is not above 0, or the suspension is not linear.
 
     Returns:
-        `impact_force` (N), `impacts`, `period`, `kind` on the axes (`frequency_hz`, `mass_ratio`).
+        `impact_force` (N), `force_over_weight` (1), `impacts`, `period`, `kind` on the axes (`frequency_hz`, `mass_ratio`).
     """
     mass_ratio, frequency_hz = np.atleast_1d(np.asarray(mass_ratio, float)), np.atleast_1d(np.asarray(frequency_hz, float))
     if not np.all(mass_ratio > 0):
@@ -55,6 +55,7 @@ def hammer_design(
     settings = changed | {"frequency_hz": frequency_hz[:, None], "gap": gap, "base_amplitude": base_amplitude}
     points = Points(coords={"frequency_hz": frequency_hz, "mass_ratio": mass_ratio}, values=settings)
     found = integrate(model, points, span=span, **options)
+    force = found.peak_force.max(axis=-1)
     kind, dims = classify(found, base_amplitude, settings["frequency_hz"]), ("frequency_hz", "mass_ratio")
     return labelled(
         "hammer design",
@@ -65,7 +66,8 @@ def hammer_design(
             "mass_ratio": Labelled(("mass_ratio",), mass_ratio, "1", "mass of the hammer over that of the model"),
         },
         variables={
-            "impact_force": Labelled(dims, found.peak_force.max(axis=-1), "N", "largest impact force"),
+            "impact_force": Labelled(dims, force, "N", "largest impact force"),
+            "force_over_weight": Labelled(dims, force / (GRAVITY * changed["m"]), "1", "largest impact force over the hammer's weight"),
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
             "kind": Labelled(dims, kind.kind, "1", MEANING),

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.drawing import save, style
 from vibrojax.studies.figures import basins, basins_along, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
 from vibrojax.studies.figures.uncertain import UNCERTAIN
 
@@ -21,4 +20,4 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
 }
 """By the name of the command."""
 
-__all__ = ["FIGURES", "UNCERTAIN", "save", "style"]
+__all__ = ["FIGURES", "UNCERTAIN"]

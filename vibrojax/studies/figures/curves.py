@@ -1,4 +1,4 @@
-"""Colours of a figure's curves, however many there are, and what says which is which."""
+"""How a figure's curves differ, in colour and without it, however many there are, and what says which is which."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -12,15 +12,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from vibrojax.drawing import COLOURS
+from vibrojax.studies.classify import APERIODIC, FAILED
 from vibrojax.studies.figures.base import label
+from vibrojax.symbols import short
 
 _DARK = LinearSegmentedColormap.from_list("dark cividis", matplotlib.colormaps["cividis"](np.linspace(0.0, 0.85, 64)))
 """Even in lightness, so that the colour-blind can read it too; its pale end is left out, which is lost on white."""
+_DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1)), (0, (4, 1, 1, 1, 1, 1)), (0, (8, 2)))
+_MARKS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Curves:
-    """One curve for each value of a quantity: few have a colour of their own and a legend, many a colour map and its bar.
+    """One curve for each value of a quantity: few have colour, dashes and marks of their own and a legend, many a colour map and its bar.
 
     Attributes:
         values: one a curve, in the unit of `text`.
@@ -43,27 +47,67 @@ class Curves:
         return list(COLOURS[: len(self.values)]) if self.few else [_DARK(self._norm()(value)) for value in self.values]
 
     @property
+    def dashes(self) -> list[Any]:
+        """Of the curves in their order; many are told apart by lightness alone."""
+        return list(_DASHES[: len(self.values)]) if self.few else ["-"] * len(self.values)
+
+    @property
+    def marks(self) -> list[str]:
+        """Of points that no line joins."""
+        return list(_MARKS[: len(self.values)]) if self.few else ["o"] * len(self.values)
+
+    @property
     def names(self) -> list[str]:
         """For the legend; empty where a bar takes its place."""
         return [self.name.format(value) if self.few else "" for value in self.values]
 
+    def draw(self, axes: Axes, number: int, x: np.ndarray, y: np.ndarray, joined: np.ndarray) -> None:
+        """Draw one curve: a line where neighbours have the same motion, a mark for each point that stands alone.
+
+        Arguments:
+            axes: the panel.
+            number: of the curve.
+            x: along the panel.
+            y: values, NaN where there is none.
+            joined: whether each point is joined to the next, one fewer than points.
+        """
+        colour, name = self.colours[number], self.names[number]
+        breaks = 1 + np.flatnonzero(~joined)
+        alone = np.isfinite(y) & ~np.append(joined, False) & ~np.append(False, joined)
+        if joined.any():
+            line = np.insert(np.where(alone, np.nan, y), breaks, np.nan)
+            axes.plot(np.insert(x, breaks, np.nan), line, color=colour, ls=self.dashes[number], label=name or None)
+        if alone.any():
+            named = None if joined.any() else name or None
+            axes.plot(x[alone], y[alone], self.marks[number], color=colour, ms=1.8, mew=0, label=named)
+
     def explain(self, first: Axes, panels: Sequence[Axes]) -> None:
-        """Legend in the first panel, or a bar beside all of them."""
-        if self.few:
-            first.legend()
-        else:
+        """Legend above the first panel, or a bar beside all of them."""
+        if not self.few:
             bar = ScalarMappable(self._norm(), _DARK)
             first.figure.colorbar(bar, ax=list(panels), label=f"{self.text}, {len(self.values)} curves")
+        elif first.get_legend_handles_labels()[0]:
+            first.legend(handlelength=2.6)
 
     def _norm(self) -> Normalize:
         return Normalize(min(self.values), max(self.values))
 
 
-def gap_curves(data: xr.Dataset) -> Curves:
-    """A curve for each gap of a study."""
-    return Curves(values=tuple((1e3 * data["gap"].values).tolist()), text="gap (mm)", name="gap {:g} mm")
+def curves_along(data: xr.Dataset, name: str) -> Curves:
+    """A curve for each value of an axis of a study."""
+    scale, unit = (1e3, "mm") if name == "gap" else (1.0, data[name].attrs["units"])
+    words = {"gap": "gap", "frequency_hz": r"$\Omega$ ="}.get(name, f"{short(name)} =")
+    tail = "" if unit == "1" else f" {unit}"
+    return Curves(
+        values=tuple((scale * data[name].values).tolist()), text=label(data, name, unit), name=f"{words.replace('{', '{{')} {{:g}}{tail}"
+    )
 
 
-def frequency_curves(data: xr.Dataset) -> Curves:
-    """A curve for each excitation frequency of a study."""
-    return Curves(values=tuple(data["frequency_hz"].values.tolist()), text=label(data, "frequency_hz"), name="{:g} Hz")
+def same_motion(part: xr.Dataset) -> np.ndarray:
+    """Whether neighbours along the only axis of a study settle on the same z = p/q, so that a line may join them; never in chaos."""
+    kind = part["kind"].values
+    steady = (kind != APERIODIC) & (kind != FAILED)
+    alike = np.ones(kind.size - 1, dtype=bool)
+    for name in ("kind", "impacts", "period"):
+        alike &= part[name].values[1:] == part[name].values[:-1]
+    return alike & steady[1:] & steady[:-1]

@@ -1,35 +1,51 @@
-"""Force against frequency, a line a gap, however many there are."""
+"""Force against frequency, a line a gap or a line a value of another axis, however many there are."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import new_figure
-from vibrojax.studies.figures.base import label
-from vibrojax.studies.figures.curves import gap_curves
+from vibrojax.studies.classify import FAILED
+from vibrojax.studies.figures.base import add_ratio_axis, label
+from vibrojax.studies.figures.curves import curves_along, same_motion
+from vibrojax.symbols import FORCE, FORCE_OVER_WEIGHT, short
 
 
 def draw(data: xr.Dataset) -> Figure:
-    """Largest impact force, and on the right its ratio to the hammer's weight; a panel for each value of a further axis."""
-    further = [dim for dim in data["impact_force"].dims if dim not in ("gap", "frequency_hz")]
+    """Largest impact force, and on the right its ratio to the hammer's weight; a panel for each value of a further axis.
+
+    A line joins neighbours of one motion z = p/q; points of chaos stand alone.
+    """
+    along = curve_axis(data)
+    further = [dim for dim in data["impact_force"].dims if dim not in (along, "frequency_hz")]
     panels = data.stack(panel=further) if further else data.expand_dims("panel")
     count = panels.sizes["panel"]
-    figure = new_figure(2.6 * count + 0.4, layout="constrained")
+    figure = new_figure(2.6 * count + 0.6, layout="constrained")
     rows = np.atleast_1d(figure.subplots(count, 1, sharex=True))
-    curves = gap_curves(data)
+    curves, x = curves_along(data, along), data["frequency_hz"].values
     for number, axes in enumerate(rows):
         part = panels.isel(panel=number)
-        for gap, colour, name in zip(data["gap"].values, curves.colours, curves.names, strict=True):
-            line = part.sel(gap=gap).transpose("frequency_hz", ...)
-            axes.plot(data["frequency_hz"], line["impact_force"], color=colour, label=name)
-        axes.set_ylabel("largest impact force (N)")
+        for curve, value in enumerate(data[along].values):
+            line = part.sel({along: value}).transpose("frequency_hz", ...)
+            force = np.where(line["kind"].values == FAILED, np.nan, line["impact_force"].values)
+            curves.draw(axes, curve, x, force, same_motion(line))
+        axes.set_ylabel(FORCE)
         force, ratio = part["impact_force"].values, part["force_over_weight"].values
-        if np.any(force > 0):
+        if np.any(force > 0) and "m" not in data.dims:
             weight = float(np.median(force[force > 0] / ratio[force > 0]))
             right = axes.secondary_yaxis("right", functions=(lambda f, w=weight: f / w, lambda r, w=weight: r * w))
-            right.set_ylabel("F / (m g)")
-        if further:
-            axes.set_title(", ".join(f"{dim} = {float(part[dim]):g} {data[dim].attrs['units']}" for dim in further), loc="left", fontsize=9)
+            right.set_ylabel(FORCE_OVER_WEIGHT)
+        if further and count > 1:
+            names = [f"{short(str(dim))} = {float(part[dim]):g} {data[dim].attrs['units']}".removesuffix(" 1") for dim in further]
+            axes.set_title(", ".join(names), loc="left")
     curves.explain(rows[0], list(rows))
+    if "f_n" not in data.dims:
+        add_ratio_axis(rows[0], data, "frequency_hz")
     rows[-1].set_xlabel(label(data, "frequency_hz"))
     return figure
+
+
+def curve_axis(data: xr.Dataset) -> str:
+    """The axis with a curve for each of its values: the gap, or where there is but one gap, the only other axis."""
+    others = [str(dim) for dim in data["impact_force"].dims if dim not in ("gap", "frequency_hz", "quantile")]
+    return others[0] if len(others) == 1 and data.sizes["gap"] == 1 else "gap"

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.studies.figures.base import setting
+from vibrojax.symbols import AT_STROBES
 
 _NARROWEST = 0.02
 """Of the phase plane; a section no wider than rounding is a point, not a cloud."""
@@ -17,18 +18,21 @@ def draw(data: xr.Dataset) -> Figure:
     plan = figure.subplot_mosaic([["section", "plane"], ["u", "u"], ["force", "force"], ["acceleration", "acceleration"]])
     gap = 1e3 * setting(data, "gap")
     section, plane = plan["section"], plan["plane"]
-    section.plot(1e3 * data["displacement"], data["velocity"], ".", color=COLOURS[0], ms=2, mew=0)
-    section.set(xlabel="displacement at the strobes (mm)", ylabel="velocity (m/s)")
+    section.plot(1e3 * data["displacement"], data["velocity"], ".", color=COLOURS[0], ms=3, mew=0)
+    section.set(xlabel=AT_STROBES, ylabel=r"$\dot{u}$ (m/s)")
     section.set_xlim(_no_narrower(section.get_xlim(), _NARROWEST * 1e3 * np.ptp(data["u"].values)))
     section.set_ylim(_no_narrower(section.get_ylim(), _NARROWEST * np.ptp(data["v"].values)))
     section.locator_params(axis="x", nbins=4)
     plane.plot(1e3 * data["u"], data["v"], color=COLOURS[0], lw=0.8)
     plane.axvline(gap, color=COLOURS[1], lw=0.8, ls="--")
-    plane.set(xlabel="relative displacement (mm)", ylabel="relative velocity (m/s)")
-    rows = (("u", "u", 1e3, "rel. displacement (mm)"), ("force", "impact_force", 1.0, "impact force (N)"))
-    for place, name, scale, text in (*rows, ("acceleration", "hammer_acceleration", 1.0, "acceleration (m/s²)")):
+    plane.set(xlabel="$u$ (mm)", ylabel=r"$\dot{u}$ (m/s)")
+    rows = (("u", "u", 1e3, "$u$ (mm)"), ("force", "impact_force", 1.0, "$F_i$ (N)"))
+    for place, name, scale, text in (*rows, ("acceleration", "hammer_acceleration", 1.0, r"$\ddot{x}$ (m/s²)")):
         plan[place].plot(data["time"], scale * data[name], color=COLOURS[0], lw=0.8)
         plan[place].set_ylabel(text)
+    for place in ("u", "force"):
+        plan[place].sharex(plan["acceleration"])
+        plan[place].tick_params(labelbottom=False)
     plan["u"].axhline(gap, color=COLOURS[1], lw=0.8, ls="--", label="stop")
     plan["u"].legend(loc="upper right")
     plan["acceleration"].set_xlabel("time since a strobe (s)")

@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 
 from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.studies.figures.base import label, setting
-from vibrojax.studies.figures.curves import frequency_curves, gap_curves
+from vibrojax.studies.figures.curves import Curves, curves_along
+from vibrojax.studies.figures.frequency_response import curve_axis
+from vibrojax.symbols import AT_STROBES, FORCE, FORCE_OF_CYCLE, FORCE_OVER_WEIGHT
 
 _BANDS = ((0, 4, 0.18), (1, 3, 0.35))
 """Lower and upper quantile, opacity."""
@@ -19,28 +21,25 @@ _LIKELY = 0.5
 
 def response(data: xr.Dataset) -> Figure:
     """Force against frequency, a colour a gap; below, the probability of z = 1/1."""
-    figure = new_figure(5.4)
+    figure = new_figure(5.4, layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    curves = gap_curves(data)
-    for gap, colour, name in zip(data["gap"].values, curves.colours, curves.names, strict=True):
-        part = data.sel(gap=gap)
-        _band(top, data["frequency_hz"], part["impact_force"], colour, name)
-        bottom.plot(data["frequency_hz"], part["probability_1_1"], color=colour)
-    _finish(top, bottom, data, "largest impact force (N)", "probability of z = 1/1", "frequency_hz")
+    along = curve_axis(data)
+    curves = curves_along(data, along)
+    for number, value in enumerate(data[along].values):
+        _curve(top, bottom, data.sel({along: value}).squeeze(), "frequency_hz", curves, number)
+    _finish(top, bottom, data, FORCE, "probability of z = 1/1", "frequency_hz")
     curves.explain(top, [top, bottom])
     return figure
 
 
 def design(data: xr.Dataset) -> Figure:
     """Force against the hammer's mass, a colour a frequency; below, the probability of z = 1/1."""
-    figure = new_figure(5.4)
+    figure = new_figure(5.4, layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    curves = frequency_curves(data)
-    for frequency, colour, name in zip(data["frequency_hz"].values, curves.colours, curves.names, strict=True):
-        part = data.sel(frequency_hz=frequency)
-        _band(top, data["mass_ratio"], part["impact_force"], colour, name)
-        bottom.plot(data["mass_ratio"], part["probability_1_1"], color=colour)
-    _finish(top, bottom, data, "largest impact force (N)", "probability of z = 1/1", "mass_ratio")
+    curves = curves_along(data, "frequency_hz")
+    for number, frequency in enumerate(data["frequency_hz"].values):
+        _curve(top, bottom, data.sel(frequency_hz=frequency), "mass_ratio", curves, number)
+    _finish(top, bottom, data, FORCE, "probability of z = 1/1", "mass_ratio")
     curves.explain(top, [top, bottom])
     return figure
 
@@ -48,7 +47,7 @@ def design(data: xr.Dataset) -> Figure:
 def lyapunov(data: xr.Dataset) -> Figure:
     """The exponent, and below the probability of chaos."""
     parameter = setting(data, "parameter")
-    figure = new_figure(4.8)
+    figure = new_figure(4.8, layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     _band(top, data[parameter], data["exponent"], COLOURS[1], "exponent per cycle")
     top.axhline(0.0, color="#606060", lw=0.8)
@@ -61,23 +60,23 @@ def lyapunov(data: xr.Dataset) -> Figure:
 def bifurcation(data: xr.Dataset) -> Figure:
     """Lowest and highest section point, largest force, and where the sweeps jump."""
     parameter = setting(data, "parameter")
-    figure = new_figure(6.6)
+    figure = new_figure(6.6, layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(2, 2, 1))
-    for direction, colour in (("up", COLOURS[0]), ("down", COLOURS[1])):
+    for direction, colour, dash in (("up", COLOURS[0], "-"), ("down", COLOURS[1], "--")):
         part = data.sel(direction=direction)
         for name, text in (("displacement_lowest", direction), ("displacement_highest", "")):
-            _band(top, data[parameter], 1e3 * part[name], colour, text)
-        _band(middle, data[parameter], part["impact_force"], colour, "")
-        bottom.plot(data[parameter], part["probability_jump"], color=colour)
-    middle.set_ylabel("largest force of a cycle (N)")
-    _finish(top, bottom, data, "section points, lowest\nand highest (mm)", "probability\nof a jump", parameter)
+            _band(top, data[parameter], 1e3 * part[name], colour, text, dash)
+        _band(middle, data[parameter], part["impact_force"], colour, "", dash)
+        bottom.plot(data[parameter], part["probability_jump"], color=colour, ls=dash)
+    middle.set_ylabel(FORCE_OF_CYCLE)
+    _finish(top, bottom, data, f"{AT_STROBES},\nlowest and highest", "probability\nof a jump", parameter)
     top.legend()
     return figure
 
 
 def peterka(data: xr.Dataset) -> Figure:
     """Probability of z = 1/1, and the median force where z = 1/1 is the likely motion."""
-    figure = new_figure(4.2, 9.6)
+    figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
     first = data["probability_1_1"].values
@@ -86,26 +85,26 @@ def peterka(data: xr.Dataset) -> Figure:
     force = np.where(first >= _LIKELY, data["force_over_weight"].sel(quantile=0.5).values, np.nan)
     if np.isfinite(force).any():
         shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
-        figure.colorbar(shown, ax=right, label="F / (m g) on z = 1/1, median")
+        figure.colorbar(shown, ax=right, label=f"{FORCE_OVER_WEIGHT} on z = 1/1, median")
     right.set(xlim=left.get_xlim(), ylim=left.get_ylim())
     for axes in (left, right):
         axes.set_xlabel(label(data, "ratio"))
         axes.grid(False)
     left.set_ylabel(label(data, "clearance"))
-    right.set_title(f"where its probability is at least {_LIKELY:g}", loc="left", fontsize=9)
-    left.set_title(f"{data.attrs['draws']} draws of the fit", loc="left", fontsize=9)
+    right.set_title(f"where its probability is at least {_LIKELY:g}", loc="left")
+    left.set_title(f"{data.attrs['draws']} draws of the fit", loc="left")
     return figure
 
 
 def basins(data: xr.Dataset) -> Figure:
     """Probability that the motion from an initial state keeps impacting."""
-    figure = new_figure(4.4)
+    figure = new_figure(4.4, layout="constrained")
     axes = figure.subplots()
     plane = 1e3 * data["u0"], data["v0"], data["probability_impacting"].transpose("v0", "u0")
     shown = axes.pcolormesh(*plane, cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
     figure.colorbar(shown, ax=axes, label="probability that the motion keeps impacting")
     low, middle, high = (100 * float(data["basin_measure"].isel(quantile=i)) for i in (0, 2, 4))
-    axes.set_title(f"share that keeps impacting: {middle:.1f} % ({low:.1f} to {high:.1f} %)", loc="left", fontsize=9)
+    axes.set_title(f"share that keeps impacting: {middle:.1f} % ({low:.1f} to {high:.1f} %)", loc="left")
     axes.set(xlabel="initial displacement relative to the cart (mm)", ylabel="initial velocity (m/s)")
     axes.grid(False)
     return figure
@@ -113,11 +112,11 @@ def basins(data: xr.Dataset) -> Figure:
 
 def section(data: xr.Dataset) -> Figure:
     """Histories of a few cycles."""
-    figure = new_figure(5.4)
+    figure = new_figure(5.4, layout="constrained")
     rows = (
-        ("u", 1e3, "rel. displacement (mm)"),
-        ("impact_force", 1.0, "impact force (N)"),
-        ("hammer_acceleration", 1.0, "acceleration (m/s²)"),
+        ("u", 1e3, "$u$ (mm)"),
+        ("impact_force", 1.0, "$F_i$ (N)"),
+        ("hammer_acceleration", 1.0, r"$\ddot{x}$ (m/s²)"),
     )
     panels = figure.subplots(3, 1, sharex=True)
     for axes, (name, scale, text) in zip(panels, rows, strict=True):
@@ -141,15 +140,22 @@ UNCERTAIN: dict[str, Callable[[xr.Dataset], Figure]] = {
 """By the name of the command."""
 
 
-def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: Any, name: str) -> None:
+def _curve(top: Axes, bottom: Axes, part: xr.Dataset, along: str, curves: Curves, number: int) -> None:
+    """Force of one curve above, its probability of z = 1/1 below."""
+    colour, dash = curves.colours[number], curves.dashes[number]
+    _band(top, part[along], part["impact_force"], colour, curves.names[number], dash)
+    bottom.plot(part[along], part["probability_1_1"], color=colour, ls=dash)
+
+
+def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: Any, name: str, dash: Any = "-") -> None:
     """Median and bands of one line."""
     values = part.transpose("quantile", ...).values
     for low, high, opacity in _BANDS:
         axes.fill_between(x.values, values[low], values[high], color=colour, alpha=opacity, lw=0)
-    axes.plot(x.values, values[2], color=colour, label=name or None)
+    axes.plot(x.values, values[2], color=colour, ls=dash, label=name or None)
 
 
 def _finish(top: Axes, bottom: Axes, data: xr.Dataset, above: str, below: str, along: str) -> None:
     top.set_ylabel(above)
-    top.set_title(f"median, middle 50 % and 95 % of {data.attrs['draws']} draws of the fit", loc="left", fontsize=9)
+    top.set_title(f"median, middle 50 % and 95 % of {data.attrs['draws']} draws of the fit", loc="left")
     bottom.set(xlabel=label(data, along), ylabel=below, ylim=(-0.03, 1.03))

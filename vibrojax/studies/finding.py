@@ -1,0 +1,200 @@
+"""What a study found, in one sentence for the terminal and the caption."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrojax.batch.closure import repeats
+from vibrojax.studies.base import CHAOS
+from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, PERIODIC
+from vibrojax.studies.figures.base import setting
+
+_RUNS, _JUMPS = 3, 4
+"""Most bands and jumps that a sentence names."""
+_SAME = 1e-5
+"""Of A0: as in `classify`."""
+
+
+def finding(name: str, data: xr.Dataset) -> str:
+    """The sentence of a study, or of its quantiles over draws.
+
+    Arguments:
+        name: of the command.
+        data: its data set.
+    """
+    return (_OF_DRAWS if "quantile" in data.dims else _OF_STUDY)[name](data)
+
+
+def bands(x: np.ndarray, kind: np.ndarray, impacts: np.ndarray, period: np.ndarray, unit: str) -> str:
+    """The longest bands of one motion along an axis, in the order in which they lie.
+
+    Example:
+        >>> bands(np.arange(5.0), np.array([0, 1, 1, 1, 0]), np.array([0, 1, 1, 1, 0]), np.array([0, 2, 2, 2, 0]), "Hz")
+        'z = 1/2 from 1 to 3 Hz'
+    """
+    codes = [_motion(*one) for one in zip(kind.tolist(), impacts.tolist(), period.tolist(), strict=True)]
+    starts = [0, *(i for i in range(1, len(codes)) if codes[i] != codes[i - 1]), len(codes)]
+    runs = [(a, b - 1) for a, b in zip(starts[:-1], starts[1:], strict=True) if kind[a] not in (NO_IMPACT, FAILED)]
+    if not runs:
+        return "no motion with impacts"
+    longest = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:_RUNS])
+    return ", ".join(
+        f"{codes[a]} from {x[a]:.4g} to {x[b]:.4g} {unit}".rstrip() if b > a else f"{codes[a]} at {x[a]:.4g} {unit}".rstrip()
+        for a, b in longest
+    )
+
+
+def _motion(kind: int, impacts: int, period: int) -> str:
+    return f"z = {impacts}/{period}" if kind == PERIODIC else {APERIODIC: f"no period up to {LONGEST} cycles"}.get(kind, "")
+
+
+def _response(data: xr.Dataset) -> str:
+    return _curves(data, "frequency_hz", "Hz")
+
+
+def _design(data: xr.Dataset) -> str:
+    return _curves(data, "mass_ratio", "of the model's mass")
+
+
+def _curves(data: xr.Dataset, along: str, unit: str) -> str:
+    """Bands, and where the force is largest, for every curve."""
+    others = [dim for dim in data["impact_force"].dims if dim != along]
+    found = []
+    for _, part in _each(data, others):
+        x, force = part[along].values, np.where(part["kind"].values == FAILED, np.nan, part["impact_force"].values)
+        words = bands(x, part["kind"].values, part["impacts"].values, part["period"].values, unit)
+        if np.nanmax(force, initial=0.0) > 0:
+            top = int(np.nanargmax(force))
+            words += f", largest F_i {force[top]:.3g} N at {x[top]:.4g} {unit}"
+        found.append(f"{_where(part, others)}: {words}")
+    return "; ".join(found)
+
+
+def _bifurcation(data: xr.Dataset) -> str:
+    parameter = setting(data, "parameter")
+    scale, unit = _unit(data, parameter)
+    found = []
+    for direction in ("up", "down"):
+        part = data.sel(direction=direction)
+        x, period = scale * part[parameter].values, part["period"].values
+        cycles = np.arange(part.sizes["cycle"])[::-1]
+        impacts = np.where(cycles < period[:, None], part["impacts"].values, 0).sum(axis=1)
+        places = [f"{place:.4g}" for place in x[part["jump"].values == 1]][:: 1 if direction == "up" else -1]
+        more = f" and {len(places) - _JUMPS} more" if len(places) > _JUMPS else ""
+        jumps = f", jump at {', '.join(places[:_JUMPS])} {unit}{more}" if places else ", no jump"
+        found.append(f"{direction}wards: {bands(x, part['kind'].values, impacts, period, unit)}{jumps}")
+    return "; ".join(found)
+
+
+def _peterka(data: xr.Dataset) -> str:
+    from vibrojax.studies.figures.peterka import regions_of
+
+    shares = [(float(region.cells.mean()), region.name) for region in regions_of(data)]
+    return "of the map: " + ", ".join(f"{name} {100 * share:.1f} %" for share, name in sorted(shares, reverse=True))
+
+
+def _section(data: xr.Dataset) -> str:
+    amplitude, frequency = setting(data, "base_amplitude"), setting(data, "frequency_hz")
+    u, v = (data[name].values[:, None] for name in ("displacement", "velocity"))
+    size = np.array([amplitude if amplitude > 0 else 1e-3])
+    period = int(repeats(u, v, size, size * 2.0 * np.pi * frequency, _SAME, LONGEST)[0]) if len(u) > LONGEST else 0
+    cycles = "cycle" if period == 1 else f"{period} cycles"
+    words = f"the motion repeats every {cycles}" if period else f"the motion does not repeat within {LONGEST} cycles"
+    return f"at {frequency:g} Hz {words}, largest F_i {float(data['impact_force'].max()):.3g} N"
+
+
+def _basins(data: xr.Dataset) -> str:
+    return str(data.attrs["finding"])
+
+
+def _lyapunov(data: xr.Dataset) -> str:
+    parameter = setting(data, "parameter")
+    scale, unit = _unit(data, parameter)
+    x, exponent = scale * data[parameter].values, np.nan_to_num(data["exponent"].values, nan=-np.inf)
+    top = int(np.argmax(exponent))
+    largest = f"largest exponent {exponent[top]:.3g} per cycle at {x[top]:.4g} {unit}"
+    chaotic = (exponent > CHAOS).astype(int)
+    share = f"chaos at {chaotic.sum()} of {chaotic.size} values" if chaotic.any() else "no chaos"
+    return f"{share}, {largest}"
+
+
+def _curves_of_draws(along: str, unit: str) -> Callable[[xr.Dataset], str]:
+    def found(data: xr.Dataset) -> str:
+        others = [dim for dim in data["impact_force"].dims if dim not in (along, "quantile")]
+        words = []
+        for _, part in _each(data, others):
+            force = part["impact_force"].transpose("quantile", along).values
+            top = int(np.nanargmax(np.nan_to_num(force[2], nan=-1.0)))
+            words.append(
+                f"{_where(part, others)}: largest median F_i {force[2, top]:.3g} N (95 %: {force[0, top]:.3g} to {force[4, top]:.3g} N) "
+                f"at {float(part[along][top]):.4g} {unit}"
+            )
+        return "; ".join(words)
+
+    return found
+
+
+def _most_likely(name: str, what: str) -> Callable[[xr.Dataset], str]:
+    def found(data: xr.Dataset) -> str:
+        share = data[name].fillna(0.0)
+        place = share.stack(all=share.dims).isel(all=int(np.argmax(share.values)))
+        along = [f"{_where(place, [dim])}" for dim in share.dims if dim != "direction"]
+        return f"{what} is likeliest, {100 * float(place):.0f} %, at {', '.join(along)}"
+
+    return found
+
+
+def _basins_of_draws(data: xr.Dataset) -> str:
+    low, middle, high = (100 * float(data["basin_measure"].isel(quantile=i)) for i in (0, 2, 4))
+    return f"{middle:.1f} % (95 %: {low:.1f} to {high:.1f} %) of the initial states keep impacting"
+
+
+def _section_of_draws(data: xr.Dataset) -> str:
+    force = data["impact_force"].transpose("quantile", "time").values
+    return f"largest median F_i {np.nanmax(force[2]):.3g} N, largest of the upper 97.5 % {np.nanmax(force[4]):.3g} N"
+
+
+def _each(data: xr.Dataset, dims: Sequence[Any]) -> list[tuple[Any, xr.Dataset]]:
+    """The study at every combination of values on some axes."""
+    if not dims:
+        return [(None, data)]
+    stacked = data.stack(one=list(dims))
+    return [(number, stacked.isel(one=number)) for number in range(stacked.sizes["one"])]
+
+
+def _where(part: Any, dims: Sequence[Any]) -> str:
+    """Values on some axes, with their units."""
+    found = []
+    for dim in dims:
+        scale, unit = _unit(part, str(dim))
+        found.append(f"{str(dim).removesuffix('_hz')} {scale * float(part[dim]):.4g} {unit}".rstrip())
+    return ", ".join(found)
+
+
+def _unit(data: Any, name: str) -> tuple[float, str]:
+    """Factor and unit for print: lengths of a gap in mm."""
+    unit = data[name].attrs.get("units", {"gap": "m", "frequency_hz": "Hz"}.get(name, "1"))
+    return (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
+
+
+_OF_STUDY: dict[str, Callable[[xr.Dataset], str]] = {
+    "response": _response,
+    "bifurcation": _bifurcation,
+    "peterka": _peterka,
+    "section": _section,
+    "basins": _basins,
+    "basins_along": _basins,
+    "lyapunov": _lyapunov,
+    "design": _design,
+}
+_OF_DRAWS: dict[str, Callable[[xr.Dataset], str]] = {
+    "response": _curves_of_draws("frequency_hz", "Hz"),
+    "bifurcation": _most_likely("probability_jump", "a jump"),
+    "peterka": _most_likely("probability_1_1", "z = 1/1"),
+    "section": _section_of_draws,
+    "basins": _basins_of_draws,
+    "lyapunov": _most_likely("probability_chaos", "chaos"),
+    "design": _curves_of_draws("mass_ratio", "of the model's mass"),
+}
