@@ -260,6 +260,14 @@ def test_stiffnesses_make_a_study_each_or_an_axis(monkeypatch, tmp_path):
     assert job.settings["also"] == {"f_n": [4.0, 5.0]}
 
 
+def test_amplitudes_may_vary_too(monkeypatch, tmp_path):
+    write_model(model(), tmp_path / "model.json")
+    rig = ("--model", str(tmp_path / "model.json"), "--vary", "amplitude=1e-3,2e-3", "--gap", "0")
+    _, jobs, stems = asked(monkeypatch, tmp_path, "response", *rig, "--sweep", "3:5:3")
+    assert [job.settings["base_amplitude"] for job in jobs] == [1e-3, 2e-3]
+    assert [stem for stem, _ in stems] == ["response_base_amplitude-0.001", "response_base_amplitude-0.002"]
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

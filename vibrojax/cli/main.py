@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import continuation, datasets, diagnose, fit, inspect, presets, report, simulate, study
+from vibrojax.cli import continuation, datasets, diagnose, fit, gallery, inspect, presets, report, simulate, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -28,6 +28,7 @@ app.command("inspect", epilog=inspect.INSPECT_EXAMPLE)(inspect.inspect)
 app.command("new", epilog=inspect.NEW_EXAMPLE)(inspect.new)
 app.command("datasets", epilog=datasets.EXAMPLE)(datasets.datasets)
 app.command("continue", epilog=continuation.EXAMPLE)(continuation.continue_)
+app.command("gallery", epilog=gallery.EXAMPLE)(gallery.gallery)
 app.add_typer(presets.app, name="presets")
 for name, (command, example) in study.COMMANDS.items():
     app.command(name, epilog=f"Example:  vibrojax {name} {example}")(command)

@@ -51,10 +51,12 @@ def peterka(shared: Shared, cycles: Cycles = 300) -> None:
 def section(
     shared: Shared,
     strobes: Annotated[int, typer.Option(min=1, metavar="N", help="Section points.")] = 1000,
+    start: Annotated[tuple[float, float], typer.Option(metavar="U V", help="State from which the motion starts, m and m/s.")] = (0.0, 0.0),
     cycles: Cycles = 300,
 ) -> None:
     """Poincaré section, phase plane and histories of one operating point."""
-    _run("section", shared, dict(strobes=strobes, transient=cycles), None)
+    u0, v0 = start
+    _run("section", shared, dict(strobes=strobes, transient=cycles) | (dict(u0=u0, v0=v0) if any(start) else {}), None)
 
 
 @with_shared
@@ -158,8 +160,10 @@ def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], set
     """The study for every combination of values of which it holds only one, with what that adds to the files' names."""
     from vibrojax.studies.job import Job
 
-    form, fixed, inside = FORMS[name], _fixed(name, shared, rig, settings.get("parameter", "")), {}
-    for option, text in named("--vary", shared.vary or []).items():
+    varied = named("--vary", shared.vary or [])
+    form, inside = FORMS[name], {}
+    fixed = _fixed(name, shared, rig, settings.get("parameter", ""), {canonical(option) for option in varied})
+    for option, text in varied.items():
         key, listed = canonical(option), values("--vary", text)
         _check_varied(option, rig, fixed if key not in form.lists else {}, shared)
         if form.varied_inside and key not in (AMPLITUDE, FREQUENCY, "gap"):
@@ -178,14 +182,17 @@ def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], set
     return found
 
 
-def _fixed(name: str, shared: Shared, rig: Rig, along: str) -> dict[str, list[float]]:
-    """Values of A0, gap and frequency, as far as the study needs them and does not sweep them."""
+def _fixed(name: str, shared: Shared, rig: Rig, along: str, varied: set[str]) -> dict[str, list[float]]:
+    """Values of A0, gap and frequency, as far as the study needs them and does not sweep them; none yet of those that `--vary` sets."""
     given = {"gap": shared.gap, FREQUENCY: shared.frequency}
     found: dict[str, list[float]] = {}
     if along != AMPLITUDE:
-        if shared.base_amplitude is None and rig.preset is None:
+        if AMPLITUDE in varied and shared.base_amplitude is None:
+            found[AMPLITUDE] = []
+        elif shared.base_amplitude is None and rig.preset is None:
             raise InputError("--base-amplitude is missing: expected the amplitude A0 of the cart, m; add it")
-        found[AMPLITUDE] = [rig.preset["base_amplitude"] if shared.base_amplitude is None else shared.base_amplitude]
+        else:
+            found[AMPLITUDE] = [rig.preset["base_amplitude"] if shared.base_amplitude is None else shared.base_amplitude]
     for key, text in given.items():
         if key not in FORMS[name].settings or key == along:
             if text is not None:
@@ -193,6 +200,8 @@ def _fixed(name: str, shared: Shared, rig: Rig, along: str) -> dict[str, list[fl
             continue
         if text is not None:
             found[key] = values(_OPTION[key], text)
+        elif key in varied:
+            found[key] = []
         elif key == "gap" and rig.preset is not None:
             found[key] = list(rig.preset.gaps)
         elif rig.preset is not None and "excitation_frequency" in rig.preset.numbers:
@@ -229,8 +238,8 @@ def _written(name: str, tail: str, job: Any, shared: Shared, folder: Path, begin
 
 
 def _words(tail: str) -> str:
-    """What tells a study from the others of one call, in words."""
-    return "".join(f", {part.replace('-', ' = ', 1)}" for part in tail.split("_")[1:]) if tail else ""
+    """What tells a study from the others of one call."""
+    return f", {tail[1:]}" if tail else ""
 
 
 def _made(job: Any, shared: Shared, begin: float, words: str) -> Any:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrojax.continuation.branch import Branch
+from vibrojax.continuation.branch import Branch, End
 from vibrojax.continuation.special import Kind, SpecialPoint
 from vibrojax.drawing import COLOURS, GREEN, ORANGE, PINK, new_figure
 from vibrojax.symbols import FORCE, SYMBOLS
@@ -48,12 +48,14 @@ def draw(branches: list[Branch], *, title: str = "") -> Figure:
 
 def _line(axes: Axes, branch: Branch, values: np.ndarray, colour: str) -> None:
     """Stretches of one stability, the step from one to the next drawn as unstable."""
-    stable = branch.stable
+    parameter, stable = branch.parameter, branch.stable
+    if End.CLOSED in branch.ends:  # back to the first point
+        parameter, values, stable = (np.append(part, part[0]) for part in (parameter, values, stable))
     changes = np.flatnonzero(stable[1:] != stable[:-1]) + 1
     for begin, end in zip([0, *changes], [*changes, len(stable)], strict=True):
         solid = bool(stable[begin])
         part = slice(begin, end) if solid else slice(max(begin - 1, 0), end + 1)
-        axes.plot(branch.parameter[part], values[part], color=colour, linestyle="-" if solid else "--", linewidth=1.6 if solid else 1.0)
+        axes.plot(parameter[part], values[part], color=colour, linestyle="-" if solid else "--", linewidth=1.6 if solid else 1.0)
 
 
 def _mark(axes: Axes, place: SpecialPoint, value: float) -> None:

@@ -55,10 +55,10 @@ def _response(data: xr.Dataset) -> str:
 
 
 def _design(data: xr.Dataset) -> str:
-    return _curves(data, "mass_ratio", "of the model's mass")
+    return _curves(data, "mass_ratio", "", "mass ratio ")
 
 
-def _curves(data: xr.Dataset, along: str, unit: str) -> str:
+def _curves(data: xr.Dataset, along: str, unit: str, name: str = "") -> str:
     """Bands, and where the force is largest, for every curve."""
     others = [dim for dim in data["impact_force"].dims if dim != along]
     found = []
@@ -67,7 +67,7 @@ def _curves(data: xr.Dataset, along: str, unit: str) -> str:
         words = bands(x, part["kind"].values, part["impacts"].values, part["period"].values, unit)
         if np.nanmax(force, initial=0.0) > 0:
             top = int(np.nanargmax(force))
-            words += f", largest F_i {force[top]:.3g} N at {x[top]:.4g} {unit}"
+            words += f", largest F_i {force[top]:.3g} N at {name}{x[top]:.4g} {unit}".rstrip()
         found.append(f"{_where(part, others)}: {words}")
     return "; ".join(found)
 
@@ -120,7 +120,7 @@ def _lyapunov(data: xr.Dataset) -> str:
     return f"{share}, {largest}"
 
 
-def _curves_of_draws(along: str, unit: str) -> Callable[[xr.Dataset], str]:
+def _curves_of_draws(along: str, unit: str, name: str = "") -> Callable[[xr.Dataset], str]:
     def found(data: xr.Dataset) -> str:
         others = [dim for dim in data["impact_force"].dims if dim not in (along, "quantile")]
         words = []
@@ -129,7 +129,7 @@ def _curves_of_draws(along: str, unit: str) -> Callable[[xr.Dataset], str]:
             top = int(np.nanargmax(np.nan_to_num(force[2], nan=-1.0)))
             words.append(
                 f"{_where(part, others)}: largest median F_i {force[2, top]:.3g} N (95 %: {force[0, top]:.3g} to {force[4, top]:.3g} N) "
-                f"at {float(part[along][top]):.4g} {unit}"
+                f"at {name}{float(part[along][top]):.4g} {unit}".rstrip()
             )
         return "; ".join(words)
 
@@ -196,5 +196,5 @@ _OF_DRAWS: dict[str, Callable[[xr.Dataset], str]] = {
     "section": _section_of_draws,
     "basins": _basins_of_draws,
     "lyapunov": _most_likely("probability_chaos", "chaos"),
-    "design": _curves_of_draws("mass_ratio", "of the model's mass"),
+    "design": _curves_of_draws("mass_ratio", "", "mass ratio "),
 }

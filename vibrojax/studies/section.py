@@ -28,6 +28,8 @@ def section(
     transient: int = 300,
     cycles: int = 4,
     samples: int = 500,
+    u0: float = 0.0,
+    v0: float = 0.0,
 ) -> xr.Dataset:
     """Section points of many cycles, and the histories of the few that follow them.
 
@@ -40,6 +42,8 @@ def section(
         transient: cycles before them.
         cycles: whose histories are kept.
         samples: of a history in one cycle.
+        u0: displacement relative to the cart from which the motion starts, m.
+        v0: velocity relative to the cart, m/s.
 
     Returns:
         `displacement` (m) and `velocity` (m/s) at the strobes on the axis `strobe`; `u`, `v`, `impact_force`, `hammer_acceleration`
@@ -48,7 +52,7 @@ def section(
     Raises:
         NoConvergenceError: the motion could not be integrated, such as chatter on a rigid stop.
     """
-    points = grid({"frequency_hz": [frequency_hz]}, gap=gap, base_amplitude=base_amplitude)
+    points = grid({"frequency_hz": [frequency_hz]}, gap=gap, base_amplitude=base_amplitude, u0=u0, v0=v0)
     found = integrate(model, points, span=Span(transient=transient, recorded=strobes, closed=None), chunk=1, threads=1)
     if found.failures:
         raise NoConvergenceError(f"the motion at {frequency_hz:g} Hz could not be integrated: {', '.join(found.failures)}")
@@ -75,5 +79,5 @@ def section(
             "impact_force": Labelled(("time",), readings["impact_force"], "N", "impact force"),
             "hammer_acceleration": Labelled(("time",), readings["hammer_acceleration"], "m/s^2", "absolute acceleration of the hammer"),
         },
-        settings={"frequency_hz": frequency_hz, "gap": gap, "base_amplitude": base_amplitude},
+        settings={"frequency_hz": frequency_hz, "gap": gap, "base_amplitude": base_amplitude, "u0": u0, "v0": v0},
     )

@@ -14,7 +14,7 @@ def label(data: xr.Dataset, name: str, scale: str = "") -> str:
     """Name of an axis: what it is, its symbol, and the unit in brackets."""
     part = data[name]
     unit = scale or part.attrs["units"]
-    return SYMBOLS.get(name, part.attrs["long_name"]) + ("" if unit == "1" else f" ({unit})")
+    return (SYMBOLS.get(name) or str(part.attrs["long_name"])) + ("" if unit == "1" else f" ({unit})")
 
 
 def setting(data: xr.Dataset, name: str) -> Any:

@@ -12,7 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from vibrojax.drawing import COLOURS
-from vibrojax.studies.classify import APERIODIC, FAILED
+from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT
 from vibrojax.studies.figures.base import label
 from vibrojax.symbols import short
 
@@ -107,7 +107,7 @@ def same_motion(part: xr.Dataset) -> np.ndarray:
     """Whether neighbours along the only axis of a study settle on the same z = p/q, so that a line may join them; never in chaos."""
     kind = part["kind"].values
     steady = (kind != APERIODIC) & (kind != FAILED)
-    alike = np.ones(kind.size - 1, dtype=bool)
-    for name in ("kind", "impacts", "period"):
-        alike &= part[name].values[1:] == part[name].values[:-1]
+    alike = kind[1:] == kind[:-1]
+    for name in ("impacts", "period"):
+        alike &= (part[name].values[1:] == part[name].values[:-1]) | (kind[1:] == NO_IMPACT)
     return alike & steady[1:] & steady[:-1]
