@@ -73,13 +73,13 @@ def check(
 ) -> None:
     """Print each fact that the thesis's front matter states against what the presets give.
 
-    A fact marked "used" helped to choose the preset's numbers and tests nothing. Exit status 0 whatever is found.
+    A fact marked "used" entered the search for the preset's numbers and tests nothing. Exit status 0 whatever is found.
     """
     with stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
         from vibrojax.presets import read_preset
-        from vibrojax.presets.facts import FACTS
+        from vibrojax.presets.facts import FACTS, Held
 
         facts = [fact for fact in FACTS if name is None or fact.preset == read_preset(name).name]
         answers = []
@@ -90,7 +90,9 @@ def check(
     for fact, answer in zip(facts, answers, strict=True):
         verdict = "yes" if answer.reproduced else "NO"
         table.add_row(fact.preset, fact.statement, fact.source, answer.found, verdict, "used" if fact.used else "")
+    motion = [answer.reproduced for fact, answer in zip(facts, answers, strict=True) if not isinstance(fact, Held)]
     tests = [answer.reproduced for fact, answer in zip(facts, answers, strict=True) if not fact.used]
     console = Console(highlight=False)
     console.print(table)
-    console.print(f"{sum(tests)} of {len(tests)} facts that were not used are reproduced")
+    console.print(f"{sum(motion)} of {len(motion)} facts about motion are reproduced", soft_wrap=True)
+    console.print(f"{sum(tests)} of {len(tests)} facts that were not used are reproduced", soft_wrap=True)

@@ -34,7 +34,8 @@ class AbstractFact(abc.ABC):
     Attributes:
         preset: name of the preset that is asked.
         rows: names of its rows in the preset's table of `data/thesis/`.
-        used: whether a number of the preset was chosen to reproduce it; then it is no test of the preset.
+        used: whether it entered the search for the preset's numbers; then it is no test of the preset. How well the other facts predict
+            it, `python -m benchmarks.preset_search` says.
         words: in place of the note of the first row.
     """
 
@@ -147,25 +148,25 @@ class Held(AbstractFact):
         return Answer(found=f"{number.value:g} {number.unit}", reproduced=bool(np.isclose(number.value, self.factor * self.values[0])))
 
 
-def _basins(preset: str, prefix: str, count: int, used: tuple[int, ...] = ()) -> list[AbstractFact]:
+def _basins(preset: str, prefix: str, count: int) -> list[AbstractFact]:
     names = [(f"{prefix}_{index}_frequency_ratio", f"{prefix}_{index}_gap_ratio") for index in range(1, count + 1)]
-    return [Coexistence(preset=preset, rows=rows, used=index in used) for index, rows in enumerate(names, 1)]
+    return [Coexistence(preset=preset, rows=rows, used=True) for rows in names]
 
 
 _COMPARED = ("0_0_at_2_7", "0_0_at_3_8", "1_0_at_1_5", "1_0_at_3_3", "1_0_at_4_7", "2_4_at_1_2", "2_4_at_1_4", "2_4_at_2_7")
 FACTS: tuple[AbstractFact, ...] = (
     Beat(preset="wires", rows=("no_impact_beat",)),
     Labels(preset="wires", rows=tuple(f"compared_gap_{name}" for name in _COMPARED), used=True, words="compared at"),
-    BandEnd(preset="wires", rows=("observed_gap_0_0_at_4_75",), gap=0.0, cycles=1),
+    BandEnd(preset="wires", rows=("observed_gap_0_0_at_4_75",), gap=0.0, cycles=1, used=True),
     LargestForce(preset="wires", rows=("observed_gap_0_0_at_7_25",), gap=0.0, cycles=2, used=True),
-    BandEnd(preset="wires", rows=("observed_gap_0_0_at_8_25",), gap=0.0, cycles=2),
-    BandEnd(preset="wires", rows=("observed_gap_0_0_at_8_5",), gap=0.0, cycles=2),
+    BandEnd(preset="wires", rows=("observed_gap_0_0_at_8_25",), gap=0.0, cycles=2, used=True),
+    BandEnd(preset="wires", rows=("observed_gap_0_0_at_8_5",), gap=0.0, cycles=2, used=True),
     LargestForce(preset="wires", rows=("observed_gap_1_0_at_3_0",), gap=1e-3, cycles=1, used=True),
-    LargestForce(preset="wires", rows=("observed_gap_1_0_at_6_25",), gap=1e-3, cycles=2),
-    BandEnd(preset="wires", rows=("observed_gap_1_0_at_7_0",), gap=1e-3, cycles=2),
-    *_basins("wires", "basin", 6, used=(4,)),
+    LargestForce(preset="wires", rows=("observed_gap_1_0_at_6_25",), gap=1e-3, cycles=2, used=True),
+    BandEnd(preset="wires", rows=("observed_gap_1_0_at_7_0",), gap=1e-3, cycles=2, used=True),
+    *_basins("wires", "basin", 6),
     LargestForce(preset="beam_170", rows=("observed_170_gap_0_at_9_0",), gap=0.0, cycles=1, used=True),
-    BandEnd(preset="beam_170", rows=("observed_170_gap_0_at_12_25",), gap=0.0, cycles=1),
+    BandEnd(preset="beam_170", rows=("observed_170_gap_0_at_12_25",), gap=0.0, cycles=1, used=True),
     *_basins("beam_170", "basin_170", 2),
     *_basins("beam_150", "basin_150", 2),
     *_basins("beam_135", "basin_135", 2),

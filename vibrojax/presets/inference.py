@@ -54,7 +54,8 @@ def gap_ratio(band_end: float, damping_ratio: float, restitution: float) -> floa
 
     def miss(gap: float) -> float:
         motion = SingleImpact(damping_ratio=damping_ratio, restitution=restitution, gap=gap, cycles=1)
-        return motion.band_end() - band_end
+        end = motion.band_end()
+        return (end if np.isfinite(end) else 1.0) - band_end  # far behind a stop there is no band
 
     return float(root_scalar(miss, bracket=(0.2, 40.0), method="bisect", xtol=1e-3).root)
 
