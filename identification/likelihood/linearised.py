@@ -27,6 +27,8 @@ _SINGULAR = 1e-12
 """Determinant of a state derivative, scaled to largest element 1, below which it is singular; cut-off of its singular values."""
 _FORGOTTEN = 1e-6
 """The same below which the initial state counts as forgotten: the derivatives have an error of about this size."""
+_STICKS = 0.05
+"""Share of the velocity that is forgotten from sample to sample above which the hammer sticks."""
 _LARGEST = 1e100
 """Largest residual or derivative, over the noise, of a window that counts as integrated."""
 
@@ -100,18 +102,21 @@ class Linearised:
 
     @functools.cached_property
     def forgetful(self) -> tuple[Int[np.ndarray, " forgetful"], Float[np.ndarray, "forgetful steps states states"]]:
-        """Windows whose fundamental matrix becomes singular, and their derivative of the state after each step by that before it.
+        """Windows in which the hammer sticks until its initial state is forgotten, and the derivative of the state over each step.
 
-        Where the hammer sticks, its velocity is forgotten. What acts on it later does not follow from the derivative by the initial state:
-        there the derivative over one step is that of the flow, exp(A dt), with A the mean of both ends.
+        The derivative by the initial state is singular then, and what acts later does not follow from it. From there the derivative over
+        a step is that of the flow, exp(A dt), with A the mean of both ends.
         """
-        scaled, _ = _scaled(self.fundamental, self.finite)
-        known = np.logical_and.accumulate(np.abs(_determinants(scaled)) > _FORGOTTEN, axis=1)
-        windows = np.flatnonzero(self.finite & ~np.all(known | ~self.inside, axis=1))
-        known, whole = known[windows], self.fundamental[windows]
+        steps = np.diff(self.ts, axis=1, append=self.ts[:, -1:] + 1.0)
+        sticks = ~self.in_contact & (-self.flow[..., 1, 1] * steps > _STICKS)
+        windows = np.flatnonzero(self.finite & np.any(sticks & self.inside, axis=1))
+        scaled, _ = _scaled(self.fundamental[windows], self.finite[windows])
+        lost = (np.abs(_determinants(scaled)) < _FORGOTTEN) & np.logical_or.accumulate(sticks[windows], axis=1)
+        known, some = ~np.logical_or.accumulate(lost, axis=1), np.any(lost & self.inside[windows], axis=1)
+        windows, known = windows[some], known[some]
+        whole, flow = self.fundamental[windows], self.flow[windows]
         inverse = np.linalg.inv(np.where(known[..., None, None], whole, np.eye(whole.shape[-1])))
-        steps, flow = np.diff(self.ts[windows], axis=1)[..., None, None], self.flow[windows]
-        by_flow = expm(0.5 * steps * (flow[:, :-1] + flow[:, 1:]))
+        by_flow = expm(0.5 * steps[windows, :-1, None, None] * (flow[:, :-1] + flow[:, 1:]))
         both = (known[:, :-1] & known[:, 1:])[..., None, None]
         return windows, np.where(both, whole[:, 1:] @ inverse[:, :-1], by_flow)
 
