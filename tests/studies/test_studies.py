@@ -24,7 +24,7 @@ LIGHT = 9.81 * 0.5
 def check_drawn(name: str, data: xr.Dataset, folder) -> None:
     """Files are written, the data set comes back with its units, and the provenance can be read."""
     files = write_study(name, data, folder)
-    assert [file.suffix for file in files[:2]] == [".nc", ".png"] and files[1].stat().st_size > 5000
+    assert [file.suffix for file in files[:5]] == [".nc", ".png", ".pdf", ".svg", ".md"] and files[1].stat().st_size > 5000
     with xr.open_dataset(files[0], engine="scipy") as back:
         for variable in data.data_vars:
             assert back[variable].attrs["units"] == data[variable].attrs["units"]

@@ -99,7 +99,8 @@ def page(title: str, found: Sequence[Made], *, thesis: str = "") -> str:
 
 def _heading(plate: Plate) -> str:
     """Title of a plate: its study, and what tells it from the others of that study."""
-    return ": ".join([_TITLES[plate.study], *filter(None, [plate.stem.partition("_")[2].replace("_", ", ").replace("-", " ").replace("mm", " mm")])])
+    rest = plate.stem.partition("_")[2].replace("_", ", ").replace("-", " ").replace("mm", " mm")
+    return f"{_TITLES[plate.study]}: {rest}" if rest else _TITLES[plate.study]
 
 
 def _one(model: Model, plate: Plate, folder: Path, look: FigureStyle) -> str:
