@@ -37,7 +37,7 @@ def small(source: Path, target: Path) -> None:
         is_map = image.width > 1200
         width = _WIDE if is_map else _WIDTH
         picture = image.convert("RGB").resize((width, round(image.height * width / image.width)), Image.Resampling.LANCZOS)
-    picture.quantize(128 if is_map else 24, dither=Image.Dither.NONE).save(target, optimize=True)
+    picture.quantize(128 if is_map else 64, dither=Image.Dither.NONE).save(target, optimize=True)
 
 
 def section(name: str, folder: Path) -> str:
