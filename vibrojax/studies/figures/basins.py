@@ -83,7 +83,7 @@ def _title(data: xr.Dataset) -> str:
     if not math.isfinite(numbers["boundary_dimension"]):
         return ""
     entropy, border, dimension, error = numbers.values()
-    return f"basin entropy {entropy:.2f}, of the boundary {border:.2f}; dimension of the boundary {dimension:.2f} ± {error:.2f}"
+    return f"basin entropy {entropy:.2f}, of the boundary {border:.2f}\ndimension of the boundary {dimension:.2f} ± {error:.2f}"
 
 
 _NUMBERS = ("basin_entropy", "boundary_basin_entropy", "boundary_dimension", "uncertainty_exponent_stderr")
