@@ -30,7 +30,7 @@ from identification.result.netcdf_result import StoredFit, fit_dataset
 from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.prepare import check_precision
 from identification.windows.simulate import simulate_record
-from vibrojax.aside import filled
+from vibrojax.aside import filled, of_earlier_set
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 
@@ -63,7 +63,7 @@ class _Shown(abc.ABC):
         if style not in STYLES:
             raise InputError(f"style is {style!r}: expected one of {', '.join(STYLES)}")
         path = Path(folder)
-        with filled(path) as aside:
+        with filled(path, outdated=of_earlier_set) as aside:
             self._write(aside, STYLES[style])
         return path / "report.html"
 

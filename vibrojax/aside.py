@@ -8,6 +8,8 @@ import ctypes
 import dataclasses
 import errno
 import fcntl
+import hashlib
+import json
 import os
 import secrets
 import shutil
@@ -15,6 +17,8 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
+STATING = ("fit.json", "diagnosis.json")
+"""Files that state, under "files", the SHA-256 of each other file of their set."""
 _UNFINISHED, _REPLACED = "unfinished", "replaced"
 _HERE, _EXCHANGE = -100, 2
 """Arguments of Linux's `renameat2`: paths as they are, and exchange."""
@@ -60,17 +64,22 @@ def made_aside(target: Path, parent: Path | None = None) -> Iterator[Aside]:
 
 @contextmanager
 def filled(
-    out: Path, *, commit: Callable[[], AbstractContextManager[None]] = nullcontext, made: Callable[[Path], None] = lambda path: None
+    out: Path,
+    *,
+    commit: Callable[[], AbstractContextManager[None]] = nullcontext,
+    made: Callable[[Path], None] = lambda path: None,
+    outdated: Callable[[Path], set[Path]] = lambda out: set(),
 ) -> Iterator[Path]:
     """Lend an empty folder; when the block ends without an error, `out` holds what is in it, all at once.
 
-    Other files of `out` stay. A folder that holds other folders, is a mount point, or is the current one or around it, is not replaced as a
-    whole: there the files are moved one by one, and back again if that fails.
+    Other files of `out` stay, but for the outdated ones. A folder that holds other folders, is a mount point, or is the current one or
+    around it, is not replaced as a whole: there the files are moved one by one, and back again if that fails.
 
     Args:
         out: folder that shall hold the results; it and its parents are created on success.
         commit: makes the block in which the results are moved.
         made: called with the lent folder.
+        outdated: files of `out`, relative to it, that go even if no new one takes their place; asked when all new ones are there.
 
     Yields:
         The folder to write into, on the same file system as `out`.
@@ -85,12 +94,28 @@ def filled(
         made(aside.path)
         yield aside.path
         _refuse_other_kinds(aside.path, out)
+        gone = {file for file in outdated(out) if not os.path.lexists(aside.path / file)} if out.is_dir() else set()
         with commit():
             out.parent.mkdir(parents=True, exist_ok=True)
             if not out.exists():
                 os.rename(aside.path, out)
-            elif inside or _other_folders(aside.path, out) or not _exchanged(aside.path, out):
-                _move(aside.path, out)
+            elif inside or _other_folders(aside.path, out) or not _exchanged(aside.path, out, gone):
+                _move(aside.path, out, gone)
+
+
+def of_earlier_set(out: Path) -> set[Path]:
+    """Files of a fit or diagnosis in a folder, relative to it; one that has been changed since is not of the set any more."""
+    found = set()
+    for name in STATING:
+        try:
+            files = json.loads((out / name).read_text(encoding="utf-8"))["files"]
+            listed = {Path(file): digest for file, digest in files.items() if file == Path(file).name}
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):  # none there, or not one of ours
+            continue
+        plain = {file: digest for file, digest in listed.items() if (out / file).is_file() and not (out / file).is_symlink()}
+        found |= {file for file, digest in plain.items() if hashlib.sha256((out / file).read_bytes()).hexdigest() == digest}
+        found.add(Path(name))
+    return found
 
 
 def remove(path: Path) -> None:
@@ -153,11 +178,11 @@ def _other_folders(source: Path, target: Path) -> bool:
     return any(not (source / folder).is_dir() or (target / folder).is_symlink() for folder in folders)
 
 
-def _exchanged(aside: Path, out: Path) -> bool:
+def _exchanged(aside: Path, out: Path, gone: set[Path]) -> bool:
     """Put a complete folder in the place of the old one, other files of the old one included; False where a folder cannot be moved."""
     kept = [Path(where, name).relative_to(out) for where, _, names in os.walk(out) for name in names]
     for file in kept:
-        if not os.path.lexists(aside / file):
+        if file not in gone and not os.path.lexists(aside / file):
             _linked(out / file, aside / file)
     for folder in (aside, *(path for path in aside.rglob("*") if path.is_dir())):
         _as_before(out / folder.relative_to(aside), folder)
@@ -170,7 +195,7 @@ def _exchanged(aside: Path, out: Path) -> bool:
     with contextlib.suppress(OSError):  # the results are in place
         for where, _, names in os.walk(old):  # a file that came while the others were linked
             for file in (Path(where, name).relative_to(old) for name in names):
-                if not os.path.lexists(out / file):
+                if file not in gone and not os.path.lexists(out / file):
                     os.rename(old / file, out / file)
     remove(old)
     return True
@@ -218,8 +243,8 @@ def _linked(file: Path, name: Path) -> None:
         shutil.copy2(file, name, follow_symlinks=False)
 
 
-def _move(source: Path, target: Path) -> None:
-    """Move files one by one; on an error everything is put back."""
+def _move(source: Path, target: Path, gone: set[Path]) -> None:
+    """Move files one by one, and remove those that go; on an error everything is put back."""
     back: list[tuple[Path, Path | None]] = []
     with made_aside(target, source.parent) as old:
         try:
@@ -231,6 +256,11 @@ def _move(source: Path, target: Path) -> None:
                     _linked(place, kept)
                 back.append((place, kept))
                 os.replace(item, place)
+            for place in (target / file for file in sorted(gone) if os.path.lexists(target / file)):
+                kept = old.path / str(len(back))
+                _linked(place, kept)
+                back.append((place, kept))
+                os.unlink(place)
             for folder in (path for path in source.rglob("*") if path.is_dir()):
                 (target / folder.relative_to(source)).mkdir(parents=True, exist_ok=True)
         except BaseException:

@@ -1,4 +1,4 @@
-"""The errors a caller is expected to meet: bad input, and a computation that did not converge; and texts that a terminal can show."""
+"""The errors a caller is expected to meet: bad input, and a computation that did not converge; warnings; texts that a terminal can show."""
 
 _LONGEST, _END, _VALUE = 1000, 300, 60
 """Characters of a message, those of them that are kept of its end, where the remedy is, and those of a value in it."""
@@ -16,6 +16,10 @@ class NoConvergenceError(RuntimeError):
 
     The command line turns it into one line and exit status 3.
     """
+
+
+class WarningLine(str):
+    """One line of warning to the user while a command works; a terminal keeps it, where other stages of the work replace one another."""
 
 
 def printable(text: str) -> str:

@@ -1,5 +1,6 @@
 """Commands that are killed, asked to end or left without room, while they replace an earlier set of results."""
 
+import itertools
 import os
 import random
 import resource
@@ -8,14 +9,16 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+from benchmarks.reliability.forks import Send, Work, ended, started
 from benchmarks.reliability.inputs import kinds
+from benchmarks.reliability.own_files import RUN
 
 _OLD = "old"
-_RUN = "from vibrojax.cli.main import main; main()"
 PATIENCE = 2.0
 """s between a request and the end of the process."""
 
@@ -32,12 +35,13 @@ class Command:
         if done.returncode != 0:
             raise RuntimeError(f"{name}: {done.stderr}")
         self.seconds = time.perf_counter() - begin
-        self.files = sorted(str(path.relative_to(self.out)) for path in self.out.rglob("*") if path.is_file())
+        written = sorted((path.stat().st_mtime_ns, str(path.relative_to(self.out))) for path in self.out.rglob("*") if path.is_file())
+        self.files, self.last = sorted(name for _, name in written), written[-1][1]
 
     @property
     def command(self) -> list[str]:
         """As a process is started with it."""
-        return [sys.executable, "-c", _RUN, *self.arguments]
+        return [sys.executable, "-c", RUN, *self.arguments]
 
     def begun(self) -> None:
         """Put an old set where the results go."""
@@ -53,6 +57,10 @@ class Command:
         except OSError:
             return False
         return len(old) == 1
+
+    def has_last_file(self) -> bool:
+        """Whether the process has begun the file that it writes last."""
+        return any((self.folder / name / self.last).exists() for name in self.remains())
 
     def is_old(self) -> bool:
         """Whether the old set is as it was, with nothing beside it."""
@@ -88,10 +96,10 @@ def small_commands(folder: Path, names: tuple[str, ...]) -> list[Command]:
         kinds()["model.json"].write(place / "model.json")
         kinds()["experiment"].write(place / "experiment.toml")
         if name == "report":
-            subprocess.run([sys.executable, "-c", _RUN, "fit", "experiment.toml", "--out", ".", "--quiet"], cwd=place, check=True)
+            subprocess.run([sys.executable, "-c", RUN, "fit", "experiment.toml", "--out", ".", "--quiet"], cwd=place, check=True)
         arguments = {
             "fit": ["fit", "experiment.toml"],
-            "diagnose": ["diagnose", "experiment.toml"],
+            "diagnose": ["diagnose", "experiment.toml", "--only", "coulomb_friction"],
             "report": ["report", "."],
             "simulate": ["simulate", "--model", "model.json", "--experiment", "experiment.toml"],
             "peterka": "peterka --model model.json --base-amplitude 2e-3 --ratios 1:3:12 --clearances 0.2:1:6 --cycles 20".split(),
@@ -100,33 +108,106 @@ def small_commands(folder: Path, names: tuple[str, ...]) -> list[Command]:
     return made
 
 
-def kills(commands: list[Command], count: int, rng: random.Random) -> tuple[dict[str, int], list[str]]:
-    """Kill them at random moments; every second time near the end, where results are written."""
-    found, wrong = {"kills": 0, "mixed_results": 0, "remains_not_cleared": 0}, []
-    for number in range(count):
-        command = commands[number % len(commands)]
-        command.begun()
-        moment = command.seconds * (rng.uniform(0.0, 1.0) if number // len(commands) % 2 else rng.uniform(0.8, 1.1))
-        with command.started() as process:
-            try:
-                process.wait(moment)
-            except subprocess.TimeoutExpired:
-                process.kill()
-            process.communicate()
-        found["kills"] += process.returncode == -signal.SIGKILL
-        if not command.is_one_set():
-            found["mixed_results"] += 1
-            wrong.append(f"{command.name} killed after {moment:.3f} s: two sets are mixed")
+def _whole(arguments: list[str], send: Send) -> None:
+    """A command from its first line on."""
+    from vibrojax.cli.main import main
+
+    sys.argv = ["vibrojax", *arguments]
+    send("begun")
+    main()
+
+
+def _written(arguments: list[str], send: Send) -> None:
+    """A command from where its result is known: that of `saved`, which is drawn and written anew."""
+    from identification.commands.run import write_diagnosed, write_fit
+    from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis
+    from identification.result.netcdf_file import DIAGNOSIS, FIT, read_netcdf
+    from identification.result.netcdf_result import stored_fit
+    from vibrojax.aside import of_earlier_set
+    from vibrojax.cli.output import output_folder
+
+    builders: dict[str, Any] = {FIT: stored_fit, DIAGNOSIS: stored_diagnosis}
+    stored = read_netcdf(Path("saved/result.nc"), builders)
+    send("begun")
+    with output_folder(Path("out"), outdated=of_earlier_set) as folder:
+        if isinstance(stored, StoredDiagnosis):
+            write_diagnosed(stored.diagnosis, folder)
+        else:
+            write_fit(stored.result, folder, stored.reference)
+
+
+def kills(
+    commands: list[Command], count: int, rng: random.Random, say: Callable[[str], None] = lambda line: None
+) -> tuple[dict[str, dict[str, int]], list[str]]:
+    """Kill each so often, in turn: somewhere in the whole command; while a known result is written; and when its last file is there.
+
+    A command without a `result.nc` has no known result: it runs whole. Every moment is drawn.
+    """
+    found: dict[str, dict[str, int]] = {}
+    wrong: list[str] = []
     for command in commands:
+        counts = found[command.name] = dict.fromkeys(("kills", "while_computing", "too_late", "mixed", "remains_not_cleared"), 0)
+        saved = _saved(command)
+        seconds = {work: max(_run(command, work) for _ in range(2)) for work in ((_whole, _written) if saved else (_whole,))}
+        for number in range(count):
+            work, last = (_written if saved and number % 3 else _whole), number % 3 == 2
+            command.begun()
+            moment = seconds[work] * rng.uniform(0.0, 0.1 if last else 1.0)
+            killed, wrote = _kill(command, work, moment, last=last)
+            counts["kills" if killed else "too_late"] += 1
+            counts["while_computing"] += killed and not wrote
+            if not command.is_one_set():
+                counts["mixed"] += 1
+                wrong.append(f"{command.name}, {work.__name__}, killed after {moment:.3f} s: two sets are mixed")
         subprocess.run(command.command, cwd=command.folder, capture_output=True)
-        found["remains_not_cleared"] += bool(command.remains())
+        counts["remains_not_cleared"] += bool(command.remains())
+        wrong += [f"{command.name}: the next run leaves {command.remains()}"] if command.remains() else []
+        say(f"killed: {command.name}: {counts}")
     return found, wrong
 
 
-def requests(commands: list[Command], count: int, rng: random.Random) -> tuple[dict[str, int], list[str]]:
-    """Ask them to end at random moments, with one of three signals."""
-    found, wrong = {"signals": 0, "after_the_end": 0, "late": 0, "other_status": 0, "said_something": 0, "left_something": 0}, []
-    for number in range(count):
+def _saved(command: Command) -> bool:
+    """Keep the result of the undisturbed run."""
+    if command.name not in ("fit", "diagnose"):
+        return False
+    (command.folder / "saved").mkdir()
+    shutil.copyfile(command.out / "result.nc", command.folder / "saved" / "result.nc")
+    return True
+
+
+def _run(command: Command, work: Work) -> float:
+    """Seconds of an undisturbed fork."""
+    process, line = started(work, (command.arguments,), command.folder)
+    line.recv()
+    begin = time.perf_counter()
+    process.join()
+    ended(process, line)
+    return time.perf_counter() - begin
+
+
+def _kill(command: Command, work: Work, moment: float, *, last: bool) -> tuple[bool, bool]:
+    """Kill a fork so many seconds after it has begun, or after the last of its files has appeared.
+
+    Returns:
+        Whether it was killed before its end, and whether it had begun to write.
+    """
+    process, line = started(work, (command.arguments,), command.folder)
+    line.recv()
+    while last and process.is_alive() and not command.has_last_file():
+        time.sleep(0.001)
+    process.join(moment)
+    wrote = any(any((command.folder / name).iterdir()) for name in command.remains() if (command.folder / name).is_dir())
+    ended(process, line)
+    return process.exitcode == -signal.SIGKILL, wrote
+
+
+def requests(commands: list[Command], count: int, rng: random.Random, seconds: float = 0.0) -> tuple[dict[str, Any], list[str]]:
+    """Ask them to end at random moments, with one of three signals; so often, and for so many seconds at least."""
+    found: dict[str, Any] = {"signals": 0, "after_the_end": 0, "late": 0, "other_status": 0, "said_something": 0, "left_something": 0}
+    wrong, longest, start = [], 0.0, time.monotonic()
+    for number in itertools.count():
+        if number >= count and time.monotonic() - start >= seconds:
+            break
         command = commands[number % len(commands)]
         command.begun()
         moment, what = rng.uniform(0.3, command.seconds), rng.choice((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
@@ -142,6 +223,7 @@ def requests(commands: list[Command], count: int, rng: random.Random) -> tuple[d
             found["after_the_end"] += 1
             continue
         found["signals"] += 1
+        longest = max(longest, took)
         bad = {"late": took > PATIENCE, "other_status": process.returncode != 130, "said_something": said != ""}
         bad["left_something"] = not command.is_one_set() or bool(command.remains())
         for name, is_so in bad.items():
@@ -150,7 +232,7 @@ def requests(commands: list[Command], count: int, rng: random.Random) -> tuple[d
             wrong.append(
                 f"{command.name}: {what.name} after {moment:.3f} s: status {process.returncode} after {took:.2f} s: {said[-300:]!r}"
             )
-    return found, wrong
+    return found | {"longest_s": round(longest, 3), "seconds": round(time.monotonic() - start)}, wrong
 
 
 def without_room(commands: list[Command], limits: tuple[int, ...]) -> tuple[dict[str, int], list[str]]:

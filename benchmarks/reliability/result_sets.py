@@ -16,7 +16,8 @@ from vibrojax.cli.output import output_folder
 FILES = (*(f"{name}.json" for name in "abcdefghij"), "plots/one.svg", "plots/two.svg")
 FAULTS = (None, errno.EIO, errno.ENOSPC, errno.EFBIG, errno.EACCES)
 """None: killed."""
-_OTHER = "notes.txt"
+_OTHER, _ONLY_OLD = "notes.txt", "posterior.nc"
+"""A file of somebody else, and one of the old set that the new one lacks."""
 
 
 def main() -> None:
@@ -96,17 +97,18 @@ WAYS = (_at_once, _by_two_names, _in_place)
 def _replaced(out: Path, text: str, way: Callable[[], None] = _at_once) -> None:
     """Write a set."""
     way()
-    with output_folder(out) as folder:
+    with output_folder(out, outdated=lambda out: {Path(_ONLY_OLD)}) as folder:
         (folder / "plots").mkdir()
-        for name in FILES:
+        for name in (*FILES, *([_ONLY_OLD] if text == "old" else [])):
             (folder / name).write_text(text)
 
 
 def _one_set(out: Path, texts: set[str]) -> bool:
-    """Whether every file is of one of these sets, and the foreign one is there."""
+    """Whether every file is of one of these sets, that of the old one alone included, and the foreign one is there."""
     try:
         found = {(out / name).read_text() for name in FILES}
-        return len(found) == 1 and found <= texts and (out / _OTHER).read_text() == "mine"
+        whole = len(found) == 1 and found <= texts and (out / _ONLY_OLD).exists() == (found == {"old"})
+        return whole and (out / _OTHER).read_text() == "mine"
     except OSError:
         return False
 

@@ -1,5 +1,6 @@
 """What the commands do, from paths to files; nothing here prints."""
 
+import contextlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from identification.report import fit_summary, write_report
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
 from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
 from identification.report.page_style import SCREEN, PageStyle
-from identification.result.json_file import provenance, write_fit_json
+from identification.result.json_file import provenance, state_files, write_fit_json
 from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
 from identification.result.netcdf_result import StoredFit, stored_fit, write_result
 from identification.result.posterior.sample import FILE_NAME as POSTERIOR_FILE
@@ -29,7 +30,7 @@ from identification.windows.declared_model import check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.lists import joined
 from vibrojax.effects import EFFECTS
-from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError, WarningLine
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
@@ -81,7 +82,7 @@ def _loaded(experiment: Path, progress: Progress) -> Experiment:
     """Read an experiment, and say at once what is odd about it."""
     loaded = load_experiment(experiment)
     for warning in loaded.warnings:
-        progress(f"warning: {warning}")
+        progress(WarningLine(f"warning: {warning}"))
     return loaded
 
 
@@ -104,6 +105,7 @@ def write_fit(result: FitResult, folder: Path, reference: Reference | None = Non
     if result.posterior is not None:
         write_posterior(result.posterior, folder / POSTERIOR_FILE, {"experiment": result.experiment.name, "created_by": "vibrojax fit"})
     write_report(result, folder, reference=reference, provenance=origin, style=style)
+    state_files(folder / "fit.json", folder)
 
 
 def run_diagnose(
@@ -137,6 +139,7 @@ def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREE
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
     write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
     write_diagnosis_report(diagnosis, folder, provenance=origin, style=style)
+    state_files(folder / "diagnosis.json", folder)
 
 
 def _units(model: Model, effects: Sequence[str]) -> dict[str, str]:
@@ -146,17 +149,23 @@ def _units(model: Model, effects: Sequence[str]) -> dict[str, str]:
     return units | DERIVED if "f_n" in units else units
 
 
-def run_report(finished: Path, folder: Path, *, style: PageStyle = SCREEN) -> RenderableType:
+def run_report(finished: Path, folder: Path, *, style: PageStyle = SCREEN, in_place: bool = False) -> RenderableType:
     """Write report.html and the plots of an earlier fit or diagnosis into `folder`, from the result.nc in `finished`.
 
+    `in_place`: the files will go to `finished`, so that its fit.json or diagnosis.json, where there is one, has to state their checksums.
     Returns the summary for a terminal. Raises `InputError` where there is no such result.
     """
     stored = read_netcdf(finished / FILE_NAME, {FIT: stored_fit, DIAGNOSIS: stored_diagnosis})
     if isinstance(stored, StoredDiagnosis):
         write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance, style=style)
-        return diagnosis_summary(stored.diagnosis)
-    write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance, style=style)
-    return fit_summary(stored.result, stored.reference)
+        stating, summary = finished / "diagnosis.json", diagnosis_summary(stored.diagnosis)
+    else:
+        write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance, style=style)
+        stating, summary = finished / "fit.json", fit_summary(stored.result, stored.reference)
+    if in_place:
+        with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):  # none there, or not one of ours: it stays as it is
+            state_files(stating, folder)
+    return summary
 
 
 def run_simulate(model: Path, experiment: Path, folder: Path, *, out: Path | None = None, as_recorded: bool = False) -> None:

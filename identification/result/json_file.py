@@ -1,6 +1,7 @@
 """Fit result as `fit.json`: every number with its unit, in strict JSON."""
 
 import dataclasses
+import hashlib
 import importlib.metadata
 import json
 import math
@@ -80,6 +81,21 @@ def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any]
     """Write `fit_json` to a file."""
     text = json.dumps(fit_json(result, provenance_), indent=2, ensure_ascii=False, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
+
+
+def state_files(stating: Path, folder: Path) -> None:
+    """State in `fit.json` or `diagnosis.json` which other files belong to its set, each with its SHA-256.
+
+    Args:
+        stating: the file as it is; files that it already states stay, with the checksum of that in the folder where there is one.
+        folder: that holds the files, and receives the file anew.
+    """
+    document = json.loads(stating.read_text(encoding="utf-8"))
+    others = sorted(path for path in folder.iterdir() if path.name != stating.name)
+    found = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in others}
+    document["files"] = document.get("files", {}) | found
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / stating.name).write_text(text + "\n", encoding="utf-8")
 
 
 def plain(value: Any) -> Any:

@@ -1,8 +1,9 @@
 """NetCDF file `result.nc`, with variables that other programs can read.
 
-One attribute holds everything but series as JSON. Nothing is pickled.
+One attribute holds everything but series as JSON, another a checksum of the content. Nothing is pickled.
 """
 
+import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +18,9 @@ FILE_NAME = "result.nc"
 FIT, DIAGNOSIS = "fit", "diagnosis"
 """Kind of content: the name of the file's attribute."""
 _COMMANDS = {FIT: "vibrojax fit", DIAGNOSIS: "vibrojax diagnose"}
-_SCHEMA = 5
+_SCHEMA = 6
+_CHECKSUM = "sha256_of_content"
+"""Attribute: of all other attributes, and of every variable with its own."""
 
 Series = dict[str, np.ndarray]
 T = TypeVar("T")
@@ -48,7 +51,7 @@ def dataset(*, kind: str, title: str, variables: dict[str, xr.Variable], documen
 
 def write_netcdf(found: xr.Dataset, path: Path) -> None:
     """Write a file; an existing one is replaced."""
-    found.to_netcdf(path, engine="scipy")
+    found.assign_attrs({_CHECKSUM: _checksum(found)}).to_netcdf(path, engine="scipy")
 
 
 def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series], T]]) -> T:
@@ -72,7 +75,9 @@ def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series
             kind = next((kind for kind in builders if kind in data.attrs), None)
             if kind is None:
                 raise InputError(f"{path} is no result of a {' or a '.join(builders)}: {again}")
-            document = json.loads(data.attrs[kind])
+            document, stated = json.loads(data.attrs[kind]), data.attrs.pop(_CHECKSUM, None)
+            if document["schema"] == _SCHEMA and stated != _checksum(data):
+                raise InputError(f"{path} is damaged: its content is not that of its checksum; {again}")
             series = {str(name): np.array(one.values) for name, one in data.variables.items()}
         if document["schema"] != _SCHEMA:
             raise InputError(f"{path} is of schema {document['schema']}: expected {_SCHEMA}; {again}")
@@ -82,3 +87,20 @@ def read_netcdf(path: Path, builders: dict[str, Callable[[dict[str, Any], Series
     except Exception as error:  # whatever a damaged file raises
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise InputError(f"{path} cannot be read as a result ({reason}): {again}") from error
+
+
+def _checksum(found: xr.Dataset) -> str:
+    """Of what a file holds, whatever the order of its bytes."""
+    digest = hashlib.sha256()
+
+    def add(name: Any, attributes: dict[Any, Any], one: xr.Variable | None = None) -> None:
+        values = np.empty(0) if one is None else np.ascontiguousarray(one.values)
+        plain = values.astype(values.dtype.newbyteorder("<"))
+        words = {str(key): str(value) for key, value in sorted(attributes.items())}
+        digest.update(json.dumps([str(name), plain.dtype.str, list(plain.shape), [] if one is None else list(one.dims), words]).encode())
+        digest.update(plain.tobytes())
+
+    add("", found.attrs)
+    for name in sorted(found.variables, key=str):
+        add(name, found.variables[name].attrs, found.variables[name])
+    return digest.hexdigest()

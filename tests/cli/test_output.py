@@ -2,6 +2,7 @@
 
 import errno
 import fcntl
+import hashlib
 import json
 import os
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from vibrojax.aside import of_earlier_set
 from vibrojax.cli.output import output_file, output_folder
 from vibrojax.errors import InputError
 
@@ -230,3 +232,50 @@ def test_a_kill_or_an_error_at_any_step_mixes_nothing(root):
     found = json.loads(done.stdout)
     assert found.pop("steps") > 500
     assert found == {"mixed": 0, "unexpected": 0, "not_mended": 0}
+
+
+def stated(folder: Path, *names: str, by: str = "fit.json") -> None:
+    (folder / by).write_text(json.dumps({"files": {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}}))
+
+
+@pytest.mark.parametrize("more", [(), ("archive/mine",)], ids=["at once", "one by one"])
+def test_files_of_the_earlier_set_go_and_foreign_or_changed_ones_stay(tmp_path, more):
+    out = old_results(tmp_path / "out", *more)
+    for name in ("posterior.nc", "overlay.png", "edited.png", "notes.txt"):
+        (out / name).write_text("old")
+    stated(out, "posterior.nc", "overlay.png", "edited.png", "a", by="diagnosis.json")
+    (out / "edited.png").write_text("mine")
+    with output_folder(out, outdated=of_earlier_set) as folder:
+        write_new(folder)
+    left = set(os.listdir(out)) - {"archive"}
+    assert left == {*"abcdefghijkl", "edited.png", "notes.txt"} and {(out / name).read_text() for name in "abcdefghijkl"} == {"new"}
+
+
+def test_an_error_brings_files_of_the_earlier_set_back(tmp_path, monkeypatch):
+    out = old_results(tmp_path / "out", "archive/mine")
+    (out / "posterior.nc").write_text("old")
+    stated(out, "posterior.nc")
+    before = {path.name: path.read_text() for path in out.iterdir() if path.is_file()}
+    remove = os.unlink
+
+    def failing(path, **more):
+        remove(path, **more)
+        raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
+
+    with pytest.raises(InputError, match="Input/output error"), output_folder(out, outdated=of_earlier_set) as folder:
+        write_new(folder)
+        monkeypatch.setattr(
+            "vibrojax.aside.os.unlink", lambda path, **more: (failing if str(path).endswith("posterior.nc") else remove)(path, **more)
+        )
+    monkeypatch.undo()
+    assert {path.name: path.read_text() for path in out.iterdir() if path.is_file()} == before
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{}", '{"files": {"../notes.txt": "ab", "archive": "cd"}}', '{"files": ["notes.txt"]}', "[" * 100_000]
+)
+def test_what_a_hostile_statement_names_stays(tmp_path, content):
+    out = old_results(tmp_path / "out", "archive/mine")
+    (tmp_path / "notes.txt").write_text("mine")
+    (out / "fit.json").write_text(content)
+    assert of_earlier_set(out) <= {Path("fit.json")}

@@ -1,5 +1,7 @@
 """Draws of a fit, and what they leave of a study."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -99,6 +101,25 @@ def test_a_malformed_fit_is_one_line(old, new, tmp_path):
     (tmp_path / "fit.json").write_text(whole.replace(old, new))
     with pytest.raises(InputError, match=r"fit.json (is no fit.json|is not valid JSON)"):
         read_fit(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "wrong", [[[1, 0.9, 0], [0.2, 1, 0], [0, 0, 1]], [[1, 0.9, 0.9], [0.9, 1, -0.9], [0.9, -0.9, 1]], np.diag([1, 4, 1]).tolist()]
+)
+def test_a_matrix_that_no_parameters_can_have_is_refused(wrong, tmp_path):
+    """Not symmetric; with a negative eigenvalue; not 1 on the diagonal."""
+    written_fit(tmp_path)
+    document = json.loads((tmp_path / "fit.json").read_text())
+    document["correlation"]["matrix"] = wrong
+    (tmp_path / "fit.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match="a matrix of correlations that is none"):
+        read_fit(tmp_path)
+
+
+def test_values_beyond_all_numbers_are_drawn_again(tmp_path):
+    """A stiffness whose logarithm has an error of 100 overflows now and then."""
+    written_fit(tmp_path, errors={"k_i": 1e8}, names=("k_i",))
+    assert np.isfinite(read_fit(tmp_path).draw(20, seed=1).values).all()
 
 
 def test_a_map_over_draws_is_that_of_the_drawn_models(tmp_path):

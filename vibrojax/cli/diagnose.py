@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from vibrojax.aside import of_earlier_set
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
@@ -51,7 +52,7 @@ def diagnose(
     check_source(experiment, recipe, data)
     out = default_folder("diagnose", experiment, recipe) if out is None else out
     with (
-        output_folder(out) as folder,
+        output_folder(out, outdated=of_earlier_set) as folder,
         experiment_source(experiment, recipe, data) as source,
         stages(quiet=quiet) as say,
     ):

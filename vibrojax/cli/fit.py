@@ -5,6 +5,7 @@ from typing import NoReturn
 import typer
 from rich.console import Console
 
+from vibrojax.aside import of_earlier_set
 from vibrojax.cli import fit_options as options
 from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
@@ -54,7 +55,7 @@ def fit(
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
     with (
-        output_folder(out) as folder,
+        output_folder(out, outdated=of_earlier_set) as folder,
         experiment_source(experiment, recipe, data) as source,
         stages(quiet=quiet) as say,
     ):

@@ -2,7 +2,7 @@
 
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,14 +15,15 @@ _FAULT = (*_NO_ROOM, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EM
 
 
 @contextmanager
-def output_folder(out: Path) -> Iterator[Path]:
+def output_folder(out: Path, *, outdated: Callable[[Path], set[Path]] = lambda out: set()) -> Iterator[Path]:
     """Lend an empty folder to write results into; `out` holds them when the block ends without an error (see `vibrojax.aside.filled`).
 
-    Files of the same name from an earlier run are replaced, other files in `out` are left alone. When the block fails, or is interrupted,
-    `out` is as it was before, or is not there.
+    Files of the same name from an earlier run are replaced, and outdated ones removed; other files in `out` are left alone. When the block
+    fails, or is interrupted, `out` is as it was before, or is not there.
 
     Args:
         out: folder that shall hold the results; it and its parents are created on success.
+        outdated: files of `out`, relative to it, that go even if no new one takes their place.
 
     Yields:
         The folder to write into, on the same file system as `out`.
@@ -36,7 +37,7 @@ def output_folder(out: Path) -> Iterator[Path]:
         raise InputError(f"cannot write results to {out}: {parking} is not a folder; name another folder with --out")
     lent: list[Path] = []
     try:
-        with interrupt.removed_at_end(lent), filled(out, commit=interrupt.held, made=lent.append) as folder:
+        with interrupt.removed_at_end(lent), filled(out, commit=interrupt.held, made=lent.append, outdated=outdated) as folder:
             yield folder
     except OSError as error:
         raise _told(error, out, lent) from error

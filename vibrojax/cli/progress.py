@@ -10,10 +10,9 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from vibrojax.cli.interrupt import at_end
+from vibrojax.errors import WarningLine
 
 Progress = Callable[[str], None]
-LASTING = "warning: "
-"""What a stage begins with that is to stay on a terminal."""
 _EVERY = 10.0
 """s between two lines in a log file."""
 
@@ -32,7 +31,7 @@ def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
     with at_end(console.show_cursor), console.status("starting") as status:
 
         def said(stage: str) -> None:
-            if stage.startswith(LASTING):
+            if isinstance(stage, WarningLine):
                 console.print(stage, soft_wrap=True, markup=False)
             else:
                 status.update(f"{stage}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")

@@ -38,7 +38,7 @@ def report(
         from identification.report.page_style import STYLES
 
         say("drawing the report")
-        summary = run_report(directory, folder, style=STYLES[style])
+        summary = run_report(directory, folder, style=STYLES[style], in_place=out.resolve() == directory.resolve())
     console = Console(quiet=quiet, highlight=False)
     console.print(summary)
     console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

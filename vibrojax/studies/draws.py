@@ -70,7 +70,8 @@ class Fit:
         rng, kept = np.random.default_rng(seed), np.empty((0, len(self.parameters)))
         for _ in range(_ROUNDS):
             trial = rng.multivariate_normal(self.centre, self.covariance, size=count, method="eigh")
-            values = np.array([[p.to_physical(x) for p, x in zip(self.parameters, row, strict=True)] for row in trial])
+            with np.errstate(over="ignore"):  # an infinite value is outside every range
+                values = np.array([[p.to_physical(x) for p, x in zip(self.parameters, row, strict=True)] for row in trial])
             inside = [all(p.lower <= x <= p.upper for p, x in zip(self.parameters, row, strict=True)) for row in values]
             kept = np.concatenate([kept, values[inside]])[:count]
             if len(kept) == count:
@@ -128,4 +129,13 @@ def _numbers(document: Any) -> tuple[dict[str, float], dict[str, float], list[st
     errors = {str(name): float(part["stderr"]) for name, part in listed.items() if part["stderr"] is not None}
     if not all(map(math.isfinite, (*values.values(), *errors.values()))):
         raise ValueError("a value or standard error that is not finite")
+    if np.all(np.isfinite(matrix)) and not _is_correlation(matrix):
+        raise ValueError("a matrix of correlations that is none: not symmetric, not 1 on its diagonal, or not positive semidefinite")
     return values, errors, names, matrix
+
+
+def _is_correlation(matrix: Float[np.ndarray, "parameter parameter"]) -> bool:
+    """Whether there can be parameters with these correlations, rounding aside."""
+    rounding = _SAME * max(1, len(matrix))
+    sound = np.allclose(matrix, matrix.T, rtol=0.0, atol=rounding) and np.allclose(np.diag(matrix), 1.0, rtol=0.0, atol=rounding)
+    return sound and (len(matrix) == 0 or float(np.linalg.eigvalsh(matrix)[0]) >= -rounding)

@@ -48,6 +48,7 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     time, recorded, dropped = drop_bad_time(raw.time, raw.channels) if settings.drop_bad_time else (raw.time, raw.channels, ())
     time = time * time_factor(settings, columns.units.get(wanted[TIME]))
     notices = [*columns.notices, *raw.notices, *dropped, *check_time(time, settings.where)]
+    _check_initial_state(settings, float(time[0]))
     channels = {}
     for channel, values in recorded.items():
         factor = channel_factor(channel, sensors[channel], settings, columns.units.get(wanted[channel]))
@@ -73,6 +74,17 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         sha256=sha256_of(path),
         notices=tuple(notices),
     )
+
+
+def _check_initial_state(settings: RecordSettings, begin: float) -> None:
+    """An initial state is that of the first sample, s, of the file."""
+    crop = settings.preparation.crop
+    for name in ("initial_displacement", "initial_velocity"):
+        if crop is not None and crop[0] > begin and settings.numbers[name] is not None:
+            raise ExperimentError(
+                f"{name} in {settings.where} is given beside a crop that begins at {crop[0]:g} s, {crop[0] - begin:g} s after the file: "
+                f"expected none, after the crop the stated initial state no longer holds; remove {name}, or begin the crop with the file"
+            )
 
 
 def _declared(settings: RecordSettings) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int
 
 from identification.experiment.channels import si_unit
+from identification.experiment.readers.limits import LARGEST
 from identification.experiment.sensor import Sensor
 
 _ROUNDING = 1e-9
@@ -26,7 +27,8 @@ def mark_missing(
     lost = ~np.isfinite(values)
     if not lost.any():
         return values, ()
-    notice = f"{channel}: {_samples(int(lost.sum()))} missing (NaN, infinite or empty), left out, in {_stretches(lost, time)}."
+    why = f"(NaN, infinite, beyond {LARGEST:.0e} or empty)"
+    notice = f"{channel}: {_samples(int(lost.sum()))} missing {why}, left out, in {_stretches(lost, time)}."
     return np.where(lost, np.nan, values), (notice,)
 
 

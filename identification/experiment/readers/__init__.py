@@ -3,10 +3,13 @@
 from collections.abc import Set as AbstractSet
 from pathlib import Path, PurePath
 
+import numpy as np
+
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.readers.apart import APART
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
+from identification.experiment.readers.limits import LARGEST
 
 # isort: off
 # In the order of messages.
@@ -83,10 +86,13 @@ def read_columns(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
 
 
 def read_here(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
-    """Read the wanted columns in this process; arguments, result and errors as for `read_columns`."""
+    """Read the wanted columns in this process, numbers that are infinite or beyond `LARGEST` as NaN; all else as for `read_columns`."""
     reader, _ = check_suffix(file)
     try:
-        return reader.read(path, wanted)
+        columns = reader.read(path, wanted)
+        for values in columns.values.values():
+            np.copyto(values, np.nan, where=~(np.abs(values) <= LARGEST))
+        return columns
     except ExperimentError as error:
         raise ExperimentError(f"record {shown(file)}: {error}") from error
     except Exception as error:  # whatever a library finds wrong in a damaged file

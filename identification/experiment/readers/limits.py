@@ -1,9 +1,14 @@
 """How much a record file may claim before anything is allocated for it."""
 
+import math
+import sys
+
 from identification.experiment.errors import ExperimentError
 
 MAX_SAMPLES = 50_000_000
 MAX_TEXT_BYTES = 4 * 2**30
+LARGEST = math.sqrt(sys.float_info.max / MAX_SAMPLES) / 2**16
+"""A larger number counts as missing: units, differences and sums of squares of up to this one stay finite in double precision."""
 # A measured signal carries noise and never shrinks a hundredfold; small files are let through whatever their ratio.
 MAX_RATIO = 100
 FREE_BYTES = 64 * 2**20

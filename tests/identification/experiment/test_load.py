@@ -133,9 +133,10 @@ def test_lost_samples_are_reported(folder):
     assert np.flatnonzero(np.isnan(record.channels["impact_force"])).tolist() == [3, 4, 5, 20]
     assert np.isnan(record.channels["cart_displacement"][10])
     assert record.notices == (
-        "cart_displacement: 1 sample is missing (NaN, infinite or empty), left out, in one stretch from 0.0025 s to 0.0025 s (0 s long).",
-        "impact_force: 4 samples are missing (NaN, infinite or empty), left out, in 2 stretches between 0.00075 s and 0.005 s, "
-        "the longest 3 samples from 0.00075 s.",
+        "cart_displacement: 1 sample is missing (NaN, infinite, beyond 3e+145 or empty), left out, in one stretch from 0.0025 s to "
+        "0.0025 s (0 s long).",
+        "impact_force: 4 samples are missing (NaN, infinite, beyond 3e+145 or empty), left out, in 2 stretches between 0.00075 s and "
+        "0.005 s, the longest 3 samples from 0.00075 s.",
     )
 
 
@@ -291,3 +292,10 @@ def test_records_are_not_compared_with_each_other_one_by_one(folder, monkeypatch
     (folder / "experiment.toml").write_text(text)
     assert len(load_experiment(folder).records) == 52
     assert len(asked) == 52
+
+
+def test_a_number_too_large_to_compute_with_counts_as_missing(folder):
+    rewrite(folder, lambda values: values["impact_force"].__setitem__([3, 7], [1e200, -1e308]))
+    record = cart(folder)
+    assert np.flatnonzero(np.isnan(record.channels["impact_force"])).tolist() == [3, 7]
+    assert "impact_force: 2 samples are missing (NaN, infinite, beyond 3e+145 or empty)" in record.notices[0]

@@ -144,3 +144,14 @@ def test_it_is_kept_in_the_provenance(tmp_path):
     assert provenance(changed)["preparation"] == {
         "a.npz": {"crop": [0.5, 1.5], "lowpass": None, "decimate": 2, "resample": None, "detrend": {}}
     }
+
+
+def test_an_initial_state_does_not_hold_after_a_crop_that_takes_the_beginning_away(tmp_path):
+    for name in ("initial_displacement", "initial_velocity"):
+        with pytest.raises(
+            ExperimentError, match=rf"{name} in record 'a.npz' is given beside a crop that begins at 0.5 s, 0.5 s after"
+        ) as told:
+            loaded(tmp_path, f"crop = [0.5, 1.5]\n{name} = 0.0", noisy(swing()))
+        assert "\n" not in str(told.value) and f"remove {name}, or begin the crop with the file" in str(told.value)
+        kept = loaded(tmp_path, f"crop = [0.0, 1.5]\n{name} = 0.25", noisy(swing()))
+        assert getattr(kept, name) == 0.25

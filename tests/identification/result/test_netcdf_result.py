@@ -85,11 +85,28 @@ def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
     with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc of a fit or a diagnosis"):
         run_report(tmp_path, tmp_path)
     whole = (stored[1] / "result.nc").read_bytes()
-    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 5,', b'"schema": 9,', 1)):
+    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 6,', b'"schema": 9,', 1)):
         (tmp_path / "result.nc").write_bytes(content)
-        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 5") as caught:
+        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 6") as caught:
             read_result(tmp_path / "result.nc")
         assert "\n" not in str(caught.value)
+
+
+def test_a_changed_number_or_word_is_noticed(stored, tmp_path):
+    """One bit of a sample, of a word of the document, of a variable's unit, of the title."""
+    whole = (stored[1] / "result.nc").read_bytes()
+    with xr.open_dataset(stored[1] / "result.nc", engine="scipy", decode_cf=False) as data:
+        sample = data["record1_measured_impact_force"].values[40:44].tobytes()
+    for part in (
+        sample,
+        b'"chi2_reduced": ',
+        b"N of the fitted" if b"N of the fitted" in whole else b"u of the fitted motion",
+        b"fitted impact model",
+    ):
+        place = whole.index(part)
+        (tmp_path / "result.nc").write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        with pytest.raises(InputError, match=r"result.nc is damaged: its content is not that of its checksum; run vibrojax fit again"):
+            read_result(tmp_path / "result.nc")
 
 
 @pytest.mark.parametrize(("kind", "plain"), [(float, "many"), (int, "1"), (str, None), (tuple[int, ...], ["a"]), (tuple[int, int], [1])])

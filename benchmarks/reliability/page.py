@@ -1,0 +1,89 @@
+"""The tables of docs/reliability.md, from the JSON of the campaign."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+BEGIN, END = "<!-- written by python -m benchmarks.reliability: begin -->", "<!-- end -->"
+_PARTS = ("by_kind", "killed", "steps_of_writing", "requests_to_end", "without_room", "studies_killed", "stores")
+
+
+def write_page(page: Path, figures: Sequence[dict[str, Any]]) -> None:
+    """Put the tables between the two marks of the page.
+
+    Args:
+        page: a Markdown file.
+        figures: as calls of the command have written them; what two of them hold is taken from the later one.
+
+    Raises:
+        SystemExit: the marks are not there, or the figures are of several revisions.
+    """
+    text = page.read_text(encoding="utf-8")
+    if text.count(BEGIN) != 1 or text.count(END) != 1:
+        raise SystemExit(f"{page} lacks the lines {BEGIN!r} and {END!r}: put both where the tables shall stand")
+    revisions = {one["machine"]["revision"] for one in figures} | {each for one in figures for each in one["input_revisions"]}
+    if len(revisions) != 1:
+        raise SystemExit(f"the figures are of {len(revisions)} revisions ({', '.join(map(str, sorted(revisions, key=str)))}): expected one")
+    found = {
+        name: one[name]
+        for one in figures
+        for name in (*_PARTS, "peers", "resumed_identical", "studies_killed_between_tiles")
+        if one.get(name)
+    }
+    parts = [f"Revision {revisions.pop()}, one core of {figures[-1]['machine']['processor']}, which others used as well.", ""]
+    parts += _inputs(found["by_kind"], found.get("peers", {})) if "by_kind" in found else []
+    parts += _disturbed(found)
+    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    page.write_text(f"{before}{BEGIN}\n\n" + "\n".join(parts).rstrip() + f"\n\n{END}{after}", encoding="utf-8")
+
+
+def _inputs(by_kind: dict[str, dict[str, Any]], by_peer: dict[str, dict[str, Any]]) -> list[str]:
+    """A row for each kind, and one for all."""
+    head = (
+        "kind",
+        "inputs",
+        "refused",
+        "accepted",
+        "tracebacks",
+        "crashes",
+        "over 20 s or 2 GB",
+        "contained",
+        "per CPU second",
+        "slowest, s",
+    )
+    names = ("inputs", "refused", "accepted", "tracebacks", "crashes", "hangs", "contained")
+    rows = [[kind, *(one[name] for name in names), one["per_cpu_second"], f"{one['slowest_s']:.2f}"] for kind, one in by_kind.items()]
+    total = [sum(one[name] for one in by_kind.values()) for name in names]
+    rows.append(["all", *total, "", f"{max(one['slowest_s'] for one in by_kind.values()):.2f}"])
+    others = [[kind, one["inputs"], one["refused"], one["crashes"], one["hangs"]] for kind, one in by_peer.items()]
+    more = ["", *_table(("read by others", "inputs", "exceptions", "crashes", "over 20 s or 2 GB"), others)] if others else []
+    return [*_table(head, rows), *more, ""]
+
+
+def _disturbed(found: dict[str, Any]) -> list[str]:
+    """A row for each way of disturbing."""
+    rows: list[list[Any]] = []
+    for name, one in found.get("killed", {}).items():
+        what = f"kills of {name}, {one['while_computing']} of them before anything was written"
+        rows.append([what, one["kills"], f"{one['mixed']} mixed sets, {one['remains_not_cleared']} with remains after the next run"])
+    if one := found.get("steps_of_writing"):
+        said = f"{one['mixed']} mixed sets, {one['unexpected']} unexpected errors, {one['not_mended']} not mended by the next run"
+        rows.append(["steps of replacing a set, killed or failing", one["steps"], said])
+    if one := found.get("requests_to_end"):
+        late = f"{one['late']} later than 2 s (the longest {one['longest_s']:.2f} s)"
+        said = f"{one['other_status']} swallowed, {late}, {one['left_something']} left something"
+        rows.append([f"SIGINT, SIGTERM, SIGHUP within {one['seconds']} s", one["signals"], said])
+    if one := found.get("without_room"):
+        rows.append(["full disks", one["attempts"], f"{one['not_one_line']} without one line, {one['changed']} changed the old set"])
+    if count := found.get("studies_killed"):
+        between = found.get("studies_killed_between_tiles", 0)
+        said = f"{count - found.get('resumed_identical', 0)} resumed to other bytes"
+        rows.append([f"kills of studies, {between} of them between two tiles", count, said])
+    if one := found.get("stores"):
+        said = f"{one['refused']} refused, {one['repaired']} repaired to the same bytes, {one['unnoticed']} unnoticed"
+        rows.append(["damaged stores", sum(one.values()), said])
+    return _table(("disturbed", "times", "what came of it"), rows) if rows else []
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
+    return [f"| {' | '.join(map(str, row))} |" for row in (head, ["---"] * len(head), *rows)]

@@ -1,0 +1,24 @@
+"""What stays on a terminal while a command works."""
+
+import functools
+
+import pytest
+from rich.console import Console
+
+from vibrojax.cli import progress
+from vibrojax.errors import WarningLine
+
+
+@pytest.mark.parametrize(("stage", "stays"), [(WarningLine("the gap is odd"), True), ("warning: a stage that only reads like one", False)])
+def test_a_terminal_keeps_a_warning_and_no_stage(monkeypatch, capsys, stage, stays):
+    monkeypatch.setattr(progress, "Console", functools.partial(Console, force_terminal=True, width=80))
+    with progress.stages(quiet=False) as say:
+        say(stage)
+    assert (f"{stage}\n" in capsys.readouterr().err) == stays
+
+
+def test_a_log_file_holds_both(monkeypatch, capsys):
+    with progress.stages(quiet=False) as say:
+        say(WarningLine("the gap is odd"))
+        say("fitting")
+    assert [line.split(" s  ")[1] for line in capsys.readouterr().err.splitlines()] == ["the gap is odd", "fitting"]
