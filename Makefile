@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint docs notebooks lock clean
+.PHONY: help run test lint docs notebooks lock audit clean
 
 help:
 	@echo "make run    set up and fit the embedded example"
@@ -15,6 +15,7 @@ help:
 	@echo "make docs   the documentation site, built strictly into site/"
 	@echo "make notebooks  run every notebook at full size and write its .ipynb"
 	@echo "make lock   write requirements*.lock anew; UPGRADE=1 takes the newest versions"
+	@echo "make audit  known vulnerabilities of the versions in requirements.lock, as pypi.org states them"
 	@echo "make clean  remove everything that can be made again"
 
 run: $(VENV)/.stamp-run
@@ -76,6 +77,12 @@ lock: $(VENV)/.stamp-venv
 	build/lock/bin/python -m pip install --quiet uv
 	$(COMPILE) --output-file requirements.lock
 	$(COMPILE) --extra test --extra dev --extra docs --extra notebooks --constraint requirements.lock --output-file requirements-test.lock
+
+# Strict: a package of which nothing can be learned, as without a network, is an error.
+audit: $(VENV)/.stamp-venv
+	$(BIN)/python -m venv build/audit
+	build/audit/bin/python -m pip install --quiet pip-audit
+	build/audit/bin/pip-audit --strict --disable-pip --require-hashes --requirement requirements.lock
 
 clean:
 	rm -rf $(VENV) build dist site .pytest_cache .ruff_cache .hypothesis

@@ -55,7 +55,9 @@ def parser() -> argparse.ArgumentParser:
     """The options."""
     made = argparse.ArgumentParser(prog="python -m benchmarks.reliability", description=(__doc__ or "").splitlines()[0])
     made.add_argument("--inputs", type=int, default=1000, metavar="N", help="mutated inputs over all kinds")
-    made.add_argument("--minutes", type=float, default=math.inf, metavar="M", help="after which no further inputs are read")
+    made.add_argument(
+        "--minutes", type=float, default=math.inf, metavar="M", help="after which no further inputs are read, and no command killed"
+    )
     made.add_argument("--kills", type=int, default=12, metavar="K", help="kills of each command")
     made.add_argument("--studies", type=int, metavar="K", help="kills of studies; left out: as --kills")
     made.add_argument("--stores", type=int, metavar="K", help="damaged stores; left out: as --kills")
@@ -128,8 +130,8 @@ def _commands_disturbed(options: argparse.Namespace, folder: Path, found: dict[s
     found["steps_of_writing"] = json.loads(steps.stdout)
     wrong = [f"steps of writing: {found['steps_of_writing']}"] if any(list(found["steps_of_writing"].values())[1:]) else []
     console.print(f"steps of writing: {found['steps_of_writing']}")
-    commands = small_commands(folder, tuple(options.commands))
-    found["killed"], lines = kills(commands, options.kills, rng, lambda line: console.print(line, markup=False))
+    commands, until = small_commands(folder, tuple(options.commands)), time.monotonic() + 60.0 * options.minutes
+    found["killed"], lines = kills(commands, options.kills, rng, until=until, say=lambda line: console.print(line, markup=False))
     found["kills"] = sum(one["kills"] for one in found["killed"].values())
     found["mixed_results"] = sum(one["mixed"] for one in found["killed"].values()) + found["steps_of_writing"]["mixed"]
     found["requests_to_end"], more = requests(commands, options.kills, rng, options.signal_seconds)

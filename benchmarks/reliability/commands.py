@@ -1,6 +1,7 @@
 """Commands that are killed, asked to end or left without room, while they replace an earlier set of results."""
 
 import itertools
+import math
 import os
 import random
 import resource
@@ -137,11 +138,11 @@ def _written(arguments: list[str], send: Send) -> None:
 
 
 def kills(
-    commands: list[Command], count: int, rng: random.Random, say: Callable[[str], None] = lambda line: None
+    commands: list[Command], count: int, rng: random.Random, *, until: float = math.inf, say: Callable[[str], None] = lambda line: None
 ) -> tuple[dict[str, dict[str, int]], list[str]]:
     """Kill each so often, in turn: somewhere in the whole command; while a known result is written; and when its last file is there.
 
-    A command without a `result.nc` has no known result: it runs whole. Every moment is drawn.
+    A command without a `result.nc` has no known result: it runs whole. Every moment is drawn; none comes after `until` of `time.monotonic`.
     """
     found: dict[str, dict[str, int]] = {}
     wrong: list[str] = []
@@ -150,6 +151,8 @@ def kills(
         saved = _saved(command)
         seconds = {work: max(_run(command, work) for _ in range(2)) for work in ((_whole, _written) if saved else (_whole,))}
         for number in range(count):
+            if time.monotonic() > until:
+                break
             work, last = (_written if saved and number % 3 else _whole), number % 3 == 2
             command.begun()
             moment = seconds[work] * rng.uniform(0.0, 0.1 if last else 1.0)

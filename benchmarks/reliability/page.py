@@ -1,5 +1,6 @@
 """The tables of docs/reliability.md, from the JSON of the campaign."""
 
+import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,25 +17,33 @@ def write_page(page: Path, figures: Sequence[dict[str, Any]]) -> None:
         figures: as calls of the command have written them; what two of them hold is taken from the later one.
 
     Raises:
-        SystemExit: the marks are not there, or the figures are of several revisions.
+        SystemExit: the marks are not there, or the figures are of revisions whose programs differ.
     """
     text = page.read_text(encoding="utf-8")
     if text.count(BEGIN) != 1 or text.count(END) != 1:
         raise SystemExit(f"{page} lacks the lines {BEGIN!r} and {END!r}: put both where the tables shall stand")
-    revisions = {one["machine"]["revision"] for one in figures} | {each for one in figures for each in one["input_revisions"]}
-    if len(revisions) != 1:
-        raise SystemExit(f"the figures are of {len(revisions)} revisions ({', '.join(map(str, sorted(revisions, key=str)))}): expected one")
+    revisions = list(dict.fromkeys(each for one in figures for each in (*one["input_revisions"], one["machine"]["revision"])))
+    if other := next((each for each in revisions if not same_program(each, revisions[-1])), None):
+        raise SystemExit(f"the figures are of revisions {other} and {revisions[-1]}, whose programs differ: expected one program")
     found = {
         name: one[name]
         for one in figures
         for name in (*_PARTS, "peers", "resumed_identical", "studies_killed_between_tiles")
         if one.get(name)
     }
-    parts = [f"Revision {revisions.pop()}, one core of {figures[-1]['machine']['processor']}, which others used as well.", ""]
+    killed = {name: counts for one in figures for name, counts in one.get("killed", {}).items()}
+    found |= {"killed": killed} if killed else {}
+    parts = [f"Revision {revisions[-1]}, one core of {figures[-1]['machine']['processor']}, which others used as well.", ""]
     parts += _inputs(found["by_kind"], found.get("peers", {})) if "by_kind" in found else []
     parts += _disturbed(found)
     before, after = text.split(BEGIN)[0], text.split(END)[1]
     page.write_text(f"{before}{BEGIN}\n\n" + "\n".join(parts).rstrip() + f"\n\n{END}{after}", encoding="utf-8")
+
+
+def same_program(one: str | None, other: str | None) -> bool:
+    """Whether two revisions differ in nothing but benchmarks, tests and pages."""
+    command = ["git", "-C", str(Path(__file__).parent), "diff", "--quiet", str(one), str(other), "--", ":/vibrojax", ":/identification"]
+    return one == other or subprocess.run(command, capture_output=True).returncode == 0
 
 
 def _inputs(by_kind: dict[str, dict[str, Any]], by_peer: dict[str, dict[str, Any]]) -> list[str]:

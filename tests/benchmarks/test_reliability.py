@@ -122,5 +122,5 @@ def test_the_page_holds_the_figures_of_one_revision(tmp_path):
     assert "| csv | 10 | 4 | 6 | 0 | 0 | 0 | 1 | 200.0 | 0.25 |" in text and "| all | 20 | 8 | 12 | 0 | 0 | 0 | 2 |  | 0.25 |" in text
     assert "| kills of fit, 2 of them before anything was written | 7 | 0 mixed sets" in text and "| damaged stores | 5 | 3 refused" in text
     assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
-    with pytest.raises(SystemExit, match=r"the figures are of 2 revisions \(abc, def\): expected one"):
-        write_page(page, [figures(), figures(input_revisions=["def"])])
+    with pytest.raises(SystemExit, match=r"the figures are of revisions def and abc, whose programs differ: expected one program"):
+        write_page(page, [figures(input_revisions=["def"])])

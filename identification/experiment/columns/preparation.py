@@ -49,7 +49,7 @@ def prepared(
     if asked.lowpass is not None or asked.decimate is not None:
         _check_even(time, where)
     if asked.lowpass is not None:
-        _check_below(asked.lowpass, 0.5 * rate, "lowpass", where)
+        _check_lowpass(asked.lowpass, 0.5 * rate, 1.0 / float(time[-1] - time[0]), where)
         sos: Any = butter(BUTTERWORTH_ORDER, asked.lowpass, fs=rate, output="sos")
         channels = {name: _filtered(sos, time, values) for name, values in channels.items()}
         power = power * np.abs(np.asarray(sosfreqz(sos, BINS)[1])) ** 4
@@ -93,10 +93,12 @@ def _check_even(time: Samples, where: str) -> None:
         )
 
 
-def _check_below(frequency: float, limit: float, key: str, where: str) -> None:
-    """A cut-off lies below half the sampling rate."""
-    if frequency >= limit:
-        raise ExperimentError(f"{key} of {where} is {frequency:g} Hz: expected less than half its sampling rate, {limit:.6g} Hz; lower it")
+def _check_lowpass(frequency: float, high: float, low: float, where: str) -> None:
+    """A cut-off lies below half the sampling rate, and above one over the duration, below which a record holds nothing but its mean."""
+    if frequency >= high:
+        raise ExperimentError(f"lowpass of {where} is {frequency:g} Hz: expected less than half its sampling rate, {high:.6g} Hz; lower it")
+    if frequency <= low:
+        raise ExperimentError(f"lowpass of {where} is {frequency:g} Hz: expected more than one over its duration, {low:.6g} Hz; raise it")
 
 
 def _filtered(sos: Any, time: Samples, values: Samples) -> Samples:

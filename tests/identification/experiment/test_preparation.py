@@ -155,3 +155,9 @@ def test_an_initial_state_does_not_hold_after_a_crop_that_takes_the_beginning_aw
         assert "\n" not in str(told.value) and f"remove {name}, or begin the crop with the file" in str(told.value)
         kept = loaded(tmp_path, f"crop = [0.0, 1.5]\n{name} = 0.25", noisy(swing()))
         assert getattr(kept, name) == 0.25
+
+
+@pytest.mark.parametrize("lowest", [0.5, 1e-7, 1e-300])
+def test_a_cut_off_below_what_the_record_shows_is_refused(tmp_path, lowest):
+    with pytest.raises(ExperimentError, match=r"lowpass of record 'a.npz' is .* Hz: expected more than one over its duration, 0.500063 Hz"):
+        loaded(tmp_path, f"lowpass = {lowest!r}", noisy(swing()))
