@@ -18,6 +18,7 @@ from typing import Any
 from benchmarks.reliability.forks import Send, Work, ended, started
 from benchmarks.reliability.inputs import kinds
 from benchmarks.reliability.own_files import RUN
+from vibrojax.aside import STATING
 
 _OLD = "old"
 PATIENCE = 2.0
@@ -37,7 +38,8 @@ class Command:
             raise RuntimeError(f"{name}: {done.stderr}")
         self.seconds = time.perf_counter() - begin
         written = sorted((path.stat().st_mtime_ns, str(path.relative_to(self.out))) for path in self.out.rglob("*") if path.is_file())
-        self.files, self.last = sorted(name for _, name in written), written[-1][1]
+        self.files = sorted(name for _, name in written)
+        self.last = [name for _, name in written if name not in STATING][-1]  # those are written first, and once more in the end
 
     @property
     def command(self) -> list[str]:
@@ -144,28 +146,30 @@ def kills(
 
     A command without a `result.nc` has no known result: it runs whole. Every moment is drawn; none comes after `until` of `time.monotonic`.
     """
-    found: dict[str, dict[str, int]] = {}
+    names = ("kills", "while_computing", "too_late", "mixed", "remains_not_cleared")
+    commands = commands if count else []
+    found: dict[str, dict[str, int]] = {command.name: dict.fromkeys(names, 0) for command in commands}
     wrong: list[str] = []
+    works: dict[str, tuple[Work, ...]] = {each.name: (_whole, _written, _written) if _saved(each) else (_whole,) for each in commands}
+    seconds = {(each.name, work): _run(each, work) for each in commands for work in dict.fromkeys(works[each.name])}
+    for number, command in itertools.product(range(count), commands):
+        if time.monotonic() > until:
+            break
+        counts, work = found[command.name], works[command.name][number % len(works[command.name])]
+        last = number % 3 == 2
+        command.begun()
+        moment = seconds[command.name, work] * rng.uniform(0.0, 0.1 if last else 1.0)
+        killed, wrote = _kill(command, work, moment, last=last)
+        counts["kills" if killed else "too_late"] += 1
+        counts["while_computing"] += killed and not wrote
+        if not command.is_one_set():
+            counts["mixed"] += 1
+            wrong.append(f"{command.name}, {work.__name__}, killed after {moment:.3f} s: two sets are mixed")
     for command in commands:
-        counts = found[command.name] = dict.fromkeys(("kills", "while_computing", "too_late", "mixed", "remains_not_cleared"), 0)
-        saved = _saved(command)
-        seconds = {work: max(_run(command, work) for _ in range(2)) for work in ((_whole, _written) if saved else (_whole,))}
-        for number in range(count):
-            if time.monotonic() > until:
-                break
-            work, last = (_written if saved and number % 3 else _whole), number % 3 == 2
-            command.begun()
-            moment = seconds[work] * rng.uniform(0.0, 0.1 if last else 1.0)
-            killed, wrote = _kill(command, work, moment, last=last)
-            counts["kills" if killed else "too_late"] += 1
-            counts["while_computing"] += killed and not wrote
-            if not command.is_one_set():
-                counts["mixed"] += 1
-                wrong.append(f"{command.name}, {work.__name__}, killed after {moment:.3f} s: two sets are mixed")
         subprocess.run(command.command, cwd=command.folder, capture_output=True)
-        counts["remains_not_cleared"] += bool(command.remains())
+        found[command.name]["remains_not_cleared"] += bool(command.remains())
         wrong += [f"{command.name}: the next run leaves {command.remains()}"] if command.remains() else []
-        say(f"killed: {command.name}: {counts}")
+        say(f"killed: {command.name}: {found[command.name]}")
     return found, wrong
 
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from benchmarks.resume import contents, jobs
+from benchmarks.reliability.own_files import store_job
+from benchmarks.resume import contents
 
 UNNOTICED, REFUSED, REPAIRED = "unnoticed", "refused", "repaired"
 
@@ -21,7 +22,7 @@ def damaged_stores(count: int, seed: int, folder: Path) -> tuple[dict[str, int],
     from vibrojax.errors import InputError
     from vibrojax.studies.run import make
 
-    job, rng, store = jobs()["peterka"], random.Random(seed), folder / "a.zarr"
+    job, rng, store = store_job(), random.Random(seed), folder / "a.zarr"
     whole = make(job, store=store)
     before = contents(store)
     found: dict[str, int] = dict.fromkeys((REFUSED, REPAIRED, UNNOTICED), 0)

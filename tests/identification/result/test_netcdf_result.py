@@ -93,16 +93,11 @@ def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
 
 
 def test_a_changed_number_or_word_is_noticed(stored, tmp_path):
-    """One bit of a sample, of a word of the document, of a variable's unit, of the title."""
+    """One bit of a sample, of a word of the document, of the title, and of a variable's description."""
     whole = (stored[1] / "result.nc").read_bytes()
     with xr.open_dataset(stored[1] / "result.nc", engine="scipy", decode_cf=False) as data:
         sample = data["record1_measured_impact_force"].values[40:44].tobytes()
-    for part in (
-        sample,
-        b'"chi2_reduced": ',
-        b"N of the fitted" if b"N of the fitted" in whole else b"u of the fitted motion",
-        b"fitted impact model",
-    ):
+    for part in (sample, b"chi2_reduced", b"fitted impact model", b"velocity of u in the fitted motion"):
         place = whole.index(part)
         (tmp_path / "result.nc").write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
         with pytest.raises(InputError, match=r"result.nc is damaged: its content is not that of its checksum; run vibrojax fit again"):
