@@ -10,8 +10,9 @@ from hypothesis.extra import numpy as hnp
 
 from identification.experiment import ExperimentError
 from identification.experiment.readers import READERS, check_suffix, read_columns, stem_of
+from identification.experiment.readers.limits import LARGEST
 
-numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
+numbers = st.floats(-LARGEST, LARGEST, allow_nan=False, width=64)
 samples = hnp.arrays(np.float64, st.integers(1, 40), elements=numbers)
 pairs = hnp.arrays(np.float64, st.tuples(st.integers(1, 40), st.just(2)), elements=numbers)
 names = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], exclude_characters='"#,;'), min_size=1, max_size=12).filter(
@@ -125,6 +126,21 @@ def intact(path):
         text = text_of(np.stack(list(values.values()), axis=1), tuple(values)).encode()
         path.write_bytes(gzip.compress(text) if path.suffix == ".gz" else text)
     return path.read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".h5", ".mat"])
+def test_a_number_whose_squares_do_not_add_up_is_missing_in_every_format(suffix, tmp_path):
+    values, path = np.array([1.0, LARGEST, -LARGEST, 2.0 * LARGEST, -1e308, np.inf]), tmp_path / f"a{suffix}"
+    if suffix == ".csv":
+        path.write_text(text_of(values[:, None], ("F",)))
+    elif suffix == ".npz":
+        np.savez(path, F=values)
+    elif suffix == ".mat":
+        scipy.io.savemat(path, {"F": values})
+    else:
+        with h5py.File(path, "w") as file:
+            file["F"] = values
+    np.testing.assert_array_equal(read(path, "F").values["F"], [1.0, LARGEST, -LARGEST, np.nan, np.nan, np.nan])
 
 
 def test_comments_quotes_and_empty_cells(tmp_path):

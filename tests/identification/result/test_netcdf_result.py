@@ -96,7 +96,7 @@ def test_a_changed_number_or_word_is_noticed(stored, tmp_path):
     """One bit of a sample, of a word of the document, of the title, and of a variable's description."""
     whole = (stored[1] / "result.nc").read_bytes()
     with xr.open_dataset(stored[1] / "result.nc", engine="scipy", decode_cf=False) as data:
-        sample = data["record1_measured_impact_force"].values[40:44].tobytes()
+        sample = data["record1_measured_impact_force"].values[40:44].astype(">f8").tobytes()
     for part in (sample, b"chi2_reduced", b"fitted impact model", b"velocity of u in the fitted motion"):
         place = whole.index(part)
         (tmp_path / "result.nc").write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
