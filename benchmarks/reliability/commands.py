@@ -158,13 +158,15 @@ def kills(
         counts, work = found[command.name], works[command.name][number % len(works[command.name])]
         last = number % 3 == 2
         command.begun()
-        moment = seconds[command.name, work] * rng.uniform(0.0, 0.1 if last else 1.0)
+        moment = seconds[command.name, work][last] * rng.uniform(0.0, 1.0)
         killed, wrote = _kill(command, work, moment, last=last)
         counts["kills" if killed else "too_late"] += 1
         counts["while_computing"] += killed and not wrote
         if not command.is_one_set():
             counts["mixed"] += 1
             wrong.append(f"{command.name}, {work.__name__}, killed after {moment:.3f} s: two sets are mixed")
+        if not killed and command.is_old():
+            wrong.append(f"{command.name}, {work.__name__}: ended by itself and wrote nothing")
     for command in commands:
         subprocess.run(command.command, cwd=command.folder, capture_output=True)
         found[command.name]["remains_not_cleared"] += bool(command.remains())
@@ -182,14 +184,19 @@ def _saved(command: Command) -> bool:
     return True
 
 
-def _run(command: Command, work: Work) -> float:
-    """Seconds of an undisturbed fork."""
+def _run(command: Command, work: Work) -> tuple[float, float]:
+    """Seconds of an undisturbed fork, and those of them after its last file has appeared."""
     process, line = started(work, (command.arguments,), command.folder)
     line.recv()
     begin = time.perf_counter()
+    while process.is_alive() and not command.has_last_file():
+        time.sleep(0.001)
+    last = time.perf_counter()
     process.join()
     ended(process, line)
-    return time.perf_counter() - begin
+    if process.exitcode != 0:
+        raise RuntimeError(f"{command.name}, {work.__name__}: exit status {process.exitcode}")
+    return time.perf_counter() - begin, time.perf_counter() - last
 
 
 def _kill(command: Command, work: Work, moment: float, *, last: bool) -> tuple[bool, bool]:

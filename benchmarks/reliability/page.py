@@ -66,7 +66,11 @@ def _inputs(by_kind: dict[str, dict[str, Any]], by_peer: dict[str, dict[str, Any
     rows.append(["all", *total, "", f"{max(one['slowest_s'] for one in by_kind.values()):.2f}"])
     others = [[kind, one["inputs"], one["refused"], one["crashes"], one["hangs"]] for kind, one in by_peer.items()]
     more = ["", *_table(("read by others", "inputs", "exceptions", "crashes", "over 20 s or 2 GB"), others)] if others else []
-    return [*_table(head, rows), *more, ""]
+    read, failed = total[0], sum(total[3:6])
+    bound = (
+        f"With no failure among {read}, fewer than one such input in {read // 3} fails (95 % confidence)." if not failed and read else ""
+    )
+    return [*_table(head, rows), *more, "", *([bound, ""] if bound else [])]
 
 
 def _disturbed(found: dict[str, Any]) -> list[str]:

@@ -120,6 +120,7 @@ def test_the_page_holds_the_figures_of_one_revision(tmp_path):
     write_page(page, [figures(), {**figures(), "by_kind": {}, "killed": killed, "stores": {"refused": 3, "repaired": 2, "unnoticed": 0}}])
     text = page.read_text()
     assert "| csv | 10 | 4 | 6 | 0 | 0 | 0 | 1 | 200.0 | 0.25 |" in text and "| all | 20 | 8 | 12 | 0 | 0 | 0 | 2 |  | 0.25 |" in text
+    assert "With no failure among 20, fewer than one such input in 6 fails" in text
     assert "| kills of fit, 2 of them before anything was written | 7 | 0 mixed sets" in text and "| damaged stores | 5 | 3 refused" in text
     assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
     with pytest.raises(SystemExit, match=r"the figures are of revisions def and abc, whose programs differ: expected one program"):
