@@ -61,7 +61,9 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--kills", type=int, default=12, metavar="K", help="kills of each command")
     made.add_argument("--studies", type=int, metavar="K", help="kills of studies; left out: as --kills")
     made.add_argument("--stores", type=int, metavar="K", help="damaged stores; left out: as --kills")
-    made.add_argument("--signal-seconds", type=float, default=0.0, metavar="S", help="go on asking commands to end for so long")
+    made.add_argument(
+        "--signal-seconds", type=float, default=0.0, metavar="S", help="ask commands to end for so long; left out: as often as --kills"
+    )
     made.add_argument("--full-disks", type=int, default=len(_LIMITS), metavar="N", help="limits on the size of files, of each command")
     made.add_argument("--seed", type=int, default=1, metavar="S", help="of everything that is drawn")
     made.add_argument("--peers", type=int, default=0, metavar="N", help="mutated inputs of each kind that others read, read by them")
@@ -134,7 +136,7 @@ def _commands_disturbed(options: argparse.Namespace, folder: Path, found: dict[s
     found["killed"], lines = kills(commands, options.kills, rng, until=until, say=lambda line: console.print(line, markup=False))
     found["kills"] = sum(one["kills"] for one in found["killed"].values())
     found["mixed_results"] = sum(one["mixed"] for one in found["killed"].values()) + found["steps_of_writing"]["mixed"]
-    found["requests_to_end"], more = requests(commands, options.kills, rng, options.signal_seconds)
+    found["requests_to_end"], more = requests(commands, 0 if options.signal_seconds else options.kills, rng, options.signal_seconds)
     console.print(f"asked to end: {found['requests_to_end']}")
     found["without_room"], most = without_room(commands, _LIMITS[: options.full_disks])
     console.print(f"without room: {found['without_room']}")
