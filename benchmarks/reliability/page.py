@@ -86,7 +86,7 @@ def _disturbed(found: dict[str, Any]) -> list[str]:
         late = f"{one['late']} later than 2 s (the longest {one['longest_s']:.2f} s)"
         said = f"{one['other_status']} swallowed, {late}, {one['left_something']} left something"
         rows.append([f"SIGINT, SIGTERM, SIGHUP within {one['seconds']} s", one["signals"], said])
-    if one := found.get("without_room"):
+    if (one := found.get("without_room")) and one["attempts"]:
         rows.append(["full disks", one["attempts"], f"{one['not_one_line']} without one line, {one['changed']} changed the old set"])
     if count := found.get("studies_killed"):
         between = found.get("studies_killed_between_tiles", 0)
