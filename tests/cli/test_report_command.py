@@ -1,5 +1,7 @@
 """`vibrojax report` as a user meets it."""
 
+import hashlib
+import json
 import sys
 
 import pytest
@@ -27,6 +29,21 @@ def test_page_and_plots_appear_beside_the_result_or_elsewhere(tmp_path, monkeypa
     drawn = {path.name for path in (tmp_path / "page").iterdir()}
     assert {"report.html", "residuals.png", "residuals.pdf"} <= drawn
     assert {path.name for path in tmp_path.iterdir()} == drawn | {"result.nc", "fit.json", "page"}
+
+
+def test_the_fit_states_the_pages_checksum_anew_and_a_foreign_file_stays(tmp_path, monkeypatch):
+    write_result(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7}), tmp_path / "result.nc")
+    (tmp_path / "fit.json").write_text('{"schema": 1, "files": {"result.nc": "ab", "report.html": "cd"}}')
+    assert call(monkeypatch, tmp_path, "--quiet") == 0
+    stated = json.loads((tmp_path / "fit.json").read_text())
+    assert stated["schema"] == 1 and stated["files"]["result.nc"] == "ab"
+    drawn = {path for path in tmp_path.iterdir() if path.suffix in (".html", ".png", ".pdf")}
+    assert {name: stated["files"][name] for name in (path.name for path in drawn)} == {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in drawn
+    }
+    (tmp_path / "fit.json").write_text("[1, 2")
+    assert call(monkeypatch, tmp_path, "--quiet") == 0
+    assert (tmp_path / "fit.json").read_text() == "[1, 2"
 
 
 def test_black_and_white_or_a_clear_refusal(tmp_path, monkeypatch, capsys):
