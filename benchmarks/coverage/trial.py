@@ -5,6 +5,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from benchmarks.simulator import KINDS, draw_plan, draw_rig, standard_sensors, w
 from benchmarks.simulator.experiment import RecordPlan
 from benchmarks.simulator.rig import Rig
 from benchmarks.simulator.unrest import with_unrest
+
+if TYPE_CHECKING:
+    from identification.result.result import FitResult
 
 _SERIES = 8_151
 """First word of every seed here: no other simulated experiment is drawn with it."""
@@ -61,11 +65,22 @@ def trial(experiment: Experiment) -> dict:
 
 
 def _fitted(folder: Path, rig: Rig, plans: tuple[RecordPlan, ...], seed: int) -> dict:
-    """Fit the experiment in `folder` and set estimates beside the truth; whatever else is estimated has none here."""
+    """Fit the experiment in `folder` and set estimates beside the truth."""
     from identification.estimation.estimate import fit_experiment
     from identification.experiment import load_experiment
 
     result = fit_experiment(load_experiment(folder), seed=seed)
+    return {
+        "rows": beside_truth(result, rig, plans),
+        "chi2_reduced": result.chi2_reduced,
+        "converged": result.converged,
+        "discretisation": result.discretisation,
+        "warnings": list(result.warnings),
+    }
+
+
+def beside_truth(result: "FitResult", rig: Rig, plans: tuple[RecordPlan, ...]) -> list[dict]:
+    """Estimates beside the truth; whatever else is estimated has none here."""
     rows = [
         _row(p.spec.name, rig.fitted[p.spec.name], p.value, p.stderr, p.ci95) | {"status": p.status, "interval": p.interval}
         for p in result.parameters
@@ -78,13 +93,7 @@ def _fitted(folder: Path, rig: Rig, plans: tuple[RecordPlan, ...], seed: int) ->
             if nuisance.name == "base_phase":
                 value = at + np.angle(np.exp(1j * (value - at)))
             rows.append(_row(nuisance.name, at, float(value), nuisance.stderr, None) | {"record": plan.file})
-    return {
-        "rows": rows,
-        "chi2_reduced": result.chi2_reduced,
-        "converged": result.converged,
-        "discretisation": result.discretisation,
-        "warnings": list(result.warnings),
-    }
+    return rows
 
 
 def _row(name: str, truth: float, value: float, stderr: float | None, ci95: tuple[float, float] | None) -> dict:

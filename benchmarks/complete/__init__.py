@@ -1,0 +1,1 @@
+"""Whether fits of complete models are right where the records are awkward."""
