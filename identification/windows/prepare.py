@@ -14,7 +14,7 @@ from identification.windows.kinematics import Kinematics, kinematics
 from identification.windows.lanes import grouped, initial_states, inputs_of, lane
 from identification.windows.layout import Estimate, Layout, layout_of
 from identification.windows.release import from_release
-from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start
+from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
 from identification.windows.windows import WindowLength, Windows, cut
 from vibrojax.contact import NoContact
 from vibrojax.errors import InputError
@@ -100,10 +100,11 @@ def prepare(
     measured = [each.cart for each in inputs]
     accelerations = [_base_acceleration(r, b, m) for r, b, m in zip(records, bases, measured, strict=True)]
     motions = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
-    motions, sines = integrated_motions(
+    motions, sines = unseen_bases(records, motions, mass=experiment.mass, load=experiment.load)
+    motions, more = integrated_motions(
         records, motions, accelerations, mass=experiment.mass, stop=not isinstance(model.law, NoContact), load=experiment.load
     )
-    bases = [sines.get(index, base) for index, base in enumerate(bases)]
+    bases = [(sines | more).get(index, base) for index, base in enumerate(bases)]
 
     guesses = first_guesses(experiment, model, motions)
     values, gap_errors = next(iter(guesses.values()))

@@ -1,9 +1,10 @@
-"""Test functions of the weak form: bumps that vanish with their slope at both ends, one or several in every flight."""
+"""Test functions of the weak form: bumps that vanish with their slope at both ends, half overlapping in every flight."""
 
-import dataclasses
-from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
+from jaxtyping import Bool, Float
+from numpy.lib.stride_tricks import sliding_window_view
 
 _SUPPORTS = (24, 48, 96, 192, 384, 768, 1536)
 """Lengths of the bumps, samples."""
@@ -11,38 +12,36 @@ _CLEAR = 9
 """Samples about a contact that are excluded from the flights."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Bump:
-    """One test function phi = (1 - s^2)^4, s from -1 to 1, on the samples `part` of a record.
+def weak_integrals(
+    signals: Float[np.ndarray, "signals samples"], touching: Bool[np.ndarray, " samples"], dt: float
+) -> dict[int, Float[np.ndarray, "bumps curves signals"]]:
+    """Integrals of every signal times phi'', phi' and phi (in this order) over every bump in every flight, by the length of the bumps.
 
-    Attributes:
-        part: the samples.
-        value: phi, shape (samples,).
-        slope: its derivative in time, 1/s.
-        curve: its second derivative, 1/s^2.
-        weight: one over the standard deviation of an integral of unit white noise with `curve`.
+    phi = (1 - s^2)^4, s from -1 to 1. All are divided by the standard deviation of the integral of unit white noise times phi''.
+
+    Args:
+        signals: SI, one row each.
+        touching: where the hammer meets the stop.
+        dt: time step, s.
     """
-
-    part: slice
-    value: np.ndarray
-    slope: np.ndarray
-    curve: np.ndarray
-    weight: float
-
-
-def bumps(touching: np.ndarray, dt: float) -> Iterator[Bump]:
-    """Bumps of all lengths in every flight, half overlapping; `touching` is where the hammer meets the stop, `dt` the step, s."""
+    found: dict[int, list[np.ndarray]] = {}
     for start, stop in _flights(touching):
         for length in (n for n in _SUPPORTS if n <= stop - start):
-            half = 0.5 * (length - 1) * dt
-            s = np.linspace(-1, 1, length)
-            value, slope, curve = (1 - s**2) ** 4, -8 * s * (1 - s**2) ** 3 / half, (56 * s**2 - 8) * (1 - s**2) ** 2 / half**2
-            weight = float(1.0 / np.sqrt(np.sum(curve**2)))
-            for first in range(start, stop - length + 1, length // 2):
-                yield Bump(part=slice(first, first + length), value=value, slope=slope, curve=curve, weight=weight)
+            parts = sliding_window_view(signals[:, start:stop], length, axis=1)[:, :: length // 2]
+            found.setdefault(length, []).append((parts @ _curves(length, dt)).transpose(1, 2, 0))
+    return {length: np.concatenate(parts) for length, parts in found.items()}
 
 
-def _flights(touching: np.ndarray) -> list[tuple[int, int]]:
+@cache
+def _curves(length: int, dt: float) -> Float[np.ndarray, "samples curves"]:
+    """phi'', phi' and phi of a bump, weighted."""
+    half = 0.5 * (length - 1) * dt
+    s = np.linspace(-1, 1, length)
+    value, slope, curve = (1 - s**2) ** 4, -8 * s * (1 - s**2) ** 3 / half, (56 * s**2 - 8) * (1 - s**2) ** 2 / half**2
+    return np.stack([curve, slope, value], axis=1) / np.sqrt(np.sum(curve**2))
+
+
+def _flights(touching: Bool[np.ndarray, " samples"]) -> list[tuple[int, int]]:
     """Stretches of flight, a few samples clear of contact: (first, one past the last)."""
     near = np.convolve(touching, np.ones(_CLEAR), "same") > 0
     edges = np.flatnonzero(np.diff(np.concatenate([[True], near, [True]]).astype(int))).tolist()

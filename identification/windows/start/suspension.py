@@ -1,15 +1,24 @@
 """Damping ratio and natural frequency from free flight, by the weak form of the equation of motion."""
 
+from collections.abc import Iterable
+from functools import reduce
+from operator import add
+
 import numpy as np
+from jaxtyping import Float
 
 from identification.experiment import Load, Record
 from identification.windows.kinematics import Kinematics, bridged, relative_displacement
-from identification.windows.start.bumps import bumps
+from identification.windows.start.bumps import weak_integrals
+from identification.windows.start.robust_regression import Regression, robust_regression
 from vibrojax.load import STANDARD_GRAVITY
 
 UNLOADED = Load()
-_FEWEST = 10
-"""Fewest equations of one bump length for a comparison of lengths by their residual."""
+FEWEST = 10
+"""Fewest equations of one bump length that are a regression of their own."""
+_FEWEST_OF_ALL = 4
+SQUARE = 1
+"""Place of omega_n^2 among the unknowns, after 2 zeta omega_n."""
 
 
 def suspension_start(
@@ -21,8 +30,9 @@ def suspension_start(
     vanishes with its slope at both ends and integrated by parts, so that no record is ever differentiated:
     int(u phi'') - 2 zeta omega_n int(u phi') + omega_n^2 int(u phi) = int((f / m - y'') phi).
 
-    Every length of the bump gives a separate solution: noise dominates short ones, long ones average the vibration away. The solution is
-    that of the length with the smallest residual of its equations, relative to their right-hand side.
+    Every length of the bump gives a separate regression of each record: noise dominates short ones, long ones average the vibration away.
+    That with the smallest standard error of omega_n^2 counts, and records count by their information. Equations across an impact that was
+    not seen are outliers, to which the regression is robust.
 
     Where no displacement was recorded, the same equation differentiated twice holds for the acceleration u'' = x'' - y'':
     int(u'' phi'') - 2 zeta omega_n int(u'' phi') + omega_n^2 int(u'' phi) = int((f / m - y'') phi'').
@@ -30,55 +40,80 @@ def suspension_start(
     Empty where there is no flight long enough or the solution is not a vibration.
     Source: R. Shinbrot, On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547-552.
     """
-    by_length: dict[tuple[bool, int], list[tuple[float, ...]]] = {}
-    for record, motion in zip(records, motions, strict=True):
-        if motion is not None and record.kind != "prescribed":
-            for length, row in _rows(record, motion, load):
-                by_length.setdefault((_in_acceleration(record), length), []).append(row)
-    enough = [rows for rows in by_length.values() if len(rows) >= _FEWEST]
-    if not enough:
-        everything = [row for rows in by_length.values() for row in rows]
-        if len(everything) < 4:
-            return {}, mass
-        enough = [everything]
-    solution, _ = min((_solved(np.array(rows), mass) for rows in enough), key=lambda found: found[1])
-    if solution[1] <= 0:
+    found = suspension_information(records, motions, mass=mass, load=load)
+    return ({}, mass) if found is None else vibration_of(found, mass)
+
+
+def vibration_of(found: Regression, mass: float | None) -> tuple[dict[str, float], float | None]:
+    """zeta and f_n of a regression, and the mass; empty where it is no vibration."""
+    solution = found.estimate
+    if solution[SQUARE] <= 0:
         return {}, mass
-    omega_n = np.sqrt(solution[1])
+    omega_n = np.sqrt(solution[SQUARE])
     zeta = float(np.clip(solution[0] / (2 * omega_n), 1e-3, 1.0))
     found_mass = mass if mass is not None else (1.0 / solution[2] if solution[2] > 0 else None)
     return {"zeta": zeta, "f_n": float(omega_n / (2 * np.pi))}, found_mass
 
 
-def _solved(rows: np.ndarray, mass: float | None) -> tuple[np.ndarray, float]:
-    """Least-squares 2 zeta omega_n, omega_n^2 and, where the mass is not known, 1 / m; and the relative residual of the equations."""
-    second, first, zeroth, drive, force, weight = rows.T
-    columns = [-first, zeroth] if mass is not None else [-first, zeroth, -force]
-    matrix = np.stack(columns, axis=1) * weight[:, None]
-    right = (drive - second + (0.0 if mass is None else force / mass)) * weight
-    solution, *_ = np.linalg.lstsq(matrix, right, rcond=None)
-    left_over = np.sum((matrix @ solution - right) ** 2) / max(len(right) - len(solution), 1)
-    return solution, float(left_over / max(np.mean(right**2), 1e-300))
+def suspension_information(
+    records: list[Record], motions: list[Kinematics | None], *, mass: float | None, load: Load = UNLOADED
+) -> Regression | None:
+    """Regression of 2 zeta omega_n, omega_n^2 and, where `mass` is None, 1 / m, over all records; None without enough equations.
+
+    Records too short for a regression of their own are put together.
+    """
+    parts, short = [], {}
+    for record, motion in zip(records, motions, strict=True):
+        if motion is None or record.kind == "prescribed":
+            continue
+        equations = _equations(record, motion, mass, load)
+        own = best_length(_regressions(equations.values()))
+        if own is not None:
+            parts.append(own)
+            continue
+        for length, pair in equations.items():
+            short.setdefault((_in_acceleration(record), length), []).append(pair)
+    together = {key: tuple(np.concatenate(each) for each in zip(*pairs, strict=True)) for key, pairs in short.items()}
+    rest = best_length(_regressions(together.values()))
+    parts += [] if rest is None else [rest]
+    if not parts and together:
+        matrix, right = (np.concatenate(each) for each in zip(*together.values(), strict=True))
+        parts = [robust_regression(matrix, right)] if len(right) >= _FEWEST_OF_ALL else []
+    return reduce(add, parts) if parts else None
 
 
-def _rows(record: Record, motion: Kinematics, load: Load) -> list[tuple[int, tuple[float, ...]]]:
-    """Length and weak-form integrals of every bump in every flight: of u phi'', u phi', u phi, -y'' phi, f phi, and the equation's weight.
+def best_length(regressions: Iterable[Regression]) -> Regression | None:
+    """The regression with the smallest relative error of omega_n^2; None where none shows a vibration."""
+    found = [one for one in regressions if one.estimate[SQUARE] > 0.0]
+    return min(found, key=lambda one: one.stderr(SQUARE) / one.estimate[SQUARE], default=None)
+
+
+def _regressions(equations: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[Regression]:
+    """One for each length of the bumps that has enough equations."""
+    return [robust_regression(matrix, right) for matrix, right in equations if len(right) >= FEWEST]
+
+
+def _equations(
+    record: Record, motion: Kinematics, mass: float | None, load: Load
+) -> dict[int, tuple[Float[np.ndarray, "bumps unknowns"], Float[np.ndarray, " bumps"]]]:
+    """Matrix and right-hand side of the regression, by length of the bumps.
 
     Where only acceleration was recorded, u'' replaces u, and phi'' replaces phi beside y'' and f. The integrals average out noise, so u is
     taken as recorded: smoothing would attenuate a vibration with few samples per period.
     """
-    recorded = relative_displacement(record)
-    recorded, alone = motion.u if recorded is None else recorded, _in_acceleration(record)
-    dt = float(np.median(np.diff(record.time)))
+    recorded, alone = relative_displacement(record), _in_acceleration(record)
+    u = motion.a if alone else (motion.u if recorded is None else recorded)
     driven = record.kind == "forced"
     force = bridged(record.time, record.channels["applied_force"]) if driven else np.zeros_like(motion.u)
-    force, downhill = force + load.constant_force, STANDARD_GRAVITY * np.sin(load.incline)
-    rows = []
-    for bump in bumps(motion.touching, dt):
-        u, under = (motion.a[bump.part], bump.curve) if alone else (recorded[bump.part], bump.value)
-        drive, pull = (downhill - motion.base_acceleration[bump.part]) @ under, force[bump.part] @ under
-        rows.append((len(u), (u @ bump.curve, u @ bump.slope, u @ bump.value, drive, pull, bump.weight)))
-    return rows
+    drive, pull = STANDARD_GRAVITY * np.sin(load.incline) - motion.base_acceleration, force + load.constant_force
+    dt, under = float(np.median(np.diff(record.time))), 0 if alone else 2
+    found = {}
+    for length, integrals in weak_integrals(np.stack([u, drive, pull]), motion.touching, dt).items():
+        second, first, zeroth = integrals[..., 0].T
+        driving, pulling = integrals[:, under, 1:].T
+        columns = [-first, zeroth] if mass is not None else [-first, zeroth, -pulling]
+        found[length] = np.stack(columns, axis=1), driving - second + (0.0 if mass is None else pulling / mass)
+    return found
 
 
 def _in_acceleration(record: Record) -> bool:
