@@ -46,13 +46,9 @@ def parser() -> argparse.ArgumentParser:
 
 def show(rows: list[dict]) -> None:
     """Print one line for each experiment, and the count of right ones."""
-    table = Table("experiment", "unseen carts", "accelerometer", "chi-square", "of diagnose", "farthest parameter", "right", "s")
+    table = Table("experiment", "unseen carts", "accelerometer", "chi-square", "farthest parameter", "right", "s")
     for row in rows:
-        shown = (
-            [row["failure"], "", ""]
-            if "failure" in row
-            else [f"{row['chi2_reduced']:.3f}", f"{row['diagnosis_chi2_reduced']:.3f}", farthest(row)]
-        )
+        shown = [row["failure"], ""] if "failure" in row else [f"{row['chi2_reduced']:.3f}", farthest(row)]
         table.add_row(
             row["key"],
             str(len(row["unseen"])),

@@ -35,6 +35,7 @@ from identification.result.result import RecordFit
 from identification.result.ring_down import RingDowns
 from identification.result.unrest import unrest
 from identification.windows.declared_model import varying
+from identification.windows.prepare import prepare
 from vibrojax.effects import EFFECTS
 
 Progress = Callable[[str], None]
@@ -94,7 +95,8 @@ def diagnose_experiment(
     """
     course = _Course(budget_minutes, progress)
     with course.stage("nominal"):
-        start = nominal_fit(experiment, law=law, progress=progress)
+        progress("reading first guesses from the records")
+        start = nominal_fit(prepare(experiment, law=law), progress=progress).fitted
     with course.stage("search"):
         found = search(start, deadline=course.deadline, among=among, progress=progress)
     with course.stage("model"):

@@ -6,23 +6,20 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool
 
-from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.held_back import held_back_fits, rms_nrmse
-from identification.estimation.multistart import Multistart
-from identification.estimation.nominal import is_near, on_ordinary_windows, on_short_windows, with_variations
+from identification.estimation.nominal import degrees_of_freedom, nominal_fit, on_ordinary_windows, with_variations
 from identification.estimation.profiles import likelihood_around, profiles
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
-from identification.least_squares.fit import bounds, fit, free_unknowns, integrator_for
+from identification.least_squares.fit import bounds, free_unknowns, integrator_for
 from identification.least_squares.levenberg_marquardt import Outcome
 from identification.least_squares.settling import settled_without_force
 from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
-from identification.likelihood.fitted import Fitted, first_point, fitted
+from identification.likelihood.fitted import Fitted, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.sampling.nuts import Nuts
 from identification.likelihood.variances import posterior
@@ -39,13 +36,12 @@ from identification.result.result import (
     ParameterEstimate,
     RecordFit,
     SensorNoise,
-    StartOutcome,
 )
 from identification.result.unrest import Unrest, unrest
 from identification.windows.declared_model import varying
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared, prepare
-from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.errors import InputError
 
 Progress = Callable[[str], None]
 Extension = Callable[[Fitted, Progress], tuple[Fitted, Added]]
@@ -92,8 +88,9 @@ def fit_experiment(
     progress("reading first guesses from the records")
     prepared = prepare(experiment, law=law, smoothing=smoothing)
     clock.lap("prepare")
-    outcome, tried = _optimum(prepared, starts, seed, clock, progress)
-    nominal = with_variations(_most_likely(prepared, outcome, progress), varying(experiment), progress)
+    begin = nominal_fit(prepared, starts=starts, seed=seed, progress=progress)
+    clock.lap("fit")
+    nominal = with_variations(_on_long_windows(prepared, begin.fitted, progress), varying(experiment), progress)
     found, added = (nominal, None) if extend is None else extend(nominal, progress)
     short, of_least_squares = len(found.prepared.record) > len(prepared.record), prepared.layout
     first = prepared.layout.physical(prepared.start.shared)
@@ -113,12 +110,12 @@ def fit_experiment(
     return FitResult(
         experiment=experiment,
         model=model,
-        chi2_reduced=2.0 * _cost(outcome if prepared.layout == of_least_squares else None, cost) / max(degrees, 1),
+        chi2_reduced=2.0 * _cost(begin.outcome if prepared.layout == of_least_squares else None, cost) / max(degrees, 1),
         degrees=degrees,
         records=records,
-        starts=tried,
+        starts=begin.starts,
         converged=found.converged,
-        iterations=0 if outcome is None else outcome.iterations,
+        iterations=0 if begin.outcome is None else begin.outcome.iterations,
         warnings=_warnings(found, restless, estimates["discretisation"], cost, estimates["posterior"], shortened=short),
         unrest=restless,
         noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
@@ -181,72 +178,12 @@ def _predicting(added: Added, nominal: Fitted, experiment: Experiment, held_back
     return dataclasses.replace(added, held_back=(rms_nrmse(held_back_fits(experiment, nominal.model)), rms_nrmse(held_back)))
 
 
-def _optimum(
-    prepared: Prepared, starts: int | None, seed: int, clock: "_Clock", progress: Progress
-) -> tuple[Outcome | None, tuple[StartOutcome, ...]]:
-    """The least-squares fit from the first guesses; where it has a misfit, or several starts are requested, the best of several starts.
-
-    None where no start can be integrated.
-    """
-    outcome = _fitted(prepared, progress)
-    clock.lap("fit")
-    degrees = degrees_of_freedom(prepared, free_unknowns(prepared))
-    misfit = outcome is None or not outcome.converged or 2.0 * outcome.cost / max(degrees, 1) > chi2_limit(degrees, OVERALL)
-    if starts is None and not misfit:
-        return outcome, ()
-    search = Multistart() if starts is None else Multistart(count=starts)
-    found = _from_other_starts(prepared, outcome, search, seed, progress)
-    clock.lap("starts")
-    return found
-
-
-def _fitted(prepared: Prepared, progress: Progress) -> Outcome | None:
-    """The staged fit; reports the progress of each step. None where it cannot be integrated."""
-    try:
-        return fit(prepared, progress=lambda stage, step, cost: progress(f"fitting, {stage}: step {step}, chi-square {2 * cost:.6g}"))
-    except NoConvergenceError:
-        return None
-
-
-def _from_other_starts(
-    prepared: Prepared, outcome: Outcome | None, search: Multistart, seed: int, progress: Progress
-) -> tuple[Outcome | None, tuple[StartOutcome, ...]]:
-    """The present fit, or a better one from another start, with the outcomes of all starts."""
-    progress("trying other starts on single impacts")
-    other, tried = search(prepared, seed=seed)
-    if other is None:
-        return outcome, tried
-    again = _fitted(dataclasses.replace(prepared, candidates={"multistart": other}), progress)
-    found = [one for one in (outcome, again) if one is not None]
-    return min(found, key=lambda one: (not one.converged, one.cost), default=None), tried
-
-
-def _most_likely(prepared: Prepared, outcome: Outcome | None, progress: Progress) -> Fitted:
-    """The fit under the full likelihood from the least-squares estimate.
-
-    Where least squares failed or did not converge, and the fit is far from the recorded motion, it starts from short windows instead; it
-    stays on these where ordinary ones diverge.
-    """
-    progress("estimating sensor noise and random force")
-    if outcome is not None:
-        found = fitted(first_point(prepared, outcome.estimate), iterations=25)
-        if outcome.converged or is_near(found):
-            return found
-    short = on_short_windows(prepared, progress)
-    progress("fitting the nominal model to ordinary windows again")
-    return on_ordinary_windows(prepared, short) or short
-
-
-def degrees_of_freedom(prepared: Prepared, active: Active, integrated: Bool[np.ndarray, " windows"] | None = None) -> int:
-    """Number of weighted samples less that of estimated unknowns; a window on a prescribed path has no free initial state.
-
-    `integrated`: the windows that count; all of them if left out.
-    """
-    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
-    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
-    chosen = np.ones(len(samples), bool) if integrated is None else integrated
-    counted, free_windows = int(samples[chosen].sum()), int(free[chosen].sum())
-    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
+def _on_long_windows(prepared: Prepared, found: Fitted, progress: Progress) -> Fitted:
+    """The nominal fit on ordinary windows, where these do not diverge from the records, and iterated until it has converged."""
+    if len(found.prepared.record) > len(prepared.record):
+        progress("fitting the nominal model to ordinary windows again")
+        found = on_ordinary_windows(prepared, found) or found
+    return found if found.converged else fitted(found.point, iterations=25)
 
 
 def discretisation_shift(of: Fitted, active: Active, spread: Uncertainty) -> float:

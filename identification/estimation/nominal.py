@@ -4,17 +4,20 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from jaxtyping import Bool
 
+from identification.estimation.adequacy import OVERALL, chi2_limit
+from identification.estimation.multistart import Multistart
 from identification.estimation.short_windows import robust_estimate
-from identification.experiment import Experiment
 from identification.least_squares.fit import bounds, evaluator, fit, free_unknowns, integrator_for
-from identification.least_squares.levenberg_marquardt import LevenbergMarquardt
+from identification.least_squares.levenberg_marquardt import LevenbergMarquardt, Outcome
 from identification.least_squares.settling import settled_gradually
 from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import Point, point
 from identification.likelihood.random_effects import variations, with_variation
-from identification.windows.layout import Estimate
-from identification.windows.prepare import Prepared, prepare
+from identification.result.result import StartOutcome
+from identification.windows.layout import Active
+from identification.windows.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
 
 _MOST_ITERATIONS = 15
@@ -26,21 +29,94 @@ _SOME, _FEW = 0.4, 0.1
 """Largest share of diverged windows after one round, and in the end."""
 
 
-def nominal_fit(experiment: Experiment, *, law: str | None = None, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
-    """Fit the nominal model, on ordinary windows if most of them converge; else on short ones, which tolerate a larger model error.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Nominal:
+    """The nominal model under the full likelihood, and the least-squares fit that it started from.
+
+    Attributes:
+        fitted: on ordinary windows, or on short ones.
+        outcome: of least squares; None where the fit started from short windows.
+        starts: outcome of every start on single impacts, best first; empty where the first fit left no misfit.
+    """
+
+    fitted: Fitted
+    outcome: Outcome | None
+    starts: tuple[StartOutcome, ...]
+
+
+def nominal_fit(
+    prepared: Prepared, *, starts: int | None = None, seed: int = 0, progress: Callable[[str], None] = lambda stage: None
+) -> Nominal:
+    """Fit the nominal model: `fit-parameters` and `diagnose` both begin with this.
+
+    Least squares on ordinary windows come first, from several starts where the first one leaves a misfit. Where the result is not near the
+    recorded motion, the fit starts from short windows, which tolerate a larger model error and a worse first guess. It returns to ordinary
+    windows where the model is adequate on both; otherwise it stays on short ones.
+
+    Args:
+        prepared: windows, first guesses and model.
+        starts: number of starts; None uses several only where the first fit leaves a misfit, 1 never does.
+        seed: of the random starts.
+        progress: called with a line of text at each stage.
 
     Raises:
-        NoConvergenceError: it cannot be integrated in any window.
+        NoConvergenceError: the model cannot be integrated in any window.
     """
-    progress("reading first guesses from the records")
-    prepared = prepare(experiment, law=law)
     progress("fitting the nominal model")
-    start = ordinary(prepared)
-    progress("estimating sensor noise and random force")
-    found = None if start is None else if_near(first_point(prepared, start))
-    if found is not None:
-        return found
-    return on_short_windows(prepared, progress)
+    outcome, tried = _least_squares(prepared, starts, seed, progress)
+    if outcome is not None:
+        progress("estimating sensor noise and random force")
+        found = if_near(first_point(prepared, outcome.estimate))
+        if found is not None:
+            return Nominal(fitted=found, outcome=outcome, starts=tried)
+    short = on_short_windows(prepared, progress)
+    if is_adequate(short):
+        progress("fitting the nominal model to ordinary windows again")
+        again = on_ordinary_windows(prepared, short)
+        if again is not None and is_adequate(again):
+            return Nominal(fitted=again, outcome=None, starts=tried)
+    return Nominal(fitted=short, outcome=None, starts=tried)
+
+
+def is_adequate(of: Fitted) -> bool:
+    """Whether the motion without random force explains the records to the noise."""
+    return of.chi2_reduced <= chi2_limit(of.samples, OVERALL)
+
+
+def degrees_of_freedom(prepared: Prepared, active: Active, integrated: Bool[np.ndarray, " windows"] | None = None) -> int:
+    """Number of weighted samples less that of estimated unknowns; a window on a prescribed path has no free initial state.
+
+    `integrated`: the windows that count; all of them if left out.
+    """
+    samples = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
+    free = np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
+    chosen = np.ones(len(samples), bool) if integrated is None else integrated
+    counted, free_windows = int(samples[chosen].sum()), int(free[chosen].sum())
+    return counted - int(active.shared.sum()) - int(active.nuisances.sum()) - prepared.layout.states * free_windows
+
+
+def _least_squares(
+    prepared: Prepared, starts: int | None, seed: int, progress: Callable[[str], None]
+) -> tuple[Outcome | None, tuple[StartOutcome, ...]]:
+    """The fit to ordinary windows from the first guesses; where it leaves a misfit, or several starts are wanted, the best of several.
+
+    None where none converges; with it, the outcomes of the starts.
+    """
+    outcome = ordinary(prepared, progress)
+    if starts is None and outcome is not None and _explains(prepared, outcome):
+        return outcome, ()
+    progress("trying other starts on single impacts")
+    other, tried = (Multistart() if starts is None else Multistart(count=starts))(prepared, seed=seed)
+    if other is None:
+        return outcome, tried
+    again = ordinary(dataclasses.replace(prepared, candidates={"multistart": other}), progress)
+    return min((one for one in (outcome, again) if one is not None), key=lambda one: one.cost, default=None), tried
+
+
+def _explains(prepared: Prepared, outcome: Outcome) -> bool:
+    """Whether a least-squares fit leaves no more than the noise."""
+    degrees = degrees_of_freedom(prepared, free_unknowns(prepared))
+    return 2.0 * outcome.cost / max(degrees, 1) <= chi2_limit(degrees, OVERALL)
 
 
 def on_short_windows(prepared: Prepared, progress: Callable[[str], None]) -> Fitted:
@@ -75,10 +151,14 @@ def is_near(of: Fitted, *, share: float = _FEW) -> bool:
     return float(np.mean(~of.point.at.finite | (each > _BAD))) <= share
 
 
-def ordinary(prepared: Prepared) -> Estimate | None:
-    """Least-squares fit on ordinary windows; None where it does not converge inside its bounds."""
+def ordinary(prepared: Prepared, progress: Callable[[str], None] = lambda stage: None) -> Outcome | None:
+    """Least-squares fit on ordinary windows; None where it does not converge, or ends at a bound with a misfit."""
+
+    def shown(stage: str, step: int, cost: float) -> None:
+        progress(f"fitting, {stage}: step {step}, chi-square {2.0 * cost:.6g}")
+
     try:
-        outcome = fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS))
+        outcome = fit(prepared, method=LevenbergMarquardt(most_iterations=_MOST_ITERATIONS), progress=shown)
         samples = sum(int((group.weight > 0).sum()) for group in prepared.groups)
         if not outcome.converged and 2.0 * outcome.cost <= _NEAR * samples:
             evaluate = evaluator(prepared, integrator_for(prepared))
@@ -87,7 +167,7 @@ def ordinary(prepared: Prepared) -> Estimate | None:
         return None
     (low, high), shared = bounds(prepared), outcome.estimate.shared
     inside = np.all((shared > low) & (shared < high) | ~free_unknowns(prepared).shared)
-    return outcome.estimate if outcome.converged and inside else None
+    return outcome if outcome.converged and (inside or _explains(prepared, outcome)) else None
 
 
 def with_variations(found: Fitted, names: Sequence[str], progress: Callable[[str], None]) -> Fitted:

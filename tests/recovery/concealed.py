@@ -9,6 +9,7 @@ from identification.diagnosis.errors import numbers
 from identification.diagnosis.search.forward import COMPLETE, search
 from identification.estimation.nominal import nominal_fit
 from identification.experiment import load_experiment
+from identification.windows.prepare import prepare
 
 SUSPENSION = (
     "coulomb_friction",
@@ -43,7 +44,7 @@ def assert_recovered(name: str, folder: Path) -> None:
     rng = np.random.default_rng(1)
     case = draw_case(rng, Order(kind="soft", driven=_DRIVEN.get(name, 1), samples=(1601, 4001), effects=((name, 1.0),)))
     write_case(folder, case, rng)
-    found = search(nominal_fit(load_experiment(folder)), deadline=np.inf)
+    found = search(nominal_fit(prepare(load_experiment(folder))).fitted, deadline=np.inf)
     assert (found.fitted.names, found.ended) == ((name,), COMPLETE)
     beside = {p.name: p for p in numbers(found.fitted) if p.name in case.rig.fitted}
     assert set(beside) == {"zeta", "f_n"} | (set() if name == "missing_stop" else {"k_i", "n", "lambda_i"})

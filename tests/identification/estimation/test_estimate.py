@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from identification.estimation import estimate
+from identification.estimation import estimate, nominal
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption, load_experiment
 from identification.result.result import FIXED, NOT_IDENTIFIABLE, OK
@@ -147,7 +147,7 @@ def lost(*given, **more):
 def test_a_fit_that_cannot_be_integrated_from_the_first_guess_starts_again_on_short_windows(small, truth, monkeypatch):
     """The parameters found there lead to ordinary windows, where the fit ends as ever."""
     usual = fit_experiment(small, starts=1)
-    monkeypatch.setattr(estimate, "fit", lost)
+    monkeypatch.setattr(nominal, "fit", lost)
     found = fit_experiment(small, starts=1)
     assert found.converged and found.warnings == ()
     assert found.degrees == usual.degrees
@@ -158,8 +158,9 @@ def test_a_fit_that_cannot_be_integrated_from_the_first_guess_starts_again_on_sh
 
 
 def test_a_fit_that_gets_near_on_short_windows_only_says_so(small, monkeypatch):
-    monkeypatch.setattr(estimate, "fit", lost)
-    monkeypatch.setattr(estimate, "on_ordinary_windows", lambda prepared, found: None)
+    monkeypatch.setattr(nominal, "fit", lost)
+    for module in (nominal, estimate):
+        monkeypatch.setattr(module, "on_ordinary_windows", lambda prepared, found: None)
     found = fit_experiment(small, starts=1)
     assert any("windows of half an impact" in warning for warning in found.warnings)
     assert found.chi2_reduced == pytest.approx(1.0, abs=0.05)

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from identification.estimation.estimate import _most_likely
+from identification.estimation.nominal import nominal_fit
 from identification.experiment import ParameterOption, Prior
-from identification.least_squares.fit import fit, free_unknowns
+from identification.least_squares.fit import free_unknowns
 from identification.least_squares.uncertainty import uncertainty
 from identification.likelihood.sampling import nuts
 from identification.likelihood.sampling.density import density
@@ -28,7 +28,7 @@ def fitted(example):
     """A short drop test and a short cart record, with a prior on the stiffness."""
     experiment = dataclasses.replace(cropped(example, 2000, (0, 1)), parameters={"k_i": ParameterOption(prior=PRIOR)})
     prepared = prepare(experiment)
-    return _most_likely(prepared, fit(prepared), lambda stage: None)
+    return nominal_fit(prepared, starts=1).fitted
 
 
 @pytest.fixture(scope="module")

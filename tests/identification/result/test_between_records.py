@@ -79,7 +79,7 @@ def test_what_a_record_estimates_alone_is_what_its_own_fit_gives(example, fits):
     """One step from the common fit, against a fit of one record to the end."""
     short, together = cropped(example, 3000, (0, 1, 2, 3)), by_name(fits[0])
     record = short.records[2]
-    alone = nominal_fit(dataclasses.replace(short, records=(record,)))
+    alone = nominal_fit(prepare(dataclasses.replace(short, records=(record,)))).fitted
     assert alone.converged
     for name in ("k_i", "n", "lambda_i", "zeta", "f_n"):
         value, error = together[name].records[record.file]
