@@ -8,7 +8,7 @@ from jaxtyping import Float
 from identification.estimation.held_back import SIGNAL, held_back_fits, rms_nrmse
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations, reduce, solve
-from identification.least_squares.fit import bounds, free_unknowns, integrator_for, with_prior
+from identification.least_squares.fit import bounds, free_unknowns, integrator_for, with_prior, without_windows
 from identification.least_squares.levenberg_marquardt import settle
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.linearised import Linearised, linearised
@@ -72,14 +72,8 @@ def held_out(fitted: Fitted) -> float:
 
 def _fitted_without(fitted: Fitted, left_out: np.ndarray) -> Estimate:
     """Estimate from all windows but some (one Gauss-Newton step), with the states of the left-out windows and no random force."""
-    keep = ~np.isin(np.arange(len(fitted.prepared.record)), left_out)
-    equations, estimate, (low, high) = fitted.posterior.equations, fitted.estimate, bounds(fitted.prepared)
-    kept = dataclasses.replace(
-        equations,
-        hessian=equations.hessian * keep[:, None, None],
-        gradient=equations.gradient * keep[:, None],
-        cost=np.where(keep, equations.cost, 0.0),
-    )
+    estimate, (low, high) = fitted.estimate, bounds(fitted.prepared)
+    kept = without_windows(fitted.posterior.equations, fitted.prepared.layout, estimate, left_out)
     shared, nuisances, _ = solve(reduce(kept, estimate, free_unknowns(fitted.prepared), 1e-9), kept, estimate)
     return dataclasses.replace(
         estimate,

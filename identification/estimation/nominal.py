@@ -25,6 +25,8 @@ _NEAR = 10.0
 """Largest mean squared residual at which an ordinary fit with slow convergence is continued."""
 _BAD = 4.0
 """Mean squared whitened residual above which a window counts as diverged."""
+_STEADY, _MOST_SWEEPS = 0.05, 4
+"""Change of the log standard deviations between records below which they have converged; most sweeps over the parameters that vary."""
 _SOME, _FEW = 0.4, 0.1
 """Largest share of diverged windows after one round, and in the end."""
 
@@ -173,13 +175,38 @@ def ordinary(prepared: Prepared, progress: Callable[[str], None] = lambda stage:
 def with_variations(found: Fitted, names: Sequence[str], progress: Callable[[str], None]) -> Fitted:
     """The fit with a value of these parameters for each record, about a common mean.
 
-    The standard deviation between records is estimated by restricted maximum likelihood. A parameter stays common to all records where that
-    estimate is zero, or where fewer than two records identify it.
+    The standard deviation between records is estimated by restricted maximum likelihood, for one parameter at a time; where several vary,
+    each is estimated again beside the others until none changes. A parameter stays common to all records where that estimate is zero, or
+    where fewer than two records identify it.
     """
-    for name in names:
-        one = next((each for each in variations(found) if each.name == name), None)
-        if one is not None and one.std > 0.0:
-            progress(f"fitting {name} with a value for each record")
-            prepared = with_variation(found, one)
-            found = fitted(point(prepared, prepared.start, found.variances), rounds=3, measure_noise=False)
+    for _ in range(_MOST_SWEEPS if len(names) > 1 else 1):
+        before = dict(found.prepared.layout.variations)
+        for name in names:
+            found = _with_variation(_without_variation(found, name), name, progress)
+        after = dict(found.prepared.layout.variations)
+        if after.keys() == before.keys() and all(abs(np.log(after[name] / before[name])) < _STEADY for name in after):
+            break
     return found
+
+
+def _with_variation(found: Fitted, name: str, progress: Callable[[str], None]) -> Fitted:
+    """The fit with one more parameter that varies between records, where it does."""
+    one = next((each for each in variations(found) if each.name == name), None)
+    if one is None or one.std == 0.0:
+        return found
+    progress(f"fitting {name} with a value for each record")
+    prepared = with_variation(found, one)
+    return fitted(point(prepared, prepared.start, found.variances), rounds=3, measure_noise=False)
+
+
+def _without_variation(found: Fitted, name: str) -> Fitted:
+    """The fit with that parameter common to all records."""
+    prepared, layout = found.prepared, found.prepared.layout
+    places = [index for index, (other, _) in enumerate(layout.variations) if other == name]
+    if not places:
+        return found
+    layout = dataclasses.replace(layout, variations=tuple(one for one in layout.variations if one[0] != name))
+    columns = layout.varying.start + np.array(places)
+    start = dataclasses.replace(found.estimate, nuisances=np.delete(found.estimate.nuisances, columns, axis=1))
+    common = dataclasses.replace(prepared, layout=layout, start=start)
+    return fitted(point(common, start, found.variances), rounds=3, measure_noise=False)

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.optimize import root_scalar
 
 from identification.experiment import Experiment, Record
 from identification.least_squares.fit import as_arrays
@@ -25,6 +26,8 @@ _KINDS = ("drop-test", "free-decay")
 _PADDED_TO = 1024
 """Samples of a simulated flight are padded to a multiple of this, so that records share a compiled program."""
 _STEPS_PER_PERIOD, _STEPS_PER_OWN_PERIOD, _CONTACT_STEPS = 60.0, 24.0, 60.0
+_NUDGE = 1e-4
+"""Second start of the search for the place of rest, m."""
 _MARGIN = 2
 """Samples beside a contact that count as contact."""
 
@@ -63,14 +66,15 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
     left_out: dict[str, str] = {}
     flights: list[_Flight] = []
     measured: list[RingDown] = []
-    frequency = float(list(models.values())[-1].values().get("f_n", 0.0))
+    best = list(models.values())[-1]
+    frequency = float(best.values().get("f_n", 0.0))
     for fit in records:
         u = measured_displacement(fit)
         why = _why_not(experiment, fit, u)
         if why or u is None:
             left_out[fit.file] = why
             continue
-        found = [(one, *one.ring_down(u[one.part], frequency, one.level)) for one in _flights(experiment, fit)]
+        found = [(one, *one.ring_down(u[one.part], frequency, one.level)) for one in _flights(experiment, fit, best)]
         flights += [one for one, points, _ in found if points is not None]
         measured += _merged((points, single) for _, points, single in found if points is not None)
         if not any(points is not None for _, points, _ in found):
@@ -95,14 +99,15 @@ def _why_not(experiment: Experiment, fit: RecordFit, u: np.ndarray | None) -> st
     return "" if u is not None else "its displacement was not recorded"
 
 
-def _flights(experiment: Experiment, fit: RecordFit) -> Iterator[_Flight]:
-    """Flights of a record in which the motion is predicted."""
+def _flights(experiment: Experiment, fit: RecordFit, model: Model) -> Iterator[_Flight]:
+    """Flights of a record in which the motion is predicted; the model says where the hammer rests."""
     record = next(one for one in experiment.records if one.file == fit.file)
     names = ("relative_displacement",) if "relative_displacement" in fit.measured else ("hammer_displacement", "cart_displacement")
     noise = math.hypot(*(fit.noise.get(name, 0.0) for name in names))
     read = measured_displacement(dataclasses.replace(fit, measured={name: fit.predicted[name] for name in names if name in fit.measured}))
     known = np.isfinite(fit.relative_displacement) & np.isfinite(fit.relative_velocity)
     level = float(np.median((read - fit.relative_displacement)[known])) if read is not None and known.any() else 0.0
+    level += rest_place(model, record)
     near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known & ~near, [False]]).astype(int)))
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -113,13 +118,25 @@ def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[R
     """The model's own ring-downs from the states in which the measured ones begin."""
     longest = max((one.part.stop - one.part.start for one in flights), default=0)
     padded = longest + -longest % _PADDED_TO
-    found = [(one.fit.file, *one.ring_down(_simulated(model, one, padded), frequency, 0.0)) for one in flights]
+    found = [(one.fit.file, *one.ring_down(_simulated(model, one, padded), frequency, rest_place(model, one.record))) for one in flights]
     files = dict.fromkeys(file for file, _, _ in found)
     return tuple(
         each
         for file in files
         for each in _merged((points, single) for other, points, single in found if other == file and points is not None)
     )
+
+
+def rest_place(model: Model, record: Record) -> float:
+    """Displacement at which the suspension bears the constant forces on the hammer, clear of the stop, m; 0 where nothing bears them."""
+    system = system_in(model, record)
+    still, own = jnp.zeros(()), jnp.zeros(system.own_size)
+
+    def acceleration(u: float) -> float:
+        return float(system.forces(still, jnp.asarray(u), still, own, jnp.asarray(False), still).acceleration)
+
+    found = root_scalar(acceleration, x0=0.0, x1=_NUDGE, method="secant") if acceleration(0.0) != 0.0 else None
+    return float(found.root) if found is not None and found.converged else 0.0
 
 
 def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:

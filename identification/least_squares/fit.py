@@ -126,14 +126,34 @@ def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equa
         hessian[:, column, column] += share
         gradient[:, column] += share * value
         cost += 0.5 * share * value**2
+    plain = Equations(hessian=hessian, gradient=gradient, cost=cost, record=equations.record)
+    return _with_parameter_priors(plain, layout, estimate, np.full(len(cost), 1.0 / len(cost)))
+
+
+def _with_parameter_priors(equations: Equations, layout: Layout, estimate: Estimate, share: np.ndarray) -> Equations:
+    """Normal equations with a share of the parameters' priors in each window, (windows,)."""
+    hessian, gradient, cost = equations.hessian.copy(), equations.gradient.copy(), equations.cost.copy()
     for name, mean, std in layout.priors:
         column = layout.index(name)
         value = layout.parameters[column].to_physical(estimate.shared[column])
-        slope, share = layout.parameters[column].slope(value) / std, 1.0 / len(cost)
+        slope, off = layout.parameters[column].slope(value) / std, (value - mean) / std
         hessian[:, column, column] += share * slope**2
-        gradient[:, column] += share * slope * (value - mean) / std
-        cost += 0.5 * share * ((value - mean) / std) ** 2
+        gradient[:, column] += share * slope * off
+        cost += 0.5 * share * off**2
     return Equations(hessian=hessian, gradient=gradient, cost=cost, record=equations.record)
+
+
+def without_windows(equations: Equations, layout: Layout, estimate: Estimate, left_out: np.ndarray) -> Equations:
+    """Normal equations of all windows but some, given by their indices; the parameters' priors still count whole."""
+    keep = ~np.isin(np.arange(len(equations.cost)), left_out)
+    kept = Equations(
+        hessian=equations.hessian * keep[:, None, None],
+        gradient=equations.gradient * keep[:, None],
+        cost=np.where(keep, equations.cost, 0.0),
+        record=equations.record,
+    )
+    lost = float(np.mean(~keep))
+    return _with_parameter_priors(kept, layout, estimate, lost * keep / max(int(keep.sum()), 1))
 
 
 def fit(

@@ -44,6 +44,11 @@ def suspension_start(
     return ({}, mass) if found is None else vibration_of(found, mass)
 
 
+def _joined(pairs: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices and right-hand sides of several regressions, one below the other."""
+    return np.concatenate([matrix for matrix, _ in pairs]), np.concatenate([right for _, right in pairs])
+
+
 def vibration_of(found: Regression, mass: float | None) -> tuple[dict[str, float], float | None]:
     """zeta and f_n of a regression, and the mass; empty where it is no vibration."""
     solution = found.estimate
@@ -73,11 +78,11 @@ def suspension_information(
             continue
         for length, pair in equations.items():
             short.setdefault((_in_acceleration(record), length), []).append(pair)
-    together = {key: tuple(np.concatenate(each) for each in zip(*pairs, strict=True)) for key, pairs in short.items()}
+    together = {key: _joined(pairs) for key, pairs in short.items()}
     rest = best_length(_regressions(together.values()))
     parts += [] if rest is None else [rest]
     if not parts and together:
-        matrix, right = (np.concatenate(each) for each in zip(*together.values(), strict=True))
+        matrix, right = _joined(list(together.values()))
         parts = [robust_regression(matrix, right)] if len(right) >= _FEWEST_OF_ALL else []
     return reduce(add, parts) if parts else None
 

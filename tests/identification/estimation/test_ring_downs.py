@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from identification.estimation.ring_downs import ring_downs
+from identification.estimation.ring_downs import rest_place, ring_downs
 from identification.experiment import Experiment, Record, Suspension
 from identification.result.result import RecordFit
 from vibrojax.contact import HuntCrossley, NoContact
 from vibrojax.effects import CoulombFriction
+from vibrojax.load import Load
 from vibrojax.model import Model
 from vibrojax.suspension import Free, Linear, Pivot
 
@@ -102,6 +103,20 @@ def test_flights_between_impacts_show_dry_friction():
     there = np.interp(measured.amplitude, rising.amplitude[::-1], rising.damping[::-1])
     off = (np.array(measured.damping) - there) / measured.damping_stderr
     assert np.sqrt(np.mean(off**2)) < 1.6
+
+
+def test_under_a_known_load_flights_swing_about_the_place_where_that_is_borne():
+    """A pull away from the stop holds the hammer 2 mm off: let go 4 mm behind that, it loses what viscous damping takes."""
+    record, fit = recorded(lambda u, v: -(OMEGA**2) * (u + 2e-3) - 2.0 * ZETA * OMEGA * v, (-6e-3, 0.0), kind="drop-test", gap=0.0)
+    model = dataclasses.replace(LINEAR, law=STOP, load=Load(constant_force=-MASS * OMEGA**2 * 2e-3))
+    assert rest_place(model, record) == pytest.approx(-2e-3, rel=1e-6)
+    found = ring_downs(experiment(record), (fit,), {"nominal": model})
+    assert len(found.measured) == len(found.models["nominal"]) == 2  # flights between impacts, and the vibration after the last of them
+    for measured, simulated in zip(found.measured, found.models["nominal"], strict=True):
+        np.testing.assert_allclose(simulated.damping, ZETA, rtol=0.02)
+        assert max(measured.amplitude) < 4.1e-3
+        off = (np.array(measured.damping) - ZETA) / measured.damping_stderr
+        assert np.sqrt(np.mean(off**2)) < 1.6
 
 
 @pytest.mark.parametrize(

@@ -110,6 +110,20 @@ def test_a_parameter_that_may_vary_has_a_value_for_each_record(scattered):
     assert fit_json(result)["parameters"]["f_n"]["std_between_records"] == found.between
 
 
+def test_of_two_parameters_that_may_vary_each_is_estimated_beside_the_other(scattered):
+    """Alone, the damping would vary in place of the frequency; its order among the two does not matter."""
+    experiment, frequencies = scattered
+    varies = ParameterOption(varies=True)
+    found = [
+        {p.spec.name: p for p in fit_experiment(wishing(experiment, **{name: varies for name in names}), starts=1).parameters}
+        for names in (("zeta", "f_n"), ("f_n", "zeta"))
+    ]
+    for one in found:
+        assert one["f_n"].between == pytest.approx(float(np.std(frequencies, ddof=1)), rel=0.1)
+        assert one["zeta"].between < 3.0 * one["zeta"].stderr
+    assert found[0]["zeta"].between == pytest.approx(found[1]["zeta"].between, abs=0.1 * found[0]["zeta"].stderr)
+
+
 def test_a_parameter_that_may_vary_and_does_not_stays_common(small, plain):
     result = fit_experiment(wishing(small, f_n=ParameterOption(varies=True)), starts=1)
     found = {p.spec.name: p for p in result.parameters}["f_n"]

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from identification.estimation.records import record_fits
-from identification.least_squares.fit import as_arrays, evaluator, integrator_for, on_device
+from identification.experiment import ParameterOption, Prior
+from identification.least_squares.block_arrow import Equations
+from identification.least_squares.fit import as_arrays, evaluator, integrator_for, on_device, with_prior, without_windows
 from identification.least_squares.residual import lane_system, normal_equations, predict, residuals
-from identification.windows.layout import layout_of
+from identification.windows.layout import Estimate, layout_of
 from identification.windows.prepare import prepare
 from vibrojax.effects import GapStep, TimeOffset
 
@@ -128,3 +130,22 @@ def test_what_acts_in_one_record_does_not_act_in_others_nor_where_that_record_is
     assert prepared.layout.files[int(window.record)] == "drop.csv.gz"
     system = lane_system(model, layout, window, jnp.asarray(start.local(prepared.record)[0]))
     assert float(system.effects[0].gap_jump) == pytest.approx(1e-4 * acts)
+
+
+def test_a_prior_counts_whole_in_a_fit_without_some_windows(small):
+    prior = ParameterOption(prior=Prior(mean=3e6, std=1e5))
+    layout = prepare(dataclasses.replace(small, parameters={"k_i": prior})).layout
+    shared, count = layout.clipped(dict.fromkeys([p.name for p in layout.parameters], 1.0) | {"k_i": 3.3e6}), 4
+    estimate = Estimate(shared=shared, nuisances=np.zeros((1, layout.nuisance_count)), states=np.zeros((count, layout.states)))
+    nothing = Equations(
+        hessian=np.zeros((count, layout.size, layout.size)),
+        gradient=np.zeros((count, layout.size)),
+        cost=np.zeros(count),
+        record=np.zeros(count, int),
+    )
+    whole = with_prior(nothing, layout, estimate)
+    part = without_windows(whole, layout, estimate, np.array([1]))
+    assert whole.cost.sum() == pytest.approx(0.5 * 3.0**2)
+    assert part.cost[1] == 0.0 and not part.hessian[1].any()
+    for name in ("hessian", "gradient", "cost"):
+        np.testing.assert_allclose(getattr(part, name).sum(axis=0), getattr(whole, name).sum(axis=0))
