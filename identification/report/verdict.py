@@ -137,8 +137,33 @@ def parts(result: FitResult) -> Iterator[Part]:
                     )
 
 
+def misfitting_alone(found: list[Part]) -> str | None:
+    """The only record that the model does not explain while it explains all others to the noise; None where there is no such record."""
+    files = list(dict.fromkeys(part.file for part in found))
+    poor = [file for file in files if not _explained([part for part in found if part.file == file])]
+    return poor[0] if len(poor) == 1 and len(files) > 1 else None
+
+
+def _explained(found: list[Part]) -> bool:
+    """Whether these parts together are explained to the noise."""
+    samples = sum(part.samples for part in found)
+    return sum(part.samples * part.chi2 for part in found) / samples <= chi2_limit(samples, OVERALL)
+
+
+def _alone(result: FitResult, file: str) -> str:
+    """What is said of the only record that misfits, with what it alone has."""
+    fit = next(one for one in result.records if one.file == file)
+    said = f"Only {file} misfits; the model explains the other {len(result.records) - 1} to the noise."
+    seen = {"cart_displacement", "cart_acceleration"} & fit.measured.keys()
+    if fit.kind == "cart-excitation" and not seen and (sine := next((n for n in fit.nuisances if n.name == "base_amplitude"), None)):
+        return f"{said} Its cart was not recorded: the amplitude found, {1e3 * sine.value:.3g} mm, may be wrong, or its motion no sine."
+    return f"{said} Look for what differs in it: gap, frequency, a channel, a disturbance."
+
+
 def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
     remarks = []
+    if result.unrest is None and (file := misfitting_alone(found)) is not None:
+        remarks.append(_alone(result, file))
     coloured = [part for part in found if result.unrest is None and part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
     if coloured:
         most = max(coloured, key=lambda part: part.neighbours)

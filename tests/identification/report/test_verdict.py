@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from identification.report.verdict import GOOD, PARTLY, POOR, judge
+from identification.result.result import Nuisance
 from tests.identification.made_result import made_result
 
 
@@ -20,6 +21,19 @@ def test_a_wrong_model_is_reported_with_its_worst_record_and_channel(poor):
     assert "worst is impact force in contact of cart1.csv" in verdict.sentence
     assert verdict.worst.times_noise > 5
     assert any("not white" in remark for remark in verdict.remarks)
+
+
+def test_a_record_that_alone_misfits_is_named_with_what_it_alone_has(poor, good):
+    assert not any("Only" in remark for remark in judge(good).remarks)
+    assert judge(poor).remarks[0].startswith("Only cart1.csv misfits; the model explains the other 1 to the noise. Look for what differs")
+    drop, cart = poor.records
+    seen = {name: values for name, values in cart.measured.items() if name != "cart_displacement"}
+    sine = Nuisance(name="base_amplitude", unit="m", value=1.25e-3, stderr=1e-6)
+    cart = dataclasses.replace(cart, measured=seen, nuisances=(sine,), chi2_reduced={"impact_force": cart.chi2_reduced["impact_force"]})
+    remark = judge(dataclasses.replace(poor, records=(drop, cart))).remarks[0]
+    assert remark.endswith("Its cart was not recorded: the amplitude found, 1.25 mm, may be wrong, or its motion no sine.")
+    both = dataclasses.replace(poor, records=(dataclasses.replace(poor.records[1], file="a.csv"), poor.records[1]))
+    assert not any("Only" in remark for remark in judge(both).remarks)
 
 
 def test_a_misfit_that_the_mean_hides_is_reported():
