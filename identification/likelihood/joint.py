@@ -233,10 +233,10 @@ class JointMode:
                 trial = point(here.prepared, self._step(_bent(here, trial), damping, newton=newton), here.variances, like=here)
             after, expected = trial.cost, ahead
             if after < cost:
-                fall, here, cost, fresh = cost - after, trial, after, False
+                fall, here, cost, was_fresh, fresh = cost - after, trial, after, fresh, False
                 damping, growth = max(damping / 10.0, 1e-9), 2.0
                 ahead = self.to_go(here)
-                if fall < self.tolerance:
+                if fall < self.tolerance and was_fresh:
                     break
                 if fall < 0.5 * expected:
                     here, fresh = here.renewed(), True

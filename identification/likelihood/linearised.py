@@ -111,9 +111,10 @@ class Linearised:
         sticks = ~self.in_contact & (-self.flow[..., 1, 1] * steps > _STICKS)
         windows = np.flatnonzero(self.finite & np.any(sticks & self.inside, axis=1))
         scaled, _ = _scaled(self.fundamental[windows], self.finite[windows])
-        lost = (np.abs(_determinants(scaled)) < _FORGOTTEN) & np.logical_or.accumulate(sticks[windows], axis=1)
-        known, some = ~np.logical_or.accumulate(lost, axis=1), np.any(lost & self.inside[windows], axis=1)
-        windows, known = windows[some], known[some]
+        regular = np.abs(_determinants(scaled)) > _FORGOTTEN
+        lost = ~regular & np.logical_or.accumulate(sticks[windows], axis=1)
+        some = np.any(lost & self.inside[windows], axis=1) & regular[:, 0]  # a prescribed motion is singular from the start
+        windows, known = windows[some], regular[some] & ~np.logical_or.accumulate(lost[some], axis=1)
         whole, flow = self.fundamental[windows], self.flow[windows]
         inverse = np.linalg.inv(np.where(known[..., None, None], whole, np.eye(whole.shape[-1])))
         by_flow = expm(0.5 * steps[windows, :-1, None, None] * (flow[:, :-1] + flow[:, 1:]))
