@@ -105,7 +105,7 @@ def _least_squares(
     None where none converges; with it, the outcomes of the starts.
     """
     outcome = ordinary(prepared, progress)
-    if starts is None and outcome is not None and _explains(prepared, outcome):
+    if starts == 1 or (starts is None and outcome is not None and _explains(prepared, outcome)):
         return outcome, ()
     progress("trying other starts on single impacts")
     other, tried = (Multistart() if starts is None else Multistart(count=starts))(prepared, seed=seed)
@@ -176,8 +176,8 @@ def with_variations(found: Fitted, names: Sequence[str], progress: Callable[[str
     """The fit with a value of these parameters for each record, about a common mean.
 
     The standard deviation between records is estimated by restricted maximum likelihood, for one parameter at a time; where several vary,
-    each is estimated again beside the others until none changes. A parameter stays common to all records where that estimate is zero, or
-    where fewer than two records identify it.
+    each is estimated again beside the others until none changes, in at most `_MOST_SWEEPS` sweeps. A parameter stays common to all records
+    where that estimate is zero, or where fewer than two records identify it.
     """
     for _ in range(_MOST_SWEEPS if len(names) > 1 else 1):
         before = dict(found.prepared.layout.variations)

@@ -125,10 +125,13 @@ class Point:
 
     def without_force(self) -> Linearised:
         """The windows with residuals as without the random force, to first order."""
-        force = np.where(_free(self.prepared)[:, None], self.estimate.force, 0.0)
+        return dataclasses.replace(self.at, residual=self.at.residual - self.shown(self.estimate.force))
+
+    def shown(self, force: Float[np.ndarray, "windows knots"]) -> Float[np.ndarray, "windows time channels"]:
+        """First-order change of the residual due to a force at the knots, N."""
+        force = np.where(_free(self.prepared)[:, None], force, 0.0)
         acting = np.einsum("lk,lkt->lt", force, hats(self.at, self.variances.places))
-        lowered = force_responses(self.at, float(self.prepared.model.mass), acting[:, None])[:, 0]
-        return dataclasses.replace(self.at, residual=self.at.residual - lowered)
+        return force_responses(self.at, float(self.prepared.model.mass), acting[:, None])[:, 0]
 
 
 def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like: "Point | None" = None, refinement: float = 1.0) -> Point:
@@ -188,11 +191,9 @@ def _weighed(
 def _bent(here: Point, there: Point) -> Point:
     """The point with the residual that makes its linear model exact at another point: r(there) - J (step) - Z f(there), without force."""
     step = there.estimate.local(here.at.record) - here.estimate.local(here.at.record)
-    moved = there.at.residual - np.einsum("ls,lstc->ltc", step, here.at.jacobian)
-    at = dataclasses.replace(here.at, residual=moved)
-    lowered = dataclasses.replace(here, at=at, estimate=dataclasses.replace(here.estimate, force=there.estimate.force)).without_force()
-    usable = (here.at.finite & there.at.finite)[:, None, None]
-    at = dataclasses.replace(at, residual=np.where(usable, lowered.residual, here.without_force().residual))
+    moved = there.at.residual - np.einsum("ls,lstc->ltc", step, here.at.jacobian) - here.shown(there.estimate.force)
+    usable, unmoved = (here.at.finite & there.at.finite)[:, None, None], here.without_force()
+    at = dataclasses.replace(unmoved, residual=np.where(usable, moved, unmoved.residual))
     inner = grams(at, here.answer, here.variances.noise, here.inner.force)
     return dataclasses.replace(here, inner=inner, marginal=marginal(inner, here.variances.root))
 
@@ -204,8 +205,8 @@ class JointMode:
     Steps hold the windows' weights (iteratively reweighted least squares, which decreases the cost from far away). Where the expected
     decrease exceeds that of the last step, the next one includes the curvature of the loss (Newton). A step that fails is repeated with a
     correction of second order, which follows a curved valley: where two parameters explain nearly the same, a small curvature of the
-    residual outweighs what is left to gain. Where a step gains less than half of what it promised, where steps fail and at convergence, the
-    response to the force is recomputed: it determines the steps only, not the cost.
+    residual outweighs what is left to gain. Where a step gains less than half of the decrease expected of an undamped one, where
+    steps fail and at convergence, the response to the force is recomputed: it determines the steps only, not the cost.
 
     Source: M. K. Transtrum, J. P. Sethna, Improvements to the Levenberg-Marquardt algorithm (2012), arXiv:1201.5885 (geodesic
     acceleration; here the second derivative comes from the failed step).

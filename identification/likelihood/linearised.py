@@ -107,7 +107,7 @@ class Linearised:
         The derivative by the initial state is singular then, and what acts later does not follow from it. From there the derivative over
         a step is that of the flow, exp(A dt), with A the mean of both ends.
         """
-        steps = np.diff(self.ts, axis=1, append=self.ts[:, -1:] + 1.0)
+        steps = np.diff(self.ts, axis=1, append=self.ts[:, -1:])
         sticks = ~self.in_contact & (-self.flow[..., 1, 1] * steps > _STICKS)
         windows = np.flatnonzero(self.finite & np.any(sticks & self.inside, axis=1))
         scaled, _ = _scaled(self.fundamental[windows], self.finite[windows])
@@ -117,9 +117,9 @@ class Linearised:
         windows, known = windows[some], regular[some] & ~np.logical_or.accumulate(lost[some], axis=1)
         whole, flow = self.fundamental[windows], self.flow[windows]
         inverse = np.linalg.inv(np.where(known[..., None, None], whole, np.eye(whole.shape[-1])))
-        by_flow = expm(0.5 * steps[windows, :-1, None, None] * (flow[:, :-1] + flow[:, 1:]))
-        both = (known[:, :-1] & known[:, 1:])[..., None, None]
-        return windows, np.where(both, whole[:, 1:] @ inverse[:, :-1], by_flow)
+        found, by_flow = whole[:, 1:] @ inverse[:, :-1], ~(known[:, :-1] & known[:, 1:])
+        found[by_flow] = expm(0.5 * steps[windows, :-1, None, None][by_flow] * (flow[:, :-1] + flow[:, 1:])[by_flow])
+        return windows, found
 
     def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
         """Values along one record, assembled from its windows."""

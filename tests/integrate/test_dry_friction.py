@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vibrojax.contact import NoContact
+from vibrojax.contact import HuntCrossley, NoContact
 from vibrojax.effects import CoulombFriction
 from vibrojax.excitation import Harmonic, Unforced, at_rest
 from vibrojax.integrate import Landing
@@ -85,3 +85,27 @@ def test_sticking_needs_no_short_steps():
     assert 0.2 < np.mean(stuck) < 0.8
     np.testing.assert_allclose(found.u, expected, atol=2e-3 * np.ptp(expected))
     assert int(found.steps) < 1.5 * TIMES[-1] / 1.4e-3
+
+
+def test_a_hammer_that_sticks_on_the_stop_stays_there():
+    """The stop's spring slides it slowly at first; without an exponential step the error exceeds the motion."""
+    stiffness, force = 1e4, 20.0
+    system = System(
+        mass=1.0,
+        suspension=Linear(damping_ratio=0.0, natural_frequency_hz=FREQUENCY),
+        law=HuntCrossley(impact_stiffness=stiffness, impact_exponent=1.0, impact_damping=0.0),
+        gap=0.0,
+        base=at_rest(),
+        applied=Unforced(),
+        effects=(CoulombFriction(force),),
+    )
+    steps = Landing(contact_steps=80.0, flight_step=0.01 / FREQUENCY, most_steps=20_000)
+    found = steps(system, jnp.asarray(TIMES[:250]), jnp.array([1e-3, 0.0]))
+    omega = 2.0 * np.pi * FREQUENCY
+
+    def rates(t, state):
+        u, v = state
+        return v, -(omega**2) * u - stiffness * max(u, 0.0) - force * np.tanh(v / 5e-4)
+
+    solved = solve_ivp(rates, (0.0, TIMES[249]), (1e-3, 0.0), method="Radau", t_eval=TIMES[:250], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found.u, solved.y[0], atol=1e-2 * np.ptp(solved.y[0]))

@@ -5,6 +5,7 @@ import pytest
 
 from vibrojax.studies.attractors import SAME, Sections, attractors, share
 from vibrojax.studies.basin_measures import boundary, entropy, integrity
+from vibrojax.studies.basins_along import _together
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 
 STROBES = 16
@@ -120,3 +121,12 @@ def test_integrity_is_the_room_in_units_of_a_displacement():
     alone = integrity(colours, u0, v0, [places[0], np.array([[4e-3, 0.0]])], omega)[1]
     assert alone.local == pytest.approx(3e-3, abs=alone.resolution) and not alone.bounded
     assert np.isnan(integrity(colours, u0, v0, [np.array([[0.1, 0.0]]), places[1]], omega)[0].local)
+
+
+def test_seeds_without_any_other_motion_are_still_told_apart():
+    """At a value of the parameter at which nothing on the grid could be integrated."""
+    one = np.ones(1, int)
+    seeds = Sections(np.zeros((1, 16, 2)), one, one, one, np.zeros(1))
+    together = _together([], seeds)
+    assert together.period.dtype.kind == "i"
+    assert [found.name for found in attractors(together)[1]] == ["z = 1/1"]

@@ -77,8 +77,8 @@ def continue_(
         console.print(_table(branch))
         cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
         console.print(f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}")
-        console.print(f"{sentence}", soft_wrap=True)
-        console.print(f"results in {out}; start with {out / f'branch{tail}.png'}", soft_wrap=True)
+        console.print(f"{sentence}", soft_wrap=True, markup=False)
+        console.print(f"results in {out}; start with {out / f'branch{tail}.png'}", soft_wrap=True, markup=False)
 
 
 def _table(branch: Any) -> Table:

@@ -66,8 +66,8 @@ def gallery(
         made = make_gallery(rig, chosen, folder, title=title, thesis=thesis, look=FIGURE_STYLES[style], progress=say)
     console = Console(quiet=quiet, highlight=False)
     for plate, sentence, failed in made:
-        console.print(f"{plate.stem}: {'not made: ' if failed else ''}{sentence}", soft_wrap=True)
-    console.print(f"{sum(not one.failed for one in made)} figures in {out}; start with {out / PAGE}", soft_wrap=True)
+        console.print(f"{plate.stem}: {'not made: ' if failed else ''}{sentence}", soft_wrap=True, markup=False)
+    console.print(f"{sum(not one.failed for one in made)} figures in {out}; start with {out / PAGE}", soft_wrap=True, markup=False)
 
 
 def _checked(model: str, base_amplitude: float | None, gap: str | None) -> tuple[float, list[float]] | None:

@@ -130,6 +130,10 @@ def swept(study: str, sweep: Sequence[str], old: Mapping[str, str | None], param
         InputError: an unknown axis, one that is given twice or not at all, values that are none.
     """
     form, given = FORMS[study], named("--sweep", sweep)
+    if "" in given and next(iter(form.axes), "") in given:
+        raise InputError(f"--sweep names {next(iter(form.axes))} twice, once as the axis without a name: leave one out")
+    if parameter is not None and any(given):
+        raise InputError(f"both --sweep {next(filter(None, given))} and --parameter {parameter} are given: leave --parameter out")
     along, found = canonical(parameter or next(iter(form.axes), "")), {}
     if form.any_parameter:
         if len(given) > 1:
@@ -162,5 +166,8 @@ def cases(varied: Mapping[str, Sequence[float]]) -> list[tuple[str, dict[str, fl
     found = []
     for row in itertools.product(*varied.values()):
         one = dict(zip(varied, row, strict=True))
-        found.append(("".join(f"_{name}-{value:g}" for name, value in one.items() if len(varied[name]) > 1), one))
+        tail = "".join(f"_{name}-{value:g}" for name, value in one.items() if len(varied[name]) > 1)
+        if any(tail == other for other, _ in found):
+            raise InputError(f"values are equal to six digits ({tail[1:]}): expected one of each, since they name the files; leave one out")
+        found.append((tail, one))
     return found

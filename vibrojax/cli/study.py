@@ -147,13 +147,13 @@ def _run(
         written = [_written(name, tail, job, shared, folder, begin) for tail, job in jobs]
     for tail, data, sentence, files in written:
         took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""
-        console.print(f"{data.attrs['title']}{_words(tail)}: engine {data.attrs['engine']}{took}", soft_wrap=True)
+        console.print(f"{data.attrs['title']}{_words(tail)}: engine {data.attrs['engine']}{took}", soft_wrap=True, markup=False)
         if data.attrs["lanes_that_failed"] != "{}":
-            console.print(f"not integrated: {data.attrs['lanes_that_failed']}", soft_wrap=True)
+            console.print(f"not integrated: {data.attrs['lanes_that_failed']}", soft_wrap=True, markup=False)
         say_attractors(console, data)
         if sentence:
             console.print(sentence, soft_wrap=True, markup=False)
-        console.print(f"{' and '.join(files[:2])} in {shared.out}", soft_wrap=True)
+        console.print(f"{' and '.join(files[:2])} in {shared.out}", soft_wrap=True, markup=False)
 
 
 def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], settings: dict[str, Any]) -> list[tuple[str, Any]]:
@@ -162,10 +162,11 @@ def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], set
 
     varied = named("--vary", shared.vary or [])
     form, inside = FORMS[name], {}
-    fixed = _fixed(name, shared, rig, settings.get("parameter", ""), {canonical(option) for option in varied})
+    along = settings.get("parameter", "")
+    fixed = _fixed(name, shared, rig, along, {canonical(option) for option in varied})
     for option, text in varied.items():
         key, listed = canonical(option), values("--vary", text)
-        _check_varied(option, rig, fixed if key not in form.lists else {}, shared)
+        _check_varied(option, rig, fixed if key not in form.lists else {}, shared, along)
         if form.varied_inside and key not in (AMPLITUDE, FREQUENCY, "gap"):
             inside[key] = listed
         else:
@@ -186,6 +187,8 @@ def _fixed(name: str, shared: Shared, rig: Rig, along: str, varied: set[str]) ->
     """Values of A0, gap and frequency, as far as the study needs them and does not sweep them; none yet of those that `--vary` sets."""
     given = {"gap": shared.gap, FREQUENCY: shared.frequency}
     found: dict[str, list[float]] = {}
+    if along == AMPLITUDE and shared.base_amplitude is not None:
+        raise InputError(f"--base-amplitude is given, but {name} sweeps it: leave it out")
     if along != AMPLITUDE:
         if AMPLITUDE in varied and shared.base_amplitude is None:
             found[AMPLITUDE] = []
@@ -211,11 +214,13 @@ def _fixed(name: str, shared: Shared, rig: Rig, along: str, varied: set[str]) ->
     return found
 
 
-def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Shared) -> None:
-    """Refuse a name that is none, and one that is set otherwise."""
+def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Shared, along: str) -> None:
+    """Refuse a name that is none, and one that is swept or set otherwise."""
     from vibrojax.model import MASS
 
     key, parameters = canonical(name), [MASS.name, *rig.model.values()]
+    if key == along:
+        raise InputError(f"--vary names {name!r}, which is swept: expected another parameter; leave it out")
     if key not in parameters and key not in fixed:
         raise InputError(f"--vary names {name!r}: expected one of {', '.join([*parameters, *fixed])}; correct it")
     if key in parameters and shared.fit is not None:

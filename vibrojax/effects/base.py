@@ -83,7 +83,7 @@ class AbstractEffect(eqx.Module):
 
     @property
     def switch_speed(self) -> Value | None:
-        """Velocity over which its force reverses where the hammer turns back, m/s; None where no force jumps there."""
+        """Velocity u' over which its force switches where the hammer turns back, m/s; None where it does not switch with u'."""
         return None
 
     @property

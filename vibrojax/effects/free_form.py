@@ -126,6 +126,11 @@ class FreeForm(AbstractEffect):
     d: Value = 1e-3
     tau: Value = 1.0
 
+    @property
+    def switch_speed(self) -> float | None:
+        """Of sign(u'), where a term holds it."""
+        return _CREEP if any("sign(u')" in term for term in self.terms) else None
+
     def __check_init__(self):
         if not 1 <= len(self.terms) <= MOST_TERMS:
             raise ValueError(f"{len(self.terms)} terms: expected 1 to {MOST_TERMS}")

@@ -62,6 +62,9 @@ class Landing(AbstractBatchIntegrator):
     forward-mode derivatives then include the jump of a discontinuous force, and elsewhere are a hundred times nearer the truth, because
     the steps move with the touch. Reverse mode is not supported (the loop has no fixed length).
 
+    Where dry friction switches with the sign of the velocity, steps in flight shorten towards the reversal. Where it holds the hammer,
+    steps are exponential.
+
     Arguments:
         contact_steps: steps in an impact of average duration, at least.
         flight_step: longest step, s; with a sampled excitation no longer than its sampling interval.
@@ -224,7 +227,7 @@ class _Friction(NamedTuple):
 
         Source: M. Hochbruck, A. Ostermann, Exponential integrators, Acta Numerica 19 (2010) 209-286 (exponential Rosenbrock-Euler method).
         """
-        sticks = ~carry.in_contact & (self.rate * h > 1.0)
+        sticks = self.rate * h > 1.0
         rate = jnp.where(sticks, self.rate, 1.0)
         slow = carry.v - self.acceleration * jnp.expm1(-rate * h) / rate
         return jnp.where(sticks, carry.u + 0.5 * h * (carry.v + slow), u), jnp.where(sticks, slow, v)
@@ -243,7 +246,7 @@ def _friction(system: System, carry: LandingState) -> _Friction | None:
         return system.forces(carry.t, carry.u, v, carry.own, carry.in_contact, carry.approach_speed).acceleration
 
     found, slope = jax.jvp(acceleration, (carry.v,), (jnp.ones_like(carry.v),))
-    speed, slowing, switch = *lax.stop_gradient((jnp.abs(carry.v), found)), jnp.asarray(min(speeds) if len(speeds) > 1 else speeds[0])
+    speed, slowing, switch = *lax.stop_gradient((jnp.abs(carry.v), found)), jnp.asarray(min(speeds))
     step = _TO_REVERSAL * (switch + speed) / jnp.maximum(jnp.abs(slowing), 1e-300)
     concerned = (slowing * carry.v < 0) | (speed < _SWITCHED * switch)
     return _Friction(jnp.where(concerned, lax.stop_gradient(step), jnp.inf), lax.stop_gradient(-slope), found)

@@ -95,7 +95,8 @@ def _one_colour(one: dict[str, Any], places: list[Place]) -> str:
     lead = f"one colour: every initial state ends in {one['name']}"
     if not places:
         return (
-            f"{lead}, and a search over gaps and frequencies within 40 % saw no other periodic motion; try wider ranges of initial states"
+            f"{lead}, and a search over gaps and frequencies from 0.71 to 1.41 times these saw no other periodic motion; "
+            "try wider ranges of initial states"
         )
     units = {"gap": ("--gap", "m"), "frequency_hz": ("--frequency", "Hz")}
     tips = [f"{units[place.setting][0]} {place.value:.4g} ({' and '.join(place.names)})" for place in places]

@@ -147,7 +147,8 @@ def _together(found: list[Attractor], seeds: Sections) -> Sections:
     """Attractors, a lane each, and seeds."""
     strobes = seeds.points.shape[1]
     rows = [np.resize(one.points[::-1], (strobes, 2))[::-1] for one in found]
-    columns = [np.array([getattr(one, name) for one in found]) for name in ("kind", "impacts", "period", "lyapunov")]
+    names = ("kind", "impacts", "period", "lyapunov")
+    columns = [np.array([getattr(one, name) for one in found], np.asarray(getattr(seeds, name)).dtype) for name in names]
     points = np.concatenate([np.array(rows).reshape(-1, strobes, 2), seeds.points])
     return Sections(points, *(np.concatenate([new, old]) for new, old in zip(columns, seeds[1:], strict=True)))
 

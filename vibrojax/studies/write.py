@@ -17,7 +17,7 @@ def write_study(name: str, data: xr.Dataset, folder: Path, *, look: FigureStyle 
 
     Arguments:
         name: of the command, a key of `FIGURES`.
-        data: of the study, or of its quantiles over draws; of basins, the attractors and their measures become `NAME.json` as well.
+        data: of the study, or of its quantiles over draws; of basins, the attractors and their measures become `STEM.json` as well.
         folder: that receives the files; it must exist.
         look: sizes of the figure.
         stem: of the files; by default the name of the command.

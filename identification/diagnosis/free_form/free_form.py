@@ -11,7 +11,7 @@ from identification.diagnosis.free_form.formula import common_phase, formula
 from identification.diagnosis.free_form.terms import Choice, change_by, common_amplitude, force_groups, lines, reading_groups, select
 from identification.diagnosis.refit import beside, with_model
 from identification.diagnosis.relevance import residual_share
-from identification.diagnosis.score.profiled import profiled_gains
+from identification.diagnosis.score.profiled import is_resolved, profiled_gains
 from identification.diagnosis.score.score import Projector, projector
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import Course, courses
@@ -95,6 +95,8 @@ def strongest_line(scored: Scored) -> float:
     choice = select(scored.by, groups, fitted.samples, 1) if groups else None
     if choice is None or not choice.groups:
         return 0.0
+    if not is_resolved(fitted):
+        return choice.gain
     change = change_by(choice, scored.at, scored.courses, mass)
     return max(choice.gain, float(profiled_gains(fitted, change[:, None], np.array([False]))[0]))
 

@@ -32,7 +32,7 @@ def profiled(fitted: Fitted, courses: tuple[Course, ...], best: Mapping[str, Can
     candidate explains, the score test expects less than a fit with the candidate gains.
     """
     chosen = {name: one for name, one in best.items() if one.gain > _WORTH}
-    if not chosen or not _is_resolved(fitted):
+    if not chosen or not is_resolved(fitted):
         return dict(best)
     changes = np.stack([change_of(fitted, one, courses) for one in chosen.values()], axis=1)
     one_sided = np.array([one.degrees == 1 and not one.members[0].probe.either_sign for one in chosen.values()])
@@ -85,7 +85,7 @@ def profiled_gains(
     return 2.0 * (np.max(beside, axis=0) - np.max(without))
 
 
-def _is_resolved(fitted: Fitted) -> bool:
+def is_resolved(fitted: Fitted) -> bool:
     """Whether the random force is above the noise in any window."""
     root = fitted.variances.root
     return bool(np.trace(root.T @ fitted.point.inner.force @ root, axis1=1, axis2=2).max() > 1.0)

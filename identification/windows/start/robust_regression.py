@@ -25,7 +25,7 @@ class Regression:
     @property
     def covariance(self) -> Float[np.ndarray, "unknowns unknowns"]:
         """Of the estimate; directions without information are left out."""
-        size = np.sqrt(np.diag(self.information))
+        size = np.sqrt(np.maximum(np.diag(self.information), 0.0))
         size = np.where(size > 0.0, size, 1.0)
         return np.linalg.pinv(self.information / np.outer(size, size), hermitian=True) / np.outer(size, size)
 
@@ -62,6 +62,8 @@ def robust_regression(matrix: Float[np.ndarray, "equations unknowns"], right: Fl
 
     The noise is the median absolute residual, which outliers leave alone while they are fewer than half.
     """
+    if not right.any():
+        return Regression.nothing(matrix.shape[1])
     floor = _NOISELESS * float(np.sqrt(np.mean(right**2))) + 1e-300
     weight = np.ones(len(right))
     for _ in range(_ITERATIONS):

@@ -52,7 +52,7 @@ def _joined(pairs: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.
 def vibration_of(found: Regression, mass: float | None) -> tuple[dict[str, float], float | None]:
     """zeta and f_n of a regression, and the mass; empty where it is no vibration."""
     solution = found.estimate
-    if solution[SQUARE] <= 0:
+    if not solution[SQUARE] > 0:
         return {}, mass
     omega_n = np.sqrt(solution[SQUARE])
     zeta = float(np.clip(solution[0] / (2 * omega_n), 1e-3, 1.0))
