@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identification.estimation.held_back import held_back_fits, rms_nrmse
-from identification.estimation.nominal import degrees_of_freedom, nominal_fit, on_ordinary_windows, with_variations
+from identification.estimation.nominal import Nominal, degrees_of_freedom, nominal_fit, on_ordinary_windows, with_variations
 from identification.estimation.profiles import likelihood_around, profiles
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
@@ -19,7 +19,7 @@ from identification.least_squares.fit import bounds, free_unknowns, integrator_f
 from identification.least_squares.levenberg_marquardt import Outcome
 from identification.least_squares.settling import settled_without_force
 from identification.least_squares.uncertainty import Uncertainty, interval, uncertainty
-from identification.likelihood.fitted import Fitted, fitted
+from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.sampling.nuts import Nuts
 from identification.likelihood.variances import posterior
@@ -90,7 +90,7 @@ def fit_experiment(
     clock.lap("prepare")
     begin = nominal_fit(prepared, starts=starts, seed=seed, progress=progress)
     clock.lap("fit")
-    nominal = with_variations(_on_long_windows(prepared, begin.fitted, progress), varying(experiment), progress)
+    nominal = with_variations(_on_long_windows(prepared, begin, progress), varying(experiment), progress)
     found, added = (nominal, None) if extend is None else extend(nominal, progress)
     short, of_least_squares = len(found.prepared.record) > len(prepared.record), prepared.layout
     first = prepared.layout.physical(prepared.start.shared)
@@ -178,11 +178,17 @@ def _predicting(added: Added, nominal: Fitted, experiment: Experiment, held_back
     return dataclasses.replace(added, held_back=(rms_nrmse(held_back_fits(experiment, nominal.model)), rms_nrmse(held_back)))
 
 
-def _on_long_windows(prepared: Prepared, found: Fitted, progress: Progress) -> Fitted:
-    """The nominal fit on ordinary windows, where these do not diverge from the records, and iterated until it has converged."""
+def _on_long_windows(prepared: Prepared, begin: Nominal, progress: Progress) -> Fitted:
+    """The nominal fit on ordinary windows, the likelier of those from least squares and from short windows, iterated to convergence.
+
+    It stays on short windows where it diverges on ordinary ones from either.
+    """
+    found = begin.fitted
     if len(found.prepared.record) > len(prepared.record):
         progress("fitting the nominal model to ordinary windows again")
-        found = on_ordinary_windows(prepared, found) or found
+        far = None if begin.far is None else fitted(first_point(prepared, begin.far), iterations=25)
+        tried = [one for one in (on_ordinary_windows(prepared, found), far) if one is not None]
+        found = max(tried, key=lambda one: one.log_likelihood, default=found)
     return found if found.converged else fitted(found.point, iterations=25)
 
 

@@ -16,7 +16,7 @@ from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import Point, point
 from identification.likelihood.random_effects import variations, with_variation
 from identification.result.result import StartOutcome
-from identification.windows.layout import Active
+from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
 
@@ -38,12 +38,14 @@ class Nominal:
     Attributes:
         fitted: on ordinary windows, or on short ones.
         outcome: of least squares; None where the fit started from short windows.
+        far: least-squares estimate on ordinary windows that converged, but not near the recorded motion; None where there is none.
         starts: outcome of every start on single impacts, best first; empty where the first fit left no misfit.
     """
 
     fitted: Fitted
     outcome: Outcome | None
     starts: tuple[StartOutcome, ...]
+    far: Estimate | None = None
 
 
 def nominal_fit(
@@ -71,13 +73,14 @@ def nominal_fit(
         found = if_near(first_point(prepared, outcome.estimate))
         if found is not None:
             return Nominal(fitted=found, outcome=outcome, starts=tried)
+    far = None if outcome is None else outcome.estimate
     short = on_short_windows(prepared, progress)
     if is_adequate(short):
         progress("fitting the nominal model to ordinary windows again")
         again = on_ordinary_windows(prepared, short)
         if again is not None and is_adequate(again):
             return Nominal(fitted=again, outcome=None, starts=tried)
-    return Nominal(fitted=short, outcome=None, starts=tried)
+    return Nominal(fitted=short, outcome=None, starts=tried, far=far)
 
 
 def is_adequate(of: Fitted) -> bool:

@@ -40,5 +40,5 @@ def commands(command, name):
 )
 def test_help_of_every_command_ends_with_its_example(name, command):
     """A group shows one of its commands."""
-    assert command.epilog.startswith(f"Example:  {name} ")
+    assert f"{command.epilog} ".startswith(f"Example:  {name} ")
     assert "\n" not in command.epilog

@@ -48,9 +48,9 @@ def continue_(
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")
     ] = (0.0, 0.0),
     quiet: Quiet = False,
-    begin: Annotated[float | None, typer.Option("--from", hidden=True)] = None,
-    end: Annotated[float | None, typer.Option("--to", hidden=True)] = None,
-    parameter: Annotated[str | None, typer.Option("--parameter", hidden=True)] = None,
+    begin: Annotated[float | None, typer.Option("--from", hidden=True, help="First end of --sweep.")] = None,
+    end: Annotated[float | None, typer.Option("--to", hidden=True, help="Last end of --sweep.")] = None,
+    parameter: Annotated[str | None, typer.Option("--parameter", hidden=True, help="Name of --sweep.")] = None,
 ) -> None:
     """Follow one family of periodic orbits, stable or not, along a parameter; one for each gap or other value that is given.
 

@@ -26,7 +26,7 @@ _DRAWS = 100
 _OPTION = {"gap": "--gap", FREQUENCY: "--frequency"}
 
 Cycles = Annotated[int, _CYCLES]
-Parameter = Annotated[str | None, typer.Option("--parameter", hidden=True)]
+Parameter = Annotated[str | None, typer.Option("--parameter", hidden=True, help="Name of --sweep.")]
 
 
 @with_shared
@@ -90,7 +90,9 @@ def lyapunov(shared: Shared, parameter: Parameter = None, cycles: Cycles = 300) 
 
 @with_shared
 def design(
-    shared: Shared, cycles: Cycles = 300, frequencies: Annotated[str | None, typer.Option("--frequencies", hidden=True)] = None
+    shared: Shared,
+    cycles: Cycles = 300,
+    frequencies: Annotated[str | None, typer.Option("--frequencies", hidden=True, help="As --frequency.")] = None,
 ) -> None:
     """Hammer design: impact force against the hammer's mass, its spring kept, at several excitation frequencies."""
     shared = shared if frequencies is None else dataclasses.replace(shared, frequency=frequencies)

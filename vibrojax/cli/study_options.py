@@ -181,7 +181,7 @@ def with_shared(command: Callable[..., None]) -> Callable[..., None]:
             _hidden(axis.old),
             inspect.Parameter.KEYWORD_ONLY,
             default=None,
-            annotation=Annotated[str | None, typer.Option(axis.old, hidden=True)],
+            annotation=Annotated[str | None, typer.Option(axis.old, hidden=True, help="Values along this axis, as --sweep gives them.")],
         )
         for axis in axes.values()
     ]

@@ -8,6 +8,7 @@ import xarray as xr
 
 from vibrojax.batch.closure import repeats
 from vibrojax.studies.base import CHAOS
+from vibrojax.studies.basin_finding import finding as of_basins
 from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, PERIODIC
 from vibrojax.studies.figures.base import setting
 
@@ -106,7 +107,7 @@ def _section(data: xr.Dataset) -> str:
 
 
 def _basins(data: xr.Dataset) -> str:
-    return str(data.attrs["finding"])
+    return str(data.attrs["finding"]) if "finding" in data.attrs else of_basins(data, [])
 
 
 def _lyapunov(data: xr.Dataset) -> str:

@@ -286,6 +286,7 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
     monkeypatch.setattr(Table, "allow", watched)
     text = settings_on(template()).replace("decimate = 4", "# decimate = 4").replace("fixed = true", "# fixed = true")  # one of two
     text = text.replace("crop = [0.2, 2.5]", "crop = [0.0, 2.5]").replace("resample = 2000.0", "resample = 2048000.0")
+    text = text.replace("lowpass = 500.0", "lowpass = 100000.0")  # of records of a millisecond
     (tmp_path / "experiment.toml").write_text(text)
     renamed = (tmp_path / "cart1.csv").read_text().replace("time,hammer_displacement", "t,LVDT 2 [mm]", 1)
     (tmp_path / "cart1.csv").write_text(renamed)
