@@ -82,7 +82,7 @@ STYLE: Any = {
 """For Matplotlib's `rcParams`."""
 
 
-def settings_of(look: FigureStyle) -> dict[str, Any]:
+def settings_of(look: FigureStyle) -> dict[Any, Any]:
     """`STYLE` with the sizes of a style for studies."""
     text = dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), look.text)
     small = dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), look.text - 1.0)
