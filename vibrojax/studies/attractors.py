@@ -47,7 +47,7 @@ class Attractor(NamedTuple):
     """A place where motions settle."""
 
     name: str
-    """Such as "z = 1/1"; those of one z are told apart by a letter."""
+    """Such as "z = 1/1"; those of one z are distinguished by a letter."""
     motion: str
     """The name without the letter."""
     kind: int

@@ -9,7 +9,7 @@ from vibrojax.studies.figures.base import add_ratio_axis, label, setting
 from vibrojax.symbols import AT_STROBES, FORCE_OF_CYCLE
 
 DOWN = "#8c2d04"
-"""Dark on the pale blue of the sweep up: told apart in grey too."""
+"""Dark on the pale blue of the sweep up: they differ in grey too."""
 
 
 def draw(data: xr.Dataset) -> Figure:

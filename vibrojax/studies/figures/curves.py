@@ -48,7 +48,7 @@ class Curves:
 
     @property
     def dashes(self) -> list[Any]:
-        """Of the curves in their order; many are told apart by lightness alone."""
+        """Of the curves in their order; many differ in lightness alone."""
         return list(_DASHES[: len(self.values)]) if self.few else ["-"] * len(self.values)
 
     @property

@@ -1,4 +1,4 @@
-"""Regions of a map: a lightness of its own for each, so that they are told apart in grey too, and their names inside."""
+"""Regions of a map: a lightness of its own for each, so that they differ in grey too, and their names inside."""
 
 import dataclasses
 from typing import Any
