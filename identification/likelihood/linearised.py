@@ -110,7 +110,7 @@ class Linearised:
         steps = np.diff(self.ts, axis=1, append=self.ts[:, -1:])
         sticks = ~self.in_contact & (-self.flow[..., 1, 1] * steps > _STICKS)
         windows = np.flatnonzero(self.finite & np.any(sticks & self.inside, axis=1))
-        scaled, _ = _scaled(self.fundamental[windows], self.finite[windows])
+        scaled, _, _ = _scaled(self.fundamental[windows], self.finite[windows])
         regular = np.abs(_determinants(scaled)) > _FORGOTTEN
         lost = ~regular & np.logical_or.accumulate(sticks[windows], axis=1)
         some = np.any(lost & self.inside[windows], axis=1) & regular[:, 0]  # a prescribed motion is singular from the start
@@ -201,23 +201,23 @@ def _inverse(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
 ) -> Float[np.ndarray, "windows time states states"]:
     """Inverse of every matrix; pseudoinverse of a singular one."""
-    scaled, size = _scaled(matrices, finite)
-    largest = np.abs(matrices * size / size[:, None]).max(axis=(-2, -1), keepdims=True)
+    scaled, size, largest = _scaled(matrices, finite)
     singular = np.abs(_determinants(scaled)) < _SINGULAR
     found = np.linalg.inv(np.where(singular[..., None, None], np.eye(len(size)), scaled))
     found[singular] = np.linalg.pinv(scaled[singular], rcond=_SINGULAR)
-    return found / np.where(largest > 0, largest, np.inf) * size[:, None] / size
+    return found / largest * size[:, None] / size
 
 
 def _scaled(
     matrices: Float[np.ndarray, "windows time states states"], finite: Bool[np.ndarray, " windows"]
-) -> tuple[Float[np.ndarray, "windows time states states"], Float[np.ndarray, " states"]]:
-    """Every matrix in units of the states' sensitivity to the first initial value, over its largest element; and those units."""
+) -> tuple[Float[np.ndarray, "windows time states states"], Float[np.ndarray, " states"], Float[np.ndarray, "windows time 1 1"]]:
+    """Every matrix in units of the states' sensitivity to the first initial value, over its largest element; these units and elements."""
     size = np.sqrt(np.mean(matrices[finite, ..., 0] ** 2, axis=(0, 1))) if finite.any() else np.zeros(matrices.shape[-1])
     size = np.where(size > 0, size, 1.0)
     scaled = matrices * size / size[:, None]
     largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
-    return scaled / np.where(largest > 0, largest, 1.0), size
+    largest = np.where(largest > 0, largest, 1.0)
+    return scaled / largest, size, largest
 
 
 def _determinants(matrices: Float[np.ndarray, "*stack states states"]) -> Float[np.ndarray, "*stack"]:

@@ -13,6 +13,7 @@ from vibrojax.contact import HuntCrossley
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.gallery import Plate, make, make_gallery, model_plates, preset_plates
+from vibrojax.gallery.make import Made
 from vibrojax.model import Model
 from vibrojax.model_file import write_model
 from vibrojax.presets import NAMES, read_preset
@@ -114,7 +115,9 @@ def test_a_figure_that_cannot_be_made_is_named_with_the_reason(tmp_path, monkeyp
 
 def test_the_command_makes_only_the_studies_that_are_asked_for(tmp_path, monkeypatch, capsys):
     asked = []
-    monkeypatch.setattr("vibrojax.gallery.make_gallery", lambda model, plates, folder, **how: asked.append((plates, how)) or [])
+    monkeypatch.setattr(
+        "vibrojax.gallery.make_gallery", lambda model, plates, folder, **how: asked.append((plates, how)) or [Made(plates[0], "")]
+    )
     assert call(monkeypatch, "beam_150", "--only", "basins", "--style", "paper", "--out", str(tmp_path / "out"), "--quiet") == 0
     (plates, how) = asked[0]
     assert [plate.study for plate in plates] == ["basins", "basins"]
@@ -123,6 +126,16 @@ def test_the_command_makes_only_the_studies_that_are_asked_for(tmp_path, monkeyp
     given = (str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--gap", "0,1e-3", "--out", str(tmp_path / "two"), "--quiet")
     assert call(monkeypatch, *given) == 0
     np.testing.assert_allclose(asked[1][0][0].axes["gap"], [0.0, 1e-3])
+
+
+def test_a_gallery_without_any_figure_ends_with_status_3_and_leaves_the_reasons(tmp_path, monkeypatch, capsys):
+    def fails(job):
+        raise NoConvergenceError("chatter on a rigid stop")
+
+    monkeypatch.setattr(make, "make", fails)
+    assert call(monkeypatch, "beam_150", "--only", "basins", "--out", str(tmp_path / "out"), "--quiet") == 3
+    assert "no figure of beam_150 could be made" in capsys.readouterr().err
+    assert "Not made: chatter on a rigid stop." in (tmp_path / "out" / "index.md").read_text()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import math
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from vibrojax.studies import basins, basins_along
 from vibrojax.studies.basin_finding import with_finding
 from vibrojax.studies.job import Job
 from vibrojax.studies.run import make
+from vibrojax.studies.settled import settled
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear
 
@@ -127,6 +129,20 @@ def test_an_attractor_that_no_initial_state_leads_to_is_followed_with_the_share_
     assert table(data)[0]["motions"] == ["z = 1/1"] * 3
     first = int(np.argmax(shares[:, 0] == 0.0))
     assert shares[0, 0] == 1.0 and first > 0 and (shares[first:3, 0] == 0.0).all() and np.isnan(shares[3, 0])
+
+
+def test_motions_from_attractors_are_integrated_as_long_as_those_of_the_grid(monkeypatch):
+    asked = []
+
+    def watched(model, points, **how):
+        asked.append((how["span"], how["most_cycles"]))
+        return settled(model, points, **how)
+
+    for module in ("basins", "basins_along"):
+        monkeypatch.setattr(import_module(f"vibrojax.studies.{module}"), "settled", watched)
+    span = Span(transient=120)
+    basins_along(RIG, parameter="frequency_hz", values=[7.0, 7.1, 7.2], u0=[-2e-3], v0=[0.0], span=span, most_cycles=400, **POINT)
+    assert asked == [(span, 400)] * 3
 
 
 @pytest.mark.parametrize("study", ["basins", "basins_along"])

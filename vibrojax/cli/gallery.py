@@ -13,7 +13,7 @@ from vibrojax.cli.output import output_folder
 from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
 from vibrojax.cli.study_options import PRESETS, Amplitude, FigureLook, Gaps
-from vibrojax.errors import InputError
+from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 
 EXAMPLE = "Example:  vibrojax gallery wires --style paper --out wires-figures"
@@ -42,7 +42,7 @@ def gallery(
     """Make all figures of a model or preset in one go, with a page that shows them.
 
     A preset gets the figures that answer to those of the thesis; another model the usual studies at its gaps. Writes index.md, and for each
-    figure PNG, PDF, SVG, caption and data. Exit status: 0 done, 2 bad input.
+    figure PNG, PDF, SVG, caption and data. Exit status: 0 done, 2 bad input, 3 no figure could be made.
     """
     given = _checked(model, base_amplitude, gap)
     with output_folder(out) as folder, stages(quiet=quiet) as say:
@@ -68,6 +68,8 @@ def gallery(
     for plate, sentence, failed in made:
         console.print(f"{plate.stem}: {'not made: ' if failed else ''}{sentence}", soft_wrap=True, markup=False)
     console.print(f"{sum(not one.failed for one in made)} figures in {out}; start with {out / PAGE}", soft_wrap=True, markup=False)
+    if all(one.failed for one in made):
+        raise NoConvergenceError(f"no figure of {model} could be made: see the reasons above")
 
 
 def _checked(model: str, base_amplitude: float | None, gap: str | None) -> tuple[float, list[float]] | None:

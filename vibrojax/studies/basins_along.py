@@ -66,7 +66,9 @@ def states_along(model: Model, *, parameter: str, values: Values, u0: Values, v0
     """What each initial state at each value has for itself. Arguments are those of `basins_along`."""
     options = {name: more.pop(name) for name in ("span", "most_cycles", "threads") if name in more}
     points = grid({parameter: values, "v0": v0, "u0": u0}, **more)
-    return settled_states(model, points, f"basins of attraction along {parameter}", more | {"parameter": parameter}, **options)
+    transient, most = (options.get("span") or Span()).transient, options.get("most_cycles")
+    setting = more | {"parameter": parameter, "transient": transient, "most_cycles": most}
+    return settled_states(model, points, f"basins of attraction along {parameter}", setting, **options)
 
 
 def measured_along(data: xr.Dataset) -> xr.Dataset:
@@ -88,14 +90,15 @@ def matched(model: Model, data: xr.Dataset) -> xr.Dataset:
         data: as `measured_along` returns it.
     """
     setting = json.loads(data.attrs["settings"])
-    parameter = setting.pop("parameter")
+    parameter, transient, most = (setting.pop(name) for name in ("parameter", "transient", "most_cycles"))
+    until: dict[str, Any] = {"span": Span(transient=transient, recorded=data.sizes["strobe"]), "most_cycles": most}
     colours, tracks, scale = np.full(data["kind"].shape, -1), list[Track](), np.ones(2)
     for place, value in enumerate(data[parameter].values):
         at = setting | {parameter: float(value)}
         before, scale = scale, scales(np.asarray(at["base_amplitude"]), np.asarray(at["frequency_hz"]))
         label, found = attractors(sections(data.isel({parameter: place}), scale))
         last = [track for track in tracks if place - 1 in track]
-        seeds = _seeded(model, at, [track[place - 1].points[0] * before for track in last], scale, data.sizes["strobe"])
+        seeds = _seeded(model, at, [track[place - 1].points[0] * before for track in last], scale, until)
         owners, lost = _successors([track[place - 1] for track in last], found, seeds)
         for number, one in enumerate(found):
             track: Track = last[owners[number]] if number in owners else {}
@@ -109,13 +112,13 @@ def matched(model: Model, data: xr.Dataset) -> xr.Dataset:
     return _described(data.drop_vars(SECTION), parameter, colours, tracks)
 
 
-def _seeded(model: Model, at: dict[str, float], starts: list[np.ndarray], scale: np.ndarray, strobes: int) -> Sections | None:
+def _seeded(model: Model, at: dict[str, float], starts: list[np.ndarray], scale: np.ndarray, until: dict[str, Any]) -> Sections | None:
     """Where motions settle at one value that begin on the attractors of the value before."""
     if not starts:
         return None
     u0, v0 = np.array(starts).T
     points = Points(coords={"seed": np.arange(float(len(starts)))}, values=at | {"u0": u0, "v0": v0})
-    found, kind, growth = settled(model, points, span=Span(recorded=strobes))
+    found, kind, growth = settled(model, points, **until)
     return Sections(np.stack([found.u, found.v], axis=-1) / scale, kind.kind, kind.impacts, kind.period, growth)
 
 

@@ -78,13 +78,14 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
             return Search(steps=tuple(steps), last=scored, refused=(), ended=MOST)
         if time.monotonic() > deadline:
             return Search(steps=tuple(steps), last=scored, refused=(), ended=BUDGET)
-        varying = _varying(model)
-        if varying is not None and varying.chi2 >= max(scored.largest_gain, strongest_line(scored)):
+        varying, line_gain = _varying(model), strongest_line(scored)
+        if varying is not None and varying.chi2 >= max(scored.largest_gain, line_gain):
             varied, varying = _with_variation(model, varying, progress), None
             if varied is not None:
                 model = varied
                 continue
-        line = _line(scored, deadline, progress)
+        # an undamped mode with a phase of its own in every window resembles a sinusoidal force at a free frequency
+        line = learn(scored, deadline=deadline, progress=progress) if line_gain > scored.largest_gain else None
         alternatives = fitted_in_full(scored, line, progress)
         if line is not None and not (alternatives and alternatives[0].fitted.criterion < line.fitted.criterion):
             return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=COMPLETE, learned=line)
@@ -112,14 +113,6 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
             return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=FAILED)
         steps.append(_kept(scored, alternatives))
         model = _lessened(best, start, progress)
-
-
-def _line(scored: Scored, deadline: float, progress: Progress) -> Learned | None:
-    """A free-form term, where a sinusoidal force has a larger expected gain than any listed effect.
-
-    An undamped mode with a phase of its own in every window resembles such a line.
-    """
-    return learn(scored, deadline=deadline, progress=progress) if strongest_line(scored) > scored.largest_gain else None
 
 
 def _varying(model: Fitted) -> Variation | None:

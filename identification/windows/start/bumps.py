@@ -28,7 +28,7 @@ def weak_integrals(
     """
     found: dict[int, list[np.ndarray]] = {}
     flights = _flights(touching)
-    lengths = [length for length in _SUPPORTS if _fits(length, np.array([stop - start for start, stop in flights]))]
+    lengths = [length for length in _SUPPORTS if _fits(length, np.array([stop - start for start, stop in flights], int))]
     for start, stop in flights:
         for length in (n for n in lengths if n <= stop - start):
             parts = sliding_window_view(signals[:, start:stop], length, axis=1)[:, :: length // 2]
