@@ -8,8 +8,9 @@ from jaxtyping import Float
 from identification.estimation.held_back import SIGNAL, held_back_fits, rms_nrmse
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations, reduce, solve
-from identification.least_squares.fit import bounds, free_unknowns, integrator_for, with_prior, without_windows
+from identification.least_squares.fit import bounds, free_unknowns, integrator_for
 from identification.least_squares.levenberg_marquardt import settle
+from identification.least_squares.priors import with_prior, without_windows
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.linearised import Linearised, linearised
 from identification.result.result import RecordFit

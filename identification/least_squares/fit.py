@@ -13,9 +13,10 @@ import numpy as np
 
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.levenberg_marquardt import LevenbergMarquardt, Outcome, settle
+from identification.least_squares.priors import with_prior
 from identification.least_squares.residual import normal_equations
 from identification.windows.lanes import chunked
-from identification.windows.layout import NUISANCES, Active, Estimate, Layout, free_nuisances
+from identification.windows.layout import Active, Estimate, free_nuisances
 from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
 from vibrojax.integrate import AbstractBatchIntegrator, Landing
@@ -106,54 +107,6 @@ def evaluator(prepared: Prepared, integrator: AbstractBatchIntegrator, *, side_b
         return with_prior(Equations(hessian=hessian, gradient=gradient, cost=cost, record=prepared.record), layout, estimate)
 
     return evaluate
-
-
-def with_prior(equations: Equations, layout: Layout, estimate: Estimate) -> Equations:
-    """Normal equations with Gaussian priors: on parameters, on the effects' states at the start of every window, and on some nuisances.
-
-    The nuisances with a (unit) prior are the zeros and the variations of every record. A record's prior is divided among its windows, a
-    parameter's among all.
-    """
-    hessian, gradient, cost = equations.hessian.copy(), equations.gradient.copy(), equations.cost.copy()
-    for column, index in enumerate(layout.free_own, start=-len(layout.free_own)):
-        scale, value = layout.own_states[index].scale, estimate.states[:, column]
-        hessian[:, column, column] += scale**-2
-        gradient[:, column] += value * scale**-2
-        cost += 0.5 * (value / scale) ** 2
-    share = 1.0 / np.bincount(equations.record)[equations.record]
-    for place in range(len(NUISANCES), layout.without_effects):
-        value, column = estimate.nuisances[equations.record, place], layout.shared + place
-        hessian[:, column, column] += share
-        gradient[:, column] += share * value
-        cost += 0.5 * share * value**2
-    plain = Equations(hessian=hessian, gradient=gradient, cost=cost, record=equations.record)
-    return _with_parameter_priors(plain, layout, estimate, np.full(len(cost), 1.0 / len(cost)))
-
-
-def _with_parameter_priors(equations: Equations, layout: Layout, estimate: Estimate, share: np.ndarray) -> Equations:
-    """Normal equations with a share of the parameters' priors in each window, (windows,)."""
-    hessian, gradient, cost = equations.hessian.copy(), equations.gradient.copy(), equations.cost.copy()
-    for name, mean, std in layout.priors:
-        column = layout.index(name)
-        value = layout.parameters[column].to_physical(estimate.shared[column])
-        slope, off = layout.parameters[column].slope(value) / std, (value - mean) / std
-        hessian[:, column, column] += share * slope**2
-        gradient[:, column] += share * slope * off
-        cost += 0.5 * share * off**2
-    return Equations(hessian=hessian, gradient=gradient, cost=cost, record=equations.record)
-
-
-def without_windows(equations: Equations, layout: Layout, estimate: Estimate, left_out: np.ndarray) -> Equations:
-    """Normal equations of all windows but some, given by their indices; the parameters' priors still count whole."""
-    keep = ~np.isin(np.arange(len(equations.cost)), left_out)
-    kept = Equations(
-        hessian=equations.hessian * keep[:, None, None],
-        gradient=equations.gradient * keep[:, None],
-        cost=np.where(keep, equations.cost, 0.0),
-        record=equations.record,
-    )
-    lost = float(np.mean(~keep))
-    return _with_parameter_priors(kept, layout, estimate, lost * keep / max(int(keep.sum()), 1))
 
 
 def fit(

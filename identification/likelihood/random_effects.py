@@ -7,8 +7,9 @@ from jaxtyping import Bool, Float
 from scipy.optimize import minimize_scalar
 from scipy.special import chdtrc
 
-from identification.least_squares.block_arrow import covariance, reduce
+from identification.least_squares.block_arrow import Equations, covariance, reduce
 from identification.least_squares.fit import free_unknowns
+from identification.least_squares.priors import without_parameter_priors
 from identification.likelihood.fitted import Fitted
 from identification.windows.prepare import Prepared
 
@@ -46,7 +47,7 @@ def variations(fitted: Fitted) -> tuple[Variation, ...]:
     known_already, records = {name for name, _ in layout.variations}, range(len(fitted.prepared.experiment.records))
     if len(records) < 2:
         return ()
-    parts = [_shared_normal(fitted, fitted.prepared.record == index) for index in records]
+    parts = [_shared_normal(fitted, fitted.posterior.equations, fitted.prepared.record == index) for index in records]
     hessian, gradient = (np.stack(part) for part in zip(*parts, strict=True))
     centred = np.eye(len(records)) - 1.0 / len(records)  # deviations that are the same in all records are the parameter itself
     whole = np.zeros_like(hessian[0])
@@ -116,17 +117,18 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
 
 
 def _alone(fitted: Fitted, mine: Bool[np.ndarray, " windows"]) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Newton step of the shared parameters from some windows alone, with standard errors; internal coordinates."""
-    hessian, gradient = _shared_normal(fitted, mine)
+    """Gauss-Newton step of the shared parameters from some windows alone, without priors, with standard errors; internal coordinates."""
+    alone = without_parameter_priors(fitted.posterior.equations, fitted.prepared.layout, fitted.estimate)
+    hessian, gradient = _shared_normal(fitted, alone, mine)
     chosen = free_unknowns(fitted.prepared).shared
     inverse = np.zeros_like(hessian)
     inverse[np.ix_(chosen, chosen)] = covariance((hessian + _WIDE**-2.0 * np.eye(len(hessian)))[np.ix_(chosen, chosen)])
     return -(inverse @ gradient), np.sqrt(np.maximum(np.diag(inverse), 0.0))
 
 
-def _shared_normal(fitted: Fitted, mine: Bool[np.ndarray, " windows"]) -> tuple[np.ndarray, np.ndarray]:
+def _shared_normal(fitted: Fitted, equations: Equations, mine: Bool[np.ndarray, " windows"]) -> tuple[np.ndarray, np.ndarray]:
     """Hessian and gradient of the shared parameters from some windows alone, their nuisances and initial states eliminated."""
-    equations, shared = fitted.posterior.equations, len(fitted.estimate.shared)
+    shared = len(fitted.estimate.shared)
     part = dataclasses.replace(equations, hessian=equations.hessian * mine[:, None, None], gradient=equations.gradient * mine[:, None])
     normal = reduce(part, fitted.estimate, free_unknowns(fitted.prepared), 0.0)
     own = np.flatnonzero(normal.active[shared:]) + shared

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from identification.least_squares import block_arrow
 from identification.least_squares.block_arrow import Equations
-from identification.least_squares.fit import with_prior
+from identification.least_squares.priors import with_prior
 from identification.likelihood import noise as sensor
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised

@@ -10,7 +10,8 @@ import pytest
 from identification.estimation.records import record_fits
 from identification.experiment import ParameterOption, Prior
 from identification.least_squares.block_arrow import Equations
-from identification.least_squares.fit import as_arrays, evaluator, integrator_for, on_device, with_prior, without_windows
+from identification.least_squares.fit import as_arrays, evaluator, integrator_for, on_device
+from identification.least_squares.priors import with_prior, without_parameter_priors, without_windows
 from identification.least_squares.residual import lane_system, normal_equations, predict, residuals
 from identification.windows.layout import Estimate, layout_of
 from identification.windows.prepare import prepare
@@ -149,3 +150,4 @@ def test_a_prior_counts_whole_in_a_fit_without_some_windows(small):
     assert part.cost[1] == 0.0 and not part.hessian[1].any()
     for name in ("hessian", "gradient", "cost"):
         np.testing.assert_allclose(getattr(part, name).sum(axis=0), getattr(whole, name).sum(axis=0))
+        np.testing.assert_allclose(getattr(without_parameter_priors(whole, layout, estimate), name), 0.0, atol=1e-12)

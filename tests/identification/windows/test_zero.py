@@ -9,7 +9,7 @@ from identification.estimation.estimate import fit_experiment
 from identification.estimation.held_back import held_back_fits
 from identification.experiment import ExperimentError, Sensor, load_experiment
 from identification.least_squares.block_arrow import Equations
-from identification.least_squares.fit import with_prior
+from identification.least_squares.priors import with_prior, without_windows
 from identification.windows.layout import Estimate, free_nuisances
 from identification.windows.prepare import prepare
 from tests.identification.experiment.malformed import edit, write_valid
@@ -84,11 +84,15 @@ def test_each_record_has_one_prior_however_many_windows(machines):
         record=record,
     )
     nuisances = np.array([[0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 0.0, -1.0]])
-    found = with_prior(nothing, layout, Estimate(shared=np.zeros(layout.shared), nuisances=nuisances, states=np.zeros((4, layout.states))))
+    estimate = Estimate(shared=np.zeros(layout.shared), nuisances=nuisances, states=np.zeros((4, layout.states)))
+    found = with_prior(nothing, layout, estimate)
     column = layout.shared + 4
     assert found.cost.sum() == pytest.approx(0.5 * (2.0**2 + 1.0**2))
     np.testing.assert_allclose(np.bincount(record, found.gradient[:, column]), [2.0, -1.0])
     np.testing.assert_allclose(np.bincount(record, found.hessian[:, column, column]), [1.0, 1.0])
+    part = without_windows(found, layout, estimate, np.array([1]))
+    assert not part.hessian[1].any()
+    np.testing.assert_allclose(np.bincount(record, part.hessian[:, column, column]), [1.0, 1.0])
 
 
 def test_the_option_is_read_and_checked(tmp_path):
