@@ -1,6 +1,7 @@
 """Preparation of a record as its table declares it: crop, low-pass, decimation or resampling, removal of a trend."""
 
 from fractions import Fraction
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -57,10 +58,10 @@ def prepared(
         lost = {name: _widened(values, round(0.5 * rate / asked.lowpass)) for name, values in lost.items()}
     if asked.decimate is not None or asked.resample is not None:
         ratio = Fraction(1, asked.decimate) if asked.decimate is not None else _ratio(asked.resample or rate, time, where)
+        if (left := ceil(time.size * ratio)) < MIN_SAMPLES:
+            raise ExperimentError(f"preparation leaves {left} samples of {where}: expected at least {MIN_SAMPLES}; leave more of them")
         time, channels, lost, passed = _resampled(time, channels, lost, ratio)
         power = power * passed
-    if time.size < MIN_SAMPLES:
-        raise ExperimentError(f"preparation leaves {time.size} samples of {where}: expected at least {MIN_SAMPLES}; leave more of them")
     channels = {name: np.where(lost[name], np.nan, values) for name, values in channels.items()}
     for name, kind in asked.detrend.items():
         if name in channels:

@@ -121,6 +121,7 @@ def test_a_single_missing_sample_is_not_lost_between_those_that_are_kept(hole, t
         ("decimate = 1", r"decimate in record 'a.npz' is 1: expected a whole number of at least 2"),
         ("decimate = 2.0", r"decimate .* is 2.0: expected a whole number"),
         ("decimate = 1000", r"preparation leaves 8 samples of record 'a.npz': expected at least 16"),
+        (f"decimate = 1{400 * '0'}", r"preparation leaves 1 samples of record 'a.npz': expected at least 16"),
         ("decimate = 2\nresample = 100.0", r"has both decimate and resample: expected one of the two"),
         ("resample = 1e9", r"resample of record 'a.npz' is 1e\+09 Hz, and it comes at 4000 Hz: expected a rate nearer"),
         ('detrend = "linear"', r"detrend of record 'a.npz' is 'linear': expected a table"),
