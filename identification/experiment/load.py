@@ -3,6 +3,7 @@
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
+from identification.experiment.columns.derived import without_derived
 from identification.experiment.columns.load_record import load_record
 from identification.experiment.errors import ExperimentError, check_printable, listed, shown
 from identification.experiment.experiment import Experiment
@@ -51,7 +52,7 @@ experiment.toml; check the path
     suspension = read_suspension(tables["suspension"])
     sensors = read_sensors(tables["sensors"])
     settings = _record_settings(values.get("record"), file.name, to_fit=need_files)
-    records = [load_record(each, file.parent, sensors, need_file=need_files) for each in settings]
+    records = without_derived([load_record(each, file.parent, sensors, need_file=need_files) for each in settings])
     mass_is_known = not tables["hammer"].flag("estimate_mass")
     if need_files:
         check_fittable(records, mass_is_known=mass_is_known)

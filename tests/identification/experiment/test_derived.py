@@ -1,0 +1,89 @@
+"""Channels that a logger computed from another one are left out; two sensors of one motion both count."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+
+from identification.experiment import load_experiment
+from identification.experiment.columns.derived import noise_coherence
+
+RATE = 2000.0
+TIME = np.arange(6000) / RATE
+EXPERIMENT = """\
+schema = 1
+[hammer]
+mass = 0.5
+[suspension]
+kind = "linear"
+[sensors.hammer_displacement]
+unit = "m"
+[sensors.hammer_acceleration]
+unit = "m/s^2"
+[[record]]
+file = "a.npz"
+kind = "free-decay"
+gap = 1.0
+"""
+
+
+def motion():
+    """A decay at 12 Hz: displacement and acceleration."""
+    p = complex(-1.0, 2.0 * np.pi * 12.0)
+    wave = 1e-3 * np.exp(p * TIME)
+    return wave.imag, (p**2 * wave).imag
+
+
+def sensed(displacement, seed, noise=1e-6):
+    return displacement + np.random.default_rng(seed).normal(0.0, noise, TIME.size)
+
+
+def differentiated(displacement, lowpass):
+    twice = np.gradient(np.gradient(displacement, TIME), TIME)
+    return sosfilt(butter(2, lowpass, fs=RATE, output="sos"), twice) if lowpass else twice
+
+
+def loaded(folder, **channels):
+    np.savez(folder / "a.npz", time=TIME, **channels)
+    (folder / "experiment.toml").write_text(EXPERIMENT)
+    return load_experiment(folder).records[0]
+
+
+@pytest.mark.parametrize("lowpass", [None, 100.0, 400.0])
+@pytest.mark.parametrize("step", [0.0, 2e-6])
+def test_an_acceleration_differentiated_from_the_displacement_is_left_out(tmp_path, lowpass, step):
+    displacement = sensed(motion()[0], 1)
+    displacement = np.round(displacement / step) * step if step else displacement
+    record = loaded(tmp_path, hammer_displacement=displacement, hammer_acceleration=differentiated(displacement, lowpass))
+    assert set(record.channels) == set(record.noise) == {"hammer_displacement"}
+    assert any(one.startswith("hammer_acceleration: computed from hammer_displacement") for one in record.notices)
+
+
+def test_a_displacement_integrated_from_the_acceleration_is_left_out(tmp_path):
+    acceleration = motion()[1] + np.random.default_rng(2).normal(0.0, 0.05, TIME.size)
+    velocity = np.cumsum(acceleration - acceleration.mean()) / RATE
+    displacement = np.cumsum(velocity - velocity.mean()) / RATE
+    record = loaded(tmp_path, hammer_displacement=displacement, hammer_acceleration=acceleration)
+    assert set(record.channels) == {"hammer_acceleration"}
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-6, 1e-4])
+def test_two_sensors_of_one_motion_both_count(tmp_path, noise):
+    displacement, acceleration = motion()
+    record = loaded(
+        tmp_path,
+        hammer_displacement=sensed(displacement, 1, noise),
+        hammer_acceleration=acceleration + np.random.default_rng(2).normal(0.0, 0.1, TIME.size),
+    )
+    assert set(record.channels) == {"hammer_displacement", "hammer_acceleration"}
+    assert not any("computed from" in one for one in record.notices)
+
+
+def test_coherence_of_independent_noise_is_that_of_the_number_of_segments():
+    one, other = np.random.default_rng(4).normal(size=(2, 60_000))
+    common, shares = noise_coherence(one, other)
+    assert common < 0.01 and min(shares) > 0.95
+
+
+def test_few_samples_are_not_judged():
+    values = np.random.default_rng(5).normal(size=400)
+    assert noise_coherence(values, values) == (0.0, (0.0, 0.0))
