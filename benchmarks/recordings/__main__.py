@@ -34,7 +34,7 @@ def main() -> None:
                 "said": None if one.document is None else said(one),
                 "failure": one.failure,
                 "held_out_nrmse": None if one.document is None else [one.document[s]["held_out_nrmse"] for s in ("nominal", "augmented")],
-                "agrees": known.agreement({e["name"] for e in (one.document or {"effects": []})["effects"]}),
+                "agrees": known.agreement(one.named, one.stated),
                 "seconds": one.seconds,
                 "cpu_seconds": one.cpu_seconds,
                 "peak_mb": one.peak_mb,

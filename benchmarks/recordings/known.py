@@ -1,6 +1,7 @@
 """What is known of each recording from its authors or from other tests, which the program is not told."""
 
 import dataclasses
+from collections.abc import Set
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -21,22 +22,26 @@ class Known:
     expected: tuple[tuple[str, ...], ...]
     cannot: str
 
-    def agreement(self, named: set[str]) -> str:
+    def agreement(self, named: set[str], stated: Set[str] = frozenset()) -> str:
         """Whether what was named is what is known: "yes", "in part", "no", "abstained" (no name) or "not on the list".
 
         "Beside others" is added where effects are named that are not known. Where no listed effect stands for what is known, no name is
-        right or wrong.
+        right or wrong. Of a diagnosis that asserts none, effects `stated` to explain a part of the misfit are compared in the same way.
 
         Example:
             >>> one = Known(recipe="r", question="", truth="", expected=(("a", "b"), ("c",)), cannot="")
             >>> one.agreement({"b", "c"}), one.agreement({"b", "c", "x"}), one.agreement({"a", "x"}), one.agreement(set())
             ('yes', 'yes, beside others', 'in part, beside others', 'abstained')
+            >>> one.agreement(set(), {"b"}), one.agreement(set(), {"x"})
+            ('abstained; stated: in part', 'abstained; stated: no')
         """
         if not self.expected:
             return "not on the list"
         hit = [bool(named & set(group)) for group in self.expected]
         if not any(hit):
-            return "no" if named else "abstained"
+            if named:
+                return "no"
+            return f"abstained; stated: {self.agreement({*stated})}" if stated else "abstained"
         others = named - {name for group in self.expected for name in group}
         return ("yes" if all(hit) else "in part") + (", beside others" if others else "")
 

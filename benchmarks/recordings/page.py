@@ -33,7 +33,7 @@ def row(known: Known, run: Run) -> str:
         return f"| {' | '.join(cells)} |"
     sides = [run.document[side] for side in ("nominal", "augmented")]
     error, chi2 = (" → ".join(_three(side[name]) for side in sides) for name in ("held_out_nrmse", "chi2_reduced"))
-    agrees = known.agreement({effect["name"] for effect in run.document["effects"]})
+    agrees = known.agreement(run.named, run.stated)
     return f"| {' | '.join((f'`{run.recipe}`', error, chi2, said(run), known.truth, agrees, *used))} |"
 
 

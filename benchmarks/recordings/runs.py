@@ -41,6 +41,17 @@ class Run:
     budget_minutes: float | None = None
     revision: str | None = None
 
+    @property
+    def named(self) -> set[str]:
+        """Names of the effects that are asserted."""
+        return {one["name"] for one in (self.document or {"effects": []})["effects"]}
+
+    @property
+    def stated(self) -> set[str]:
+        """Names of the listed effects that the search ended with, which an *unlisted* verdict states without asserting them."""
+        rows = (self.document or {}).get("considered")
+        return set(rows[-1]["beside"]) if rows else set()
+
 
 def finished(recipe: str, out: Path) -> Run | None:
     """What an earlier run has left, None where there is nothing, or where it failed."""

@@ -9,7 +9,7 @@ from identification.diagnosis.locate.restitution import Restitution
 from identification.result.unrest import Unrest
 from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
-from identification.wording.numbers import millimetres, rounded, with_unit
+from identification.wording.numbers import millimetres, percent, rounded, with_unit
 
 _NAMED = 4
 """Number of records from which on sentences give their count, not their names."""
@@ -50,7 +50,7 @@ def sentences(
         error = (
             "The records are too short to leave windows out of the fit."
             if math.isnan(before.held_out_nrmse)
-            else f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse)}."
+            else f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}."
         )
         return (first, *restless, error, *_varying(after))
     where = (location.sentence,) if location is not None else ()
@@ -58,7 +58,8 @@ def sentences(
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g};"
         " the records are too short to leave windows out of the fit."
         if math.isnan(before.held_out_nrmse)
-        else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse)} to {percent(after.held_out_nrmse)}"
+        else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse, 1.0)}"
+        f" to {percent(after.held_out_nrmse, 1.0)}"
         f" (reduced chi-square from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g})."
     )
     if verdict == MISSING:
@@ -72,7 +73,7 @@ def sentences(
     if in_part is not None:
         causes, share = in_part
         explain = "explains" if len(causes) == 1 else "explain"
-        first = f"{joined(causes)} {explain} {percent(share)} of the misfit, and {no_effect} the rest."
+        first = f"{joined(causes)} {explain} {percent(share, 1.0)} of the misfit, and {no_effect} the rest."
         first = first[0].upper() + first[1:]
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
@@ -129,8 +130,3 @@ def _number(p: Number) -> str:
 
 def _moves(before: Side, after: Side) -> str:
     return "falls" if after.held_out_nrmse <= before.held_out_nrmse else "rises"
-
-
-def percent(share: float) -> str:
-    """A share in percent: two digits below 100 %, whole percent above."""
-    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"

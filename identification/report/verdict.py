@@ -11,7 +11,7 @@ from identification.result.record_view import residual
 from identification.result.result import Added, FitResult
 from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
-from identification.wording.numbers import significant
+from identification.wording.numbers import percent, significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR = 0.15
@@ -84,7 +84,7 @@ def added_sentence(added: Added) -> str:
     text = f"Over the nominal model, {effects} {'gains' if one else 'gain'} {added.gain:.4g} nats of likelihood (by chance: {chance})"
     text += f" and {'lower' if added.bic < 0 else 'raise'}{'s' if one else ''} BIC by {abs(added.bic):.4g}: {worth}."
     if added.held_back is not None:
-        before, after = (f"{100.0 * error:.2g} %" if math.isfinite(error) else "unknown" for error in added.held_back)
+        before, after = (percent(error, 1.0) if math.isfinite(error) else "unknown" for error in added.held_back)
         text += f" The error on the held-back records goes from {before} to {after}."
     return text
 

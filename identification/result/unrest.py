@@ -10,6 +10,7 @@ from identification.likelihood.fitted import Fitted, inertia
 from identification.likelihood.random_force import RandomForce
 from identification.likelihood.variances import orderly, restricted_likelihood
 from identification.windows.layout import BASE_AMPLITUDE
+from identification.wording.numbers import percent, significant
 
 _NOTHING = 1e-4
 """Size that represents a zero force, over the estimated one."""
@@ -48,8 +49,8 @@ class Unrest:
     def sentence(self) -> str:
         """Sentence on the random force for a report."""
         return (
-            f"The random force on the hammer is {self.force_rms[0]:.2g} N rms ({100 * self.share:.2g} % of {self.reference})"
-            f" with a correlation time of {1e3 * self.memory[0]:.2g} ms."
+            f"The random force on the hammer is {significant(self.force_rms[0], 2)} N rms ({percent(self.share, 1.0)} of {self.reference})"
+            f" with a correlation time of {significant(1e3 * self.memory[0], 2)} ms."
         )
 
 

@@ -64,7 +64,12 @@ def rounded(value: float, error: float | None = None) -> Rounded:
 
 
 def percent(part: float | None, whole: float) -> str:
-    """A standard error in per cent of its value: "0.12 %"."""
+    """A part in per cent of the whole, to two digits.
+
+    Example:
+        >>> percent(0.00123, 1.0), percent(2.8, 2.0), percent(None, 1.0)
+        ('0.12 %', '140 %', '–')
+    """
     if part is None or not math.isfinite(part) or not whole:
         return NONE
     return f"{significant(100.0 * part / abs(whole), 2)} %"

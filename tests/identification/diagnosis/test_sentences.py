@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
-from identification.diagnosis.sentences import percent, sentences
+from identification.diagnosis.sentences import sentences
 from identification.result.between_records import Disagreement
 from tests.identification.diagnosis.made_diagnosis import UNREST, made_diagnosis
 from tests.identification.made_result import made_result
@@ -80,8 +80,3 @@ def test_a_parameter_that_varies_between_records_is_described_by_its_extremes(ma
     assert ("varies between records" in text) is stated
     if stated:
         assert text.index("in a.csv") < text.index("in b.csv") and "c.csv" not in text
-
-
-@pytest.mark.parametrize(("share", "stated"), [(0.0041, "0.41 %"), (0.99, "99 %"), (0.996, "100 %"), (1.36, "136 %")])
-def test_shares_are_stated_in_percent(share, stated):
-    assert percent(share) == stated
