@@ -1,6 +1,7 @@
 """Alternatives of one search step: the candidates with the largest expected gain, refitted with all other parameters."""
 
 import dataclasses
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -46,10 +47,11 @@ class Alternative:
         return self.candidate.name
 
 
-def fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> list[Alternative]:
+def fitted_in_full(scored: Scored, line: Learned | None, deadline: float, progress: Progress) -> list[Alternative]:
     """Alternatives: the candidates with the largest expected gain, each refitted with all other parameters, by decreasing evidence.
 
-    None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit.
+    None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit. After the `deadline`
+    (`time.monotonic()`) no further one is refitted, and only the best so far is refitted to convergence.
     """
     if line is not None and residual_share(line.fitted, scored.fitted) < _LITTLE:
         return []
@@ -58,13 +60,15 @@ def fitted_in_full(scored: Scored, line: Learned | None, progress: Progress) -> 
     best = scored.largest_gain
     with ThreadPoolExecutor(1) as ahead:
         for index, (candidate, prepared) in enumerate(queue):
+            if alternatives and time.monotonic() > deadline:
+                break
             if _is_hopeless(candidate, scored, alternatives, best):
                 continue
             for _, following in queue[index + 1 : index + 2]:
                 ahead.submit(_compiled, following, scored.fitted)
             progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
             alternatives += _tried(candidate, prepared, scored.fitted)
-    return _finished(sorted(alternatives, key=lambda alternative: alternative.fitted.criterion), scored.fitted, progress)
+    return _finished(sorted(alternatives, key=lambda alternative: alternative.fitted.criterion), scored.fitted, deadline, progress)
 
 
 def _is_hopeless(candidate: Candidate, scored: Scored, alternatives: list[Alternative], best: float) -> bool:
@@ -77,14 +81,17 @@ def _is_hopeless(candidate: Candidate, scored: Scored, alternatives: list[Altern
     return candidate.gain < (_CLOSE if done else _WORTH_A_FIT) * gained
 
 
-def _finished(alternatives: list[Alternative], beside: Fitted, progress: Progress) -> list[Alternative]:
+def _finished(alternatives: list[Alternative], beside: Fitted, deadline: float, progress: Progress) -> list[Alternative]:
     """Alternatives refitted to convergence where their BIC may come within `WITHIN_CHANCE` of the best, by decreasing evidence."""
     found, best = [], beside.criterion
     for alternative in alternatives:
+        if found and time.monotonic() > deadline:
+            found.append(alternative)
+            continue
         if alternative.fitted.criterion - 2.0 * alternative.fitted.to_go < best + WITHIN_CHANCE:
             progress(f"fitting {alternative.fitted.title} to the end")
             finished = attempt(alternative.fitted.continued, alternative.fitted.variances, rounds=2)
-            if finished is not None and not finished.converged:
+            if finished is not None and not finished.converged and time.monotonic() < deadline:
                 finished = by_least_squares(finished, progress)
             if finished is not None:
                 alternative = _alternative(alternative.candidate, finished, beside)

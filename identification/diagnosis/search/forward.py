@@ -65,7 +65,7 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
 
     Args:
         start: the nominal model, fitted.
-        deadline: `time.monotonic()` after which no further step begins.
+        deadline: `time.monotonic()` after which no further step begins, and no further candidate is fitted.
         among: names of the effects that may be added.
         progress: called with a line of text at each stage.
     """
@@ -86,7 +86,7 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
                 continue
         # an undamped mode with a phase of its own in every window resembles a sinusoidal force at a free frequency
         line = learn(scored, deadline=deadline, progress=progress) if line_gain > scored.largest_gain else None
-        alternatives = fitted_in_full(scored, line, progress)
+        alternatives = fitted_in_full(scored, line, deadline, progress)
         if line is not None and not (alternatives and alternatives[0].fitted.criterion < line.fitted.criterion):
             return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=COMPLETE, learned=line)
         if varying is not None and varying.chi2 >= (alternatives[0].gain if alternatives else 0.0):
@@ -112,7 +112,7 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
         if best is None:
             return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=FAILED)
         steps.append(_kept(scored, alternatives))
-        model = _lessened(best, start, progress)
+        model = _lessened(best, start, deadline, progress)
 
 
 def _varying(model: Fitted) -> Variation | None:
@@ -128,9 +128,11 @@ def _with_variation(model: Fitted, one: Variation, progress: Progress) -> Fitted
     return found if found is not None and found.criterion < model.criterion else None
 
 
-def _lessened(model: Fitted, nominal: Fitted, progress: Progress) -> Fitted:
-    """The model after backward elimination of the earlier effects that the last one makes superfluous."""
+def _lessened(model: Fitted, nominal: Fitted, deadline: float, progress: Progress) -> Fitted:
+    """The model after backward elimination, until the deadline, of the earlier effects that the last one makes superfluous."""
     for name in model.names[:-1]:
+        if time.monotonic() > deadline:
+            break
         progress(f"fitting {model.title} without {name}")
         less = attempt(without(model, name), model.variances, rounds=3)
         if less is None:

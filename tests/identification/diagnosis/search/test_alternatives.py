@@ -1,5 +1,6 @@
 """Which candidates are refitted, and which of them to convergence."""
 
+import numpy as np
 import pytest
 
 from identification.diagnosis.score.scored import Scored
@@ -56,7 +57,7 @@ def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
 
     monkeypatch.setattr(module, "attempt", attempt)
     beside = made(Fitted, criterion=180.0, log_likelihood=-90.0)
-    found = module._finished(rough, beside, lambda stage: None)
+    found = module._finished(rough, beside, np.inf, lambda stage: None)
     assert [(one.name, one.fitted.criterion) for one in found] == [
         ("coulomb_friction", 100.0),
         ("quadratic_drag", 105.0),
@@ -64,3 +65,17 @@ def test_what_can_still_come_near_the_best_is_fitted_to_the_end(monkeypatch):
         ("cubic_stiffness", 300.0),
     ]
     assert [one.gain for one in found[:2]] == [80.0, 75.0]
+    late = module._finished(rough, beside, -np.inf, lambda stage: None)
+    assert [one.fitted.criterion for one in late] == [100.0, 130.0, 130.0, 300.0]
+
+
+def test_after_the_deadline_one_candidate_is_fitted_and_no_more(monkeypatch):
+    names = ["coulomb_friction", "quadratic_drag"]
+    beside = made(Fitted, criterion=180.0, log_likelihood=-90.0, title="", variances=None)
+    monkeypatch.setattr(module, "_queue", lambda scored: [(made_fit.candidate(name, 50.0), name) for name in names])
+    monkeypatch.setattr(module, "_tried", lambda candidate, prepared, beside: [alternative(prepared, gain=40.0)])
+    monkeypatch.setattr(module, "_compiled", lambda prepared, beside: None)
+    monkeypatch.setattr(module, "_finished", lambda found, *rest: found)
+    scored = made(Scored, fitted=beside, largest_gain=50.0, scales=SCALES)
+    late, in_time = (module.fitted_in_full(scored, None, deadline, lambda stage: None) for deadline in (-np.inf, np.inf))
+    assert [one.name for one in late] == names[:1] and [one.name for one in in_time] == names
