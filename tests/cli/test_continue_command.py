@@ -62,6 +62,16 @@ def test_a_branch_for_each_gap_says_what_it_shows(model, monkeypatch, tmp_path, 
     assert (one, other) == (3e-3, 3.1e-3)
 
 
+def test_borders_are_followed_in_a_second_parameter(model, monkeypatch, tmp_path, capsys):
+    out = tmp_path / "branch"
+    options = ["--gap", "3e-3", "--base-amplitude", "1e-3", "--sweep", "frequency=4.2:4.5", "--along", "gap=2.8e-3:3.2e-3", "--quiet"]
+    assert call(monkeypatch, "continue", "--model", str(model), "--out", str(out), *options) == 0
+    assert {path.suffix for path in out.glob("borders.*")} == {".csv", ".md", ".pdf", ".png", ".svg"}
+    rows = (out / "borders.csv").read_text().splitlines()
+    assert rows[0].startswith("border,kind,cycles,touches,frequency,gap") and rows[1].startswith("1,grazing,1,0,")
+    assert "Found: grazing of the motion without impact at frequency 4." in (out / "borders.md").read_text()
+
+
 def test_presets_are_listed(model, monkeypatch, capsys):
     assert call(monkeypatch, "presets", "list") == 0
     printed = capsys.readouterr().out
@@ -79,6 +89,10 @@ def test_presets_are_listed(model, monkeypatch, capsys):
         (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "0.1", "--to", "1", "--parameter", "zeta"], "--frequency is missing"),
         (["--gap", "1e-3", "--amplitude", "0", "--from", "4", "--to", "5"], "amplitude is 0 m: expected a finite number above 0"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "5", "--to", "4"], "frequency = 5: expected a value from 5 to 4"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "0:1"], "--along 0:1 names no parameter"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "frequency=4:5"], "--along and --sweep both name frequency"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gap=2e-3:3e-3"], "the branch has gap = 0.001"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gp=0:1"], "unknown parameter 'gp'"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(model, monkeypatch, tmp_path, capsys, options, message):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tests.continuation.single_impact_orbit import Oscillator
 from vibrojax.contact import AbstractContactLaw, HuntCrossley
 from vibrojax.continuation import ForcedRig, Orbit, find_orbit, settle
 from vibrojax.integrate import Landing
@@ -11,6 +12,7 @@ from vibrojax.suspension import Linear
 STEPS = Landing(contact_steps=40.0, flight_step=1e-3)
 FINE = Landing(flight_step=2.5e-4)
 SOFT = HuntCrossley(1e6, 1.5, 0.3)
+RIGID = Oscillator(zeta=0.05, f_n=5.0, e=0.8, gap=3e-3, amplitude=1e-3)
 
 
 def rig(law: AbstractContactLaw = SOFT, *, frequency: float, gap: float = 3e-3, zeta: float = 0.05) -> ForcedRig:

@@ -6,15 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tests.continuation.rigs import FINE, STEPS, rig, settled, without_impact
-from tests.continuation.single_impact_orbit import Oscillator
+from tests.continuation.rigs import RIGID, STEPS, rig, settled, without_impact
 from vibrojax.contact import Hertz, KelvinVoigtClipped, Newton
 from vibrojax.continuation import Branch, End, Kind, Steps, find_orbit, follow
 from vibrojax.continuation.rig import as_arrays
 from vibrojax.continuation.stroboscope import strobe_from
 from vibrojax.errors import InputError
-
-RIGID = Oscillator(zeta=0.05, f_n=5.0, e=0.8, gap=3e-3, amplitude=1e-3)
 
 
 def places(branch: Branch, kind: Kind) -> list[float]:
@@ -30,17 +27,6 @@ def sweep(forced, frequencies, state, cycles: int) -> np.ndarray:
         state, passage = strobe_from(STEPS, here, jnp.asarray(1), state)
         speeds.append(float(passage.fastest_touch))
     return np.array(speeds)
-
-
-@pytest.fixture(scope="module")
-def soft() -> Branch:
-    """A compliant stop: from rest to beyond the resonance."""
-    return follow(settled(rig(frequency=4.0)), "frequency", (4.0, 9.0), landing=STEPS)
-
-
-@pytest.fixture(scope="module")
-def rigid() -> Branch:
-    return follow(settled(rig(Newton(0.8), frequency=7.0), (-9e-3, 0.06), FINE), "frequency", (4.2, 9.0), landing=FINE)
 
 
 def test_a_branch_goes_through_its_folds_from_one_end_of_the_range_to_the_other(soft):

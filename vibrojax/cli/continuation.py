@@ -47,6 +47,14 @@ def continue_(
     start: Annotated[
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")
     ] = (0.0, 0.0),
+    along: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME=A:B",
+            help="A second parameter: where orbits of the branch fold, double their period or graze is followed in the plane of both.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: Quiet = False,
     begin: Annotated[float | None, typer.Option("--from", hidden=True, help="First end of --sweep.")] = None,
     end: Annotated[float | None, typer.Option("--to", hidden=True, help="Last end of --sweep.")] = None,
@@ -55,9 +63,10 @@ def continue_(
     """Follow one family of periodic orbits, stable or not, along a parameter; one for each gap or other value that is given.
 
     The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json, the figure and its
-    caption. Exit status: 0 done, 2 bad input, 3 no orbit was found.
+    caption; with --along borders.csv, its figure and caption too. Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
     name, bounds = _followed(sweep, begin, end, parameter)
+    second, span = (None, bounds) if along is None else _second(along, name)
     at = bounds[0] if at is None else at
     check_rig({"--model": model, "--preset": preset})
     if model is not None:
@@ -68,16 +77,27 @@ def continue_(
         say("loading JAX")
         prepare_jax()
         from vibrojax.continuation.finding import finding
-        from vibrojax.continuation.job import follow_and_write
+        from vibrojax.continuation.job import borders_and_write, follow_and_write
+        from vibrojax.continuation.plane import finding as borders_finding
 
         for tail, rig in _rigs(model, preset, {"gap": gap, "amplitude": base_amplitude, "frequency": frequency}, vary, name, at):
+            if second is not None and not span[0] <= float(rig.value(second)) <= span[1]:
+                here = f"the branch has {second} = {float(rig.value(second)):g}"
+                raise InputError(
+                    f"--along runs from {span[0]:g} to {span[1]:g}, {here}: expected a range that holds it; change one of them"
+                )
             branch = follow_and_write(rig, name, bounds, folder, at=at, start=start, tail=tail, look=FIGURE_STYLES[style], progress=say)
-            found.append((tail, branch, finding(branch)))
-    for tail, branch, sentence in found:
+            lines = [finding(branch)]
+            if second is not None:
+                curves, lost = borders_and_write(branch, second, (bounds, span), folder, tail=tail, look=FIGURE_STYLES[style], progress=say)
+                lines += [borders_finding(curves), *(f"not followed: {text}" for text in lost)]
+            found.append((tail, branch, lines))
+    for tail, branch, lines in found:
         console.print(_table(branch))
         cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
         console.print(f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}")
-        console.print(f"{sentence}", soft_wrap=True, markup=False)
+        for line in lines:
+            console.print(line, soft_wrap=True, markup=False)
         console.print(f"results in {out}; start with {out / f'branch{tail}.png'}", soft_wrap=True, markup=False)
 
 
@@ -102,6 +122,17 @@ def _followed(sweep: str | None, begin: float | None, end: float | None, paramet
         ((name, text),) = named("--sweep", [sweep]).items()
         name, bounds = name or parameter or "frequency", ends("--sweep", text)
     return _OURS.get(canonical(name), name), bounds
+
+
+def _second(along: str, first: str) -> tuple[str, tuple[float, float]]:
+    """The second parameter and its range."""
+    ((name, text),) = named("--along", [along]).items()
+    if not name:
+        raise InputError(f"--along {along} names no parameter: expected NAME=A:B; write --along gap=0:5e-3")
+    name = _OURS.get(canonical(name), name)
+    if name == first:
+        raise InputError(f"--along and --sweep both name {name}: expected two parameters; change one of them")
+    return name, ends("--along", text)
 
 
 def _rigs(

@@ -9,7 +9,7 @@ from vibrojax.continuation.special import Kind, SpecialPoint
 from vibrojax.drawing import COLOURS, GREEN, ORANGE, PINK, new_figure
 from vibrojax.symbols import FORCE, SYMBOLS
 
-_MARKERS = {
+MARKERS = {
     Kind.FOLD: ("o", "#000000"),
     Kind.BRANCH_POINT: ("x", "#000000"),
     Kind.PERIOD_DOUBLING: ("D", ORANGE),
@@ -37,13 +37,21 @@ def draw(branches: list[Branch], *, title: str = "") -> Figure:
             _mark(above, place, 1e3 * float(place.orbit.passage.highest))
             passage = place.orbit.passage
             _mark(below, place, float(passage.fastest_touch if branch.rigid else passage.peak_force))
-    name = branches[0].name
     above.set(ylabel="largest $u$ (mm)", title=title)
-    unit = branches[0].label.rpartition(" ")[2]
-    xlabel = f"{SYMBOLS[name]} {unit}".removesuffix(" (1)") if name in SYMBOLS else branches[0].label
-    below.set(xlabel=xlabel, ylabel="impact speed (m/s)" if branches[0].rigid else FORCE)
+    below.set(xlabel=axis_label(branches[0].name, branches[0].label), ylabel="impact speed (m/s)" if branches[0].rigid else FORCE)
     _legend(above, branches)
     return figure
+
+
+def axis_label(name: str, label: str) -> str:
+    """Symbol and unit of a parameter, as axes have it.
+
+    Arguments:
+        name: of the parameter.
+        label: symbol and unit as text.
+    """
+    unit = label.rpartition(" ")[2]
+    return f"{SYMBOLS[name]} {unit}".removesuffix(" (1)") if name in SYMBOLS else label
 
 
 def _line(axes: Axes, branch: Branch, values: np.ndarray, colour: str) -> None:
@@ -59,7 +67,7 @@ def _line(axes: Axes, branch: Branch, values: np.ndarray, colour: str) -> None:
 
 
 def _mark(axes: Axes, place: SpecialPoint, value: float) -> None:
-    marker, colour = _MARKERS[place.kind]
+    marker, colour = MARKERS[place.kind]
     axes.plot(place.parameter, value, marker=marker, color=colour, markersize=5, linestyle="none", zorder=3)
 
 
@@ -69,7 +77,7 @@ def _legend(axes: Axes, branches: list[Branch]) -> None:
         axes.plot([], [], color="#404040", linestyle=linestyle, label=label)
     for kind in Kind:
         if any(place.kind is kind for branch in branches for place in branch.special):
-            marker, colour = _MARKERS[kind]
+            marker, colour = MARKERS[kind]
             axes.plot([], [], marker=marker, color=colour, linestyle="none", markersize=5, label=kind.value)
     if len(branches) > 1:
         for colour, branch in zip(COLOURS * len(branches), branches, strict=False):

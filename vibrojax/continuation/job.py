@@ -10,11 +10,15 @@ import numpy as np
 from vibrojax import __version__
 from vibrojax.caption import rig_words, written
 from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.continuation.border import Border, Bounds
 from vibrojax.continuation.branch import Branch
 from vibrojax.continuation.figure import draw
 from vibrojax.continuation.finding import finding
 from vibrojax.continuation.follow import follow
 from vibrojax.continuation.orbit import find_orbit, settle
+from vibrojax.continuation.plane import borders, csv
+from vibrojax.continuation.plane import draw as draw_borders
+from vibrojax.continuation.plane import finding as borders_finding
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
 from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.errors import InputError
@@ -94,6 +98,49 @@ def follow_and_write(
             save(figure, folder / f"branch{tail}.{suffix}", look)
     (folder / f"branch{tail}.md").write_text(_caption(rig, branch), encoding="utf-8")
     return branch
+
+
+def borders_and_write(
+    branch: Branch,
+    along: str,
+    bounds: tuple[Bounds, Bounds],
+    folder: Path,
+    *,
+    landing: Landing | None = None,
+    tail: str = "",
+    look: FigureStyle = SCREEN,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> tuple[list[Border], list[str]]:
+    """Follow the special points of a branch in a second parameter, and write `borders.csv`, the figure and its caption `borders.md`.
+
+    Arguments:
+        branch: as `follow_and_write` returns it.
+        along: name of the second parameter.
+        bounds: of the branch's parameter and of the second one, SI.
+        folder: that exists.
+        landing: the integrator.
+        tail: of the files' names.
+        look: sizes of the figure.
+        progress: called with each stage.
+
+    Returns:
+        The borders, and a sentence on each special point from which none could be followed.
+    """
+    found, lost = borders(branch, along, bounds, landing=landing, progress=progress)
+    if not found:
+        return found, lost
+    (folder / f"borders{tail}.csv").write_text(csv(found), encoding="utf-8")
+    with style(look):
+        figure = sized(draw_borders(found), look)
+        for suffix in FORMATS:
+            save(figure, folder / f"borders{tail}.{suffix}", look)
+    rig = branch.special[0].orbit.rig
+    rest = {name: f"{float(rig.value(name)):.4g} {rig.unit(name)}" for name in SETTINGS if name not in found[0].names}
+    shown = "Curves in the plane of two parameters along which periodic orbits fold, double their period or graze the stop."
+    rows = {"model": rig_words(model_document(rig.model))} | rest | {"made with": f"vibrojax {__version__}"}
+    text = written("borders of periodic motion", shown, borders_finding(found), rows)
+    (folder / f"borders{tail}.md").write_text(text, encoding="utf-8")
+    return found, lost
 
 
 def _caption(rig: ForcedRig, branch: Branch) -> str:

@@ -1,0 +1,239 @@
+"""Borders in the plane of two parameters: curves along which an orbit folds, doubles its period, or grazes the stop."""
+
+import dataclasses
+from collections.abc import Callable
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float, Int
+
+from vibrojax.continuation.branch import End
+from vibrojax.continuation.multipliers import flip_test, fold_test
+from vibrojax.continuation.orbit import landing_of, map_with_jacobian, solved, state_scale
+from vibrojax.continuation.rig import ForcedRig, as_arrays
+from vibrojax.continuation.special import Kind, SpecialPoint
+from vibrojax.continuation.stroboscope import Passage
+from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.integrate import Landing
+
+Coordinates = Float[np.ndarray, " coordinates"]
+Bounds = tuple[float, float]
+_CLEARANCE = 1e-5
+"""Of a grazing orbit, over A0: the orbit is that with the fewer impacts, whose map is smooth."""
+_DIFFERENCE = 1e-7
+"""Step of the central differences, in scaled coordinates."""
+_CLOSED, _STILL, _ITERATIONS = 1e-9, 1e-7, 10
+"""Closing error, and length of the last Newton step, of a point of the border; most Newton steps."""
+_STRAIGHT = 0.97
+"""Least cosine between a chord and the tangents at its ends."""
+_FIRST, _LONGEST, _SHORTEST, _LONGER, _SHORTER = 1e-2, 4e-2, 1e-5, 1.4, 0.5
+"""Lengths of steps, with the ranges of both parameters as one, and their changes."""
+_BACK = 8
+"""Points after which a border may close on itself."""
+
+
+class Border(eqx.Module):
+    """One border: where orbits of one family change, as a curve in the plane of two parameters."""
+
+    kind: Kind = eqx.field(static=True)
+    names: tuple[str, str] = eqx.field(static=True)
+    """Of the parameters."""
+    labels: tuple[str, str] = eqx.field(static=True)
+    """Symbols and units of the parameters."""
+    cycles: int = eqx.field(static=True)
+    """Period of the orbits in periods of the cart."""
+    touches: int = eqx.field(static=True)
+    """Impacts in one period; at a grazing without the grazing one."""
+    first: Float[np.ndarray, " points"]
+    second: Float[np.ndarray, " points"]
+    states: Float[np.ndarray, "points states"]
+    """(u, u', ...) at the section, m and m/s."""
+    ends: tuple[End, End] = eqx.field(static=True)
+
+    def holds(self, first: float, second: float, reach: Bounds) -> bool:
+        """Whether a point lies on the border, to a part of `reach` in either parameter."""
+        x, y = (self.first - first) / reach[0], (self.second - second) / reach[1]
+        dx, dy = np.diff(x), np.diff(y)
+        along = np.clip(-(x[:-1] * dx + y[:-1] * dy) / np.maximum(dx**2 + dy**2, 1e-300), 0.0, 1.0)
+        return bool(np.any(np.hypot(x[:-1] + along * dx, y[:-1] + along * dy) < 1.0))
+
+    def columns(self) -> dict[str, np.ndarray | list[str]]:
+        """The border as columns of a plain table: one row a point."""
+        count = len(self.first)
+        whole: Int[np.ndarray, " points"] = np.full(count, self.cycles)
+        return {
+            "kind": [self.kind.value] * count,
+            "cycles": whole,
+            "touches": np.full(count, self.touches),
+            self.names[0]: self.first,
+            self.names[1]: self.second,
+            "u_m": self.states[:, 0],
+            "v_m_per_s": self.states[:, 1],
+        }
+
+
+def border(place: SpecialPoint, names: tuple[str, str], bounds: tuple[Bounds, Bounds], *, landing: Landing | None = None) -> Border:
+    """Follow a special point of a branch in two parameters, both ways, by pseudo-arclength continuation.
+
+    The curve is P^p(x; a, b) = x with one more condition: det(M - 1) = 0 at a fold, det(M + 1) = 0 where the period doubles, a clearance
+    of 1e-5 A0 at a grazing. Its derivatives are central differences of the map and of its monodromy matrix M.
+
+    Arguments:
+        place: a fold, period doubling or grazing.
+        names: of the two parameters, as for `follow`; the branch was followed along the first.
+        bounds: of both, SI.
+        landing: the integrator.
+
+    Raises:
+        InputError: a special point of another kind, one parameter twice, or bounds that do not hold the point.
+        NoConvergenceError: the point itself is not on a border.
+
+    Source: W. J. F. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM (2000), ch. 4 (folds and flips of maps as
+    zeros of a determinant); grazing as a zero of the clearance: P. Thota, H. Dankowicz, SIAM J. Appl. Dyn. Syst. 7 (2008) 1283-1322.
+    """
+    if place.kind not in _TESTS:
+        raise InputError(f"a {place.kind.value} is no border that is followed: expected one of {', '.join(kind.value for kind in _TESTS)}")
+    rig = as_arrays(place.orbit.rig)
+    here = tuple(float(rig.value(name)) for name in names)
+    if names[0] == names[1]:
+        raise InputError(f"both parameters of a border are {names[0]}: expected two; change one of them")
+    for name, value, (low, high) in zip(names, here, bounds, strict=True):
+        if not low < high or not low <= value <= high:
+            raise InputError(f"{name} runs from {low:g} to {high:g}, the border begins at {value:g}: expected a range that holds it")
+    sizes = state_scale(rig)
+    sizes[:2] *= max(sizes[0], abs(float(rig.gap)), float(place.orbit.passage.highest), -float(place.orbit.passage.lowest)) / sizes[0]
+    scale = np.array([*sizes, *(high - low for low, high in bounds)])
+    surface = _Surface(
+        rig, names, place.orbit.cycles, place.orbit.touches, place.kind, landing_of(rig) if landing is None else landing, scale
+    )
+    guess = np.array([*place.orbit.state, *here]) / scale
+    start = surface.corrected(guess, _unit(len(guess), -1), where=f"{names[1]} = {here[1]:g}")
+    limits = np.array(bounds) / scale[-2:, None]
+    forward = _arm(surface, start, limits)
+    backward = ([start], End.CLOSED) if forward[1] is End.CLOSED else _arm(surface, (start[0], -start[1]), limits)
+    z = np.array([point for point, _ in (*reversed(backward[0][1:]), *forward[0])]) * scale
+    labels = tuple(rig.label(name) for name in names)
+    return Border(
+        place.kind, names, labels, place.orbit.cycles, place.orbit.touches, z[:, -2], z[:, -1], z[:, :-2], (backward[1], forward[1])
+    )
+
+
+_Point = tuple[Coordinates, Coordinates]
+"""Scaled coordinates (state, first and second parameter), and the unit tangent."""
+
+
+@dataclasses.dataclass(frozen=True)
+class _Surface:
+    """The conditions that hold on one border, in scaled coordinates."""
+
+    rig: ForcedRig
+    names: tuple[str, str]
+    cycles: int
+    touches: int
+    kind: Kind
+    landing: Landing
+    scale: Coordinates
+
+    def corrected(self, guess: Coordinates, normal: Coordinates, *, where: str = "the next step") -> _Point:
+        """The point of the border on the plane through a guess, by Newton's method."""
+        z, moved = guess, np.inf
+        for _ in range(_ITERATIONS):
+            error = self.conditions(z)
+            jacobian = self._jacobian(z)
+            if np.max(np.abs(error[:-1])) < _CLOSED and moved < _STILL:
+                return z, np.linalg.svd(jacobian)[2][-1]
+            step = solved(np.vstack([jacobian, normal]), np.append(error, normal @ (z - guess)))
+            z, moved = z - step, float(np.linalg.norm(step))
+            if not moved < 1.0:
+                break
+        raise NoConvergenceError(f"no {self.kind.value} found at {where}")
+
+    def conditions(self, z: Coordinates) -> Float[np.ndarray, " conditions"]:
+        """Closing error over the scale of the states, and the test of the kind."""
+        state, rig = z[:-2] * self.scale[:-2], self.rig
+        for name, value in zip(self.names, z[-2:] * self.scale[-2:], strict=True):
+            rig = rig.replace(name, float(value))
+        rig = as_arrays(rig)
+        reached, full, passage = map_with_jacobian(self.landing, rig, self.names[0], self.cycles, state)
+        return np.append((reached - state) / self.scale[:-2], _TESTS[self.kind](rig, full[:, :-1], passage, self.touches))
+
+    def _jacobian(self, z: Coordinates) -> Float[np.ndarray, "conditions coordinates"]:
+        steps = _DIFFERENCE * np.eye(len(z))
+        return np.stack([(self.conditions(z + step) - self.conditions(z - step)) / (2.0 * _DIFFERENCE) for step in steps], axis=1)
+
+
+def _grazes(rig: ForcedRig, _: np.ndarray, passage: Passage, touches: int) -> float:
+    """Indentation of the closest miss over A0, plus the clearance; with a touch too many, the indentation that its speed would reach."""
+    amplitude = float(rig.base_amplitude)
+    if int(passage.touches) > touches:
+        return 0.5 * (float(passage.slowest_touch) / (2.0 * np.pi * float(rig.frequency_hz) * amplitude)) ** 2 + _CLEARANCE
+    return float(passage.closest) / amplitude + _CLEARANCE
+
+
+_TESTS: dict[Kind, Callable[[ForcedRig, np.ndarray, Passage, int], float]] = {
+    Kind.FOLD: lambda rig, monodromy, passage, touches: fold_test(monodromy),
+    Kind.PERIOD_DOUBLING: lambda rig, monodromy, passage, touches: flip_test(monodromy),
+    Kind.GRAZING: _grazes,
+    Kind.GRAZING_FOLD: _grazes,
+}
+
+
+FOLLOWED = tuple(_TESTS)
+"""Kinds of special points that lie on borders which are followed."""
+
+
+def _unit(size: int, place: int) -> Coordinates:
+    found = np.zeros(size)
+    found[place] = 1.0
+    return found
+
+
+def _arm(surface: _Surface, start: _Point, limits: Float[np.ndarray, "2 2"], most_points: int = 1000) -> tuple[list[_Point], End]:
+    """Points from the start on along its tangent, and why there are no more."""
+    points, h = [start], _FIRST
+    while len(points) < most_points:
+        z, tangent = points[-1]
+        new = _next(surface, points[-1], h)
+        if new is None:
+            h *= _SHORTER
+            if h < _SHORTEST:
+                return points, End.LOST
+            continue
+        h = min(h * _LONGER, _LONGEST)
+        outside = (new[0][-2:] < limits[:, 0]) | (new[0][-2:] > limits[:, 1])
+        if outside.any():
+            return [*points, *_at_bound(surface, z, new[0], limits, outside)], End.BOUND
+        points.append(new)
+        back = float(np.linalg.norm((new[0] - start[0])[-2:]))
+        if len(points) > _BACK and back < h and float(new[1] @ start[1]) > _STRAIGHT:
+            return points, End.CLOSED
+    return points, End.POINTS
+
+
+def _next(surface: _Surface, last: _Point, h: float) -> _Point | None:
+    """The point a step further; None where there is none near, or the border bends too much in between."""
+    z, tangent = last
+    try:
+        found, ahead = surface.corrected(z + h * tangent, tangent)
+    except NoConvergenceError:
+        return None
+    chord = found - z
+    length = float(np.linalg.norm(chord))
+    if not 0.0 < length < 3.0 * h:
+        return None
+    ahead = ahead if ahead @ chord >= 0 else -ahead
+    return (found, ahead) if min(ahead @ chord, tangent @ chord) >= _STRAIGHT * length else None
+
+
+def _at_bound(
+    surface: _Surface, last: Coordinates, new: Coordinates, limits: Float[np.ndarray, "2 2"], outside: np.ndarray
+) -> list[_Point]:
+    """The point at the end of the range between two points, as a list; empty where none is found."""
+    axis = int(np.flatnonzero(outside)[0])
+    place = len(last) - 2 + axis
+    bound = limits[axis, 0] if new[place] < limits[axis, 0] else limits[axis, 1]
+    guess = last + (bound - last[place]) / (new[place] - last[place]) * (new - last)
+    try:
+        return [surface.corrected(guess, _unit(len(last), place))]
+    except NoConvergenceError:
+        return []
