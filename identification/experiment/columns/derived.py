@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.signal import coherence, welch
 
+from identification.experiment.channels import CHANNELS
 from identification.experiment.noise import estimate_noise
 from identification.experiment.record import Record
 
@@ -19,8 +20,6 @@ EDGE = 0.02
 """Cycles a sample, at either end of the spectra, that are left out."""
 NEAR_FLOOR = 2.0
 """Power over that of white noise up to which a frequency counts as noise alone."""
-MEASURED = ("applied_force",)
-"""Channels that drive the model and always count."""
 
 
 def without_derived(records: Sequence[Record]) -> list[Record]:
@@ -37,9 +36,12 @@ def without_derived(records: Sequence[Record]) -> list[Record]:
 
 
 def derived(record: Record) -> dict[str, tuple[str, float]]:
-    """Channels that are computed from another one: their source, and the coherence of their noise."""
+    """Displacements and accelerations that are computed from another one: their source, and the coherence of their noise.
+
+    Forces are not judged: what a quiet load cell and an accelerometer resolve of the impacts is common to them.
+    """
     found: dict[str, tuple[str, float]] = {}
-    for one, other in combinations([name for name in record.channels if name not in MEASURED], 2):
+    for one, other in combinations([name for name in record.channels if CHANNELS[name] != "force"], 2):
         common, flat = noise_coherence(record.channels[one], record.channels[other])
         if common > COMMON:  # the noise of the source is the whiter one
             source, computed = (one, other) if flat[0] >= flat[1] else (other, one)

@@ -78,6 +78,21 @@ def test_two_sensors_of_one_motion_both_count(tmp_path, noise):
     assert not any("computed from" in one for one in record.notices)
 
 
+def test_without_noise_two_sensors_of_one_motion_both_count(tmp_path):
+    displacement, acceleration = motion()
+    record = loaded(tmp_path, hammer_displacement=np.round(displacement, 13), hammer_acceleration=acceleration)
+    assert set(record.channels) == {"hammer_displacement", "hammer_acceleration"}
+
+
+def test_a_force_that_is_the_acceleration_times_the_mass_is_not_judged(tmp_path):
+    acceleration = motion()[1] + np.random.default_rng(2).normal(0.0, 0.1, TIME.size)
+    np.savez(tmp_path / "a.npz", time=TIME, impact_force=-0.5 * acceleration, hammer_acceleration=acceleration)
+    (tmp_path / "experiment.toml").write_text(
+        EXPERIMENT.replace('[sensors.hammer_displacement]\nunit = "m"', '[sensors.impact_force]\nunit = "N"')
+    )
+    assert set(load_experiment(tmp_path).records[0].channels) == {"impact_force", "hammer_acceleration"}
+
+
 def test_coherence_of_independent_noise_is_that_of_the_number_of_segments():
     one, other = np.random.default_rng(4).normal(size=(2, 60_000))
     common, shares = noise_coherence(one, other)
