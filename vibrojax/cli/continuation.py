@@ -47,6 +47,9 @@ def continue_(
     start: Annotated[
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")
     ] = (0.0, 0.0),
+    doublings: Annotated[
+        int, typer.Option(min=0, max=4, metavar="N", help="Follow the branches that are born by up to N period doublings in a row.")
+    ] = 0,
     along: Annotated[
         str | None,
         typer.Option(
@@ -86,16 +89,20 @@ def continue_(
                 raise InputError(
                     f"--along runs from {span[0]:g} to {span[1]:g}, {here}: expected a range that holds it; change one of them"
                 )
-            branch = follow_and_write(rig, name, bounds, folder, at=at, start=start, tail=tail, look=FIGURE_STYLES[style], progress=say)
-            lines = [finding(branch)]
+            look: Any = dict(tail=tail, look=FIGURE_STYLES[style], progress=say)
+            branches = follow_and_write(rig, name, bounds, folder, at=at, start=start, doublings=doublings, **look)
+            lines = [finding(branch) for branch in branches]
             if second is not None:
-                curves, lost = borders_and_write(branch, second, (bounds, span), folder, tail=tail, look=FIGURE_STYLES[style], progress=say)
+                curves, lost = borders_and_write(branches[0], second, (bounds, span), folder, **look)
                 lines += [borders_finding(curves), *(f"not followed: {text}" for text in lost)]
-            found.append((tail, branch, lines))
-    for tail, branch, lines in found:
-        console.print(_table(branch))
-        cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
-        console.print(f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}")
+            found.append((tail, branches, lines))
+    for tail, branches, lines in found:
+        for branch in branches:
+            console.print(_table(branch))
+            cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
+            console.print(
+                f"{len(branch.parameter)} orbits of {cycles}; first end: {branch.ends[0].value}; last end: {branch.ends[1].value}"
+            )
         for line in lines:
             console.print(line, soft_wrap=True, markup=False)
         console.print(f"results in {out}; start with {out / f'branch{tail}.png'}", soft_wrap=True, markup=False)

@@ -2,9 +2,24 @@
 
 from vibrojax.continuation.border import Border, border
 from vibrojax.continuation.branch import Branch, End
+from vibrojax.continuation.doubling import doubled
 from vibrojax.continuation.follow import Steps, follow
 from vibrojax.continuation.orbit import Orbit, find_orbit, settle
 from vibrojax.continuation.rig import ForcedRig
 from vibrojax.continuation.special import Kind, SpecialPoint
 
-__all__ = ["Border", "Branch", "End", "ForcedRig", "Kind", "Orbit", "SpecialPoint", "Steps", "border", "find_orbit", "follow", "settle"]
+__all__ = [
+    "Border",
+    "Branch",
+    "End",
+    "ForcedRig",
+    "Kind",
+    "Orbit",
+    "SpecialPoint",
+    "Steps",
+    "border",
+    "doubled",
+    "find_orbit",
+    "follow",
+    "settle",
+]

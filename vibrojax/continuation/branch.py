@@ -17,6 +17,7 @@ class End(enum.Enum):
     CLOSED = "the branch closed on itself"
     POINTS = "the most points allowed were computed"
     GRAZING = "the orbit grazes the stop, and no orbit of this kind lies beyond"
+    BORN = "the period is half as long there: orbits of this branch are born by period doubling"
     LOST = "no further orbit was found at the shortest step"
 
 

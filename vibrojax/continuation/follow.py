@@ -1,6 +1,7 @@
 """Follow a branch of periodic orbits through folds, stable or not."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.arclength import Coordinates, Curve, Point, curve_through
 from vibrojax.continuation.branch import Branch, End
 from vibrojax.continuation.corner import around_corner
-from vibrojax.continuation.orbit import Orbit, landing_of
+from vibrojax.continuation.orbit import Orbit, landing_of, map_with_jacobian
 from vibrojax.continuation.special import Kind, SpecialPoint, special_points
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
@@ -54,7 +55,15 @@ class _Arm:
     end: End
 
 
-def follow(orbit: Orbit, name: str, bounds: tuple[float, float], *, landing: Landing | None = None, steps: Steps | None = None) -> Branch:
+def follow(
+    orbit: Orbit,
+    name: str,
+    bounds: tuple[float, float],
+    *,
+    born_at: SpecialPoint | None = None,
+    landing: Landing | None = None,
+    steps: Steps | None = None,
+) -> Branch:
     """Follow the branch of an orbit both ways along one parameter, by pseudo-arclength continuation.
 
     Each step goes along the tangent of the curve P^p(x; parameter) = x and is corrected at right angles to the chord, so that folds are no
@@ -64,6 +73,8 @@ def follow(orbit: Orbit, name: str, bounds: tuple[float, float], *, landing: Lan
         orbit: where to start.
         name: of the parameter: "frequency" (Hz), "gap" (m), "amplitude" (m), "m" or a parameter of the model.
         bounds: lowest and highest value, SI; the orbit's own lies between.
+        born_at: the period doubling from which the orbit comes (`doubled`): the branch is followed away from it alone, since beyond it the
+            same orbits come again, one period of the old ones later, and it ends where its orbits have half their period again.
         landing: the integrator.
         steps: lengths of steps.
 
@@ -83,15 +94,36 @@ def follow(orbit: Orbit, name: str, bounds: tuple[float, float], *, landing: Lan
     start = curve.start(orbit)
     limits = (low / curve.scale[-1], high / curve.scale[-1])
     up = start.tangent * (1.0 if start.tangent[-1] >= 0 else -1.0)
-    forward = _arm(curve, start, up, limits, steps)
-    backward = _Arm([start], [], End.CLOSED) if forward.end is End.CLOSED else _arm(curve, start, -up, limits, steps)
+    if born_at is not None:
+        away = start.z - np.append(born_at.orbit.state, born_at.parameter) / curve.scale
+        least = 0.5 * _halves_apart(curve, start)
+        up = start.tangent * (1.0 if start.tangent @ away >= 0 else -1.0)
+        forward = _arm(curve, start, up, limits, steps, lambda point: _halves_apart(curve, point) < least)
+        backward = _Arm([start], [], End.BORN)
+    else:
+        forward = _arm(curve, start, up, limits, steps)
+        backward = _Arm([start], [], End.CLOSED) if forward.end is End.CLOSED else _arm(curve, start, -up, limits, steps)
     points = [*reversed(backward.points[1:]), *forward.points]
     special = (*reversed(backward.special), *forward.special)
     return _branch(curve, points, special, (backward.end, forward.end))
 
 
-def _arm(curve: Curve, start: Point, direction: Coordinates, limits: tuple[float, float], steps: Steps) -> _Arm:
-    """Points from the start in one sense."""
+def _halves_apart(curve: Curve, point: Point) -> float:
+    """Distance, in scaled coordinates, of the states at the beginning and half-way through the period; 0 where the period is only half."""
+    state = point.z[:-1] * curve.scale[:-1]
+    halfway, _, _ = map_with_jacobian(curve.landing, curve.rig_at(point), curve.name, curve.cycles // 2, state)
+    return float(np.linalg.norm((halfway - state) / curve.scale[:-1]))
+
+
+def _arm(
+    curve: Curve,
+    start: Point,
+    direction: Coordinates,
+    limits: tuple[float, float],
+    steps: Steps,
+    merges: Callable[[Point], bool] = lambda point: False,
+) -> _Arm:
+    """Points from the start in one sense, until the orbits are no longer of this family."""
     arm, h = _Arm([dataclasses.replace(start, tangent=direction)], [], End.POINTS), steps.first
     if not limits[0] <= start.z[-1] + 1e-12 * direction[-1] <= limits[1]:
         return dataclasses.replace(arm, end=End.BOUND)
@@ -106,6 +138,9 @@ def _arm(curve: Curve, start: Point, direction: Coordinates, limits: tuple[float
             new, h = around_corner(curve, last), steps.first * _AFTER_CORNER
         if new is None:
             arm.end = _breaks_off(curve, last, arm)
+            return arm
+        if merges(new):
+            arm.end = End.BORN
             return arm
         outside = not limits[0] <= new.z[-1] <= limits[1]
         if outside:

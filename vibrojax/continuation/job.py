@@ -12,6 +12,7 @@ from vibrojax.caption import rig_words, written
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.border import Border, Bounds
 from vibrojax.continuation.branch import Branch
+from vibrojax.continuation.doubling import doubled
 from vibrojax.continuation.figure import draw
 from vibrojax.continuation.finding import finding
 from vibrojax.continuation.follow import follow
@@ -20,8 +21,9 @@ from vibrojax.continuation.plane import borders, csv
 from vibrojax.continuation.plane import draw as draw_borders
 from vibrojax.continuation.plane import finding as borders_finding
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
+from vibrojax.continuation.special import Kind
 from vibrojax.drawing import FORMATS, save, sized, style
-from vibrojax.errors import InputError
+from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.figure_style import SCREEN, FigureStyle
 from vibrojax.integrate import Landing
 from vibrojax.model_file import model_document
@@ -35,15 +37,17 @@ def follow_and_write(
     *,
     at: float,
     start: tuple[float, float] = (0.0, 0.0),
+    doublings: int = 0,
     landing: Landing | None = None,
     tail: str = "",
     look: FigureStyle = SCREEN,
     progress: Callable[[str], None] = lambda stage: None,
-) -> Branch:
-    """Settle onto a stable orbit at one value of a parameter, follow its branch, and write it.
+) -> list[Branch]:
+    """Settle onto a stable orbit at one value of a parameter, follow its branch and those that are born from it, and write them.
 
     The files are `branch.csv`, `special.json`, the figure as `branch.png`, `branch.pdf` and `branch.svg`, and its caption `branch.md`,
-    each with `tail` at the end of its name.
+    each with `tail` at the end of its name; the table and the special points of the first branch born by period doubling are in
+    `branch_doubled-1.csv` and `special_doubled-1.json`.
 
     Arguments:
         rig: the rig.
@@ -52,10 +56,14 @@ def follow_and_write(
         folder: that exists.
         at: value at which the rig settles.
         start: (u, u') from which it settles, m and m/s.
+        doublings: how many period doublings in a row are followed.
         landing: the integrator.
         tail: of the files' names.
         look: sizes of the figure.
         progress: called with each stage.
+
+    Returns:
+        The branch, and those of twice, four times, ... its period.
 
     Raises:
         InputError: as for `follow`.
@@ -74,30 +82,45 @@ def follow_and_write(
     state, cycles = settle(rig, np.array([*start, *np.zeros(rig.size - 2)]), landing=landing)
     orbit = find_orbit(rig, state, cycles=cycles, landing=landing)
     progress(f"following the branch of an orbit of {cycles} cycles, {orbit.touches} impacts")
-    branch = follow(orbit, name, bounds, landing=landing)
+    branches = generation = [follow(orbit, name, bounds, landing=landing)]
+    for _ in range(doublings):
+        generation = [new for one in generation for new in _born(one, bounds, landing, progress)]
+        branches = [*branches, *generation]
     progress("writing")
-    (folder / f"branch{tail}.csv").write_text(branch.csv(), encoding="utf-8")
-    document = {
-        "parameter": name,
-        "unit": rig.unit(name),
-        "cycles": branch.cycles,
-        "ends": [end.value for end in branch.ends],
-        "special": branch.special_table(),
-        "provenance": {
-            "vibrojax": __version__,
-            "jax": jax.__version__,
-            "settings": {setting: float(rig.value(setting)) for setting in SETTINGS},
-            "start": list(start),
-            "at": at,
-        },
-    }
-    (folder / f"special{tail}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    settings = {setting: float(rig.value(setting)) for setting in SETTINGS}
+    provenance = {"vibrojax": __version__, "jax": jax.__version__, "settings": settings, "start": list(start), "at": at}
+    for number, branch in enumerate(branches):
+        born = f"_doubled-{number}" if number else ""
+        (folder / f"branch{born}{tail}.csv").write_text(branch.csv(), encoding="utf-8")
+        document = {
+            "parameter": name,
+            "unit": rig.unit(name),
+            "cycles": branch.cycles,
+            "ends": [end.value for end in branch.ends],
+            "special": branch.special_table(),
+            "provenance": provenance,
+        }
+        (folder / f"special{born}{tail}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     with style(look):
-        figure = sized(draw([branch]), look)
+        figure = sized(draw(branches), look)
         for suffix in FORMATS:
             save(figure, folder / f"branch{tail}.{suffix}", look)
-    (folder / f"branch{tail}.md").write_text(_caption(rig, branch), encoding="utf-8")
-    return branch
+    (folder / f"branch{tail}.md").write_text(_caption(rig, branches), encoding="utf-8")
+    return branches
+
+
+def _born(branch: Branch, bounds: tuple[float, float], landing: Landing | None, progress: Callable[[str], None]) -> list[Branch]:
+    """The branches that are born from one by period doubling; where no orbit is found, none."""
+    found = []
+    for place in branch.special:
+        if place.kind is Kind.PERIOD_DOUBLING:
+            progress(f"following {2 * branch.cycles} cycles from the period doubling at {place.parameter:.6g}")
+            try:
+                orbit = doubled(place, branch.name, bounds[1] - bounds[0], landing=landing)
+                found.append(follow(orbit, branch.name, bounds, born_at=place, landing=landing))
+            except NoConvergenceError as error:
+                progress(str(error))
+    return found
 
 
 def borders_and_write(
@@ -143,8 +166,8 @@ def borders_and_write(
     return found, lost
 
 
-def _caption(rig: ForcedRig, branch: Branch) -> str:
-    settings = {"gap": (1e3, "mm"), "amplitude": (1e3, "mm"), "frequency": (1.0, "Hz")}
+def _caption(rig: ForcedRig, branches: list[Branch]) -> str:
+    branch, settings = branches[0], {"gap": (1e3, "mm"), "amplitude": (1e3, "mm"), "frequency": (1.0, "Hz")}
     low, high = float(branch.parameter.min()), float(branch.parameter.max())
     words = {
         name: f"{scale * low:.4g} to {scale * high:.4g} {unit}" if name == branch.name else f"{scale * float(rig.value(name)):.4g} {unit}"
@@ -158,4 +181,6 @@ def _caption(rig: ForcedRig, branch: Branch) -> str:
         "Largest displacement u of the hammer relative to the cart, and largest impact force F_i or impact speed, of the periodic "
         f"orbits of {cycles} of excitation on one branch. Solid: stable; broken: unstable."
     )
-    return written("branch of periodic motion", shown, finding(branch), rows)
+    if len(branches) > 1:
+        shown += " The other colours: branches born by period doubling."
+    return written("branch of periodic motion", shown, "; ".join(map(finding, branches)), rows)
