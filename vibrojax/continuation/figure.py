@@ -81,5 +81,5 @@ def _legend(axes: Axes, branches: list[Branch]) -> None:
             axes.plot([], [], marker=marker, color=colour, linestyle="none", markersize=5, label=kind.value)
     if len(branches) > 1:
         for colour, branch in zip(COLOURS * len(branches), branches, strict=False):
-            axes.plot([], [], color=colour, label=f"{branch.cycles} cycles, {int(branch.touches.max())} impacts")
+            axes.plot([], [], color=colour, label=f"z = {int(branch.touches.max())}/{branch.cycles}")
     axes.legend(loc="best", ncols=2)
