@@ -175,7 +175,7 @@ def _concluded(
 
 
 def _in_part(found: Search, predicted: Predictions) -> tuple[tuple[str, ...], float] | None:
-    """Summaries of the listed effects that the search added, with the share of the misfit that they explain; None where it added none.
+    """Summaries of the listed effects that the search added, with the share of the misfit that they explain; None if not relevant.
 
     The misfit is the squared error on what was left out of the fit; in the fit where no part of the records can be left out.
     """
@@ -184,7 +184,7 @@ def _in_part(found: Search, predicted: Predictions) -> tuple[tuple[str, ...], fl
     explained = share_predicted(predicted(found.first.fitted), predicted(found.fitted))
     if np.isnan(explained):
         explained = 1.0 - residual_share(found.fitted, found.first.fitted)
-    return tuple(effect.summary for effect in found.fitted.model.effects), float(np.clip(explained, 0.0, 1.0))
+    return (tuple(effect.summary for effect in found.fitted.model.effects), min(explained, 1.0)) if explained > RELEVANT else None
 
 
 def _ring_downs(found: Search, experiment: Experiment, before: Side, after: Side) -> RingDowns:

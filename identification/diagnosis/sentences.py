@@ -11,6 +11,8 @@ from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, percent, rounded, with_unit
 
+_NEARLY_ALL = 0.99
+"""Share of the misfit from which it is stated as more than that."""
 _NAMED = 4
 """Number of records from which on sentences give their count, not their names."""
 
@@ -72,8 +74,9 @@ def sentences(
     first = f"Something real is missing, and {no_effect} it."
     if in_part is not None:
         causes, share = in_part
+        most = percent(share, 1.0) if share < _NEARLY_ALL else "more than 99 %"
         explain = "explains" if len(causes) == 1 else "explain"
-        first = f"{joined(causes)} {explain} {percent(share, 1.0)} of the misfit, and {no_effect} the rest."
+        first = f"{joined(causes)} {explain} {most} of the misfit, and {no_effect} the rest."
         first = first[0].upper() + first[1:]
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()

@@ -30,6 +30,9 @@ from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section
 
+FORMAT = 2
+"""Of the settings and variables of a store; one of another format is refused."""
+
 
 class Kind(NamedTuple):
     """How one study is cut."""
@@ -145,6 +148,7 @@ class Job:
         settings = {name: dataclasses.asdict(value) if dataclasses.is_dataclass(value) else value for name, value in self.settings.items()}  # type: ignore[arg-type]
         precision = "float64" if jax.config.jax_enable_x64 else "float32"  # type: ignore[attr-defined]
         return {
+            "format": FORMAT,
             "study": self.study,
             "model": {name: part for name, part in model_document(self.model).items() if name != "provenance"},
             "axes": {name: values.tolist() for name, values in self.axes.items()},

@@ -47,20 +47,23 @@ class Alternative:
         return self.candidate.name
 
 
-def fitted_in_full(scored: Scored, line: Learned | None, deadline: float, progress: Progress) -> list[Alternative]:
+def fitted_in_full(scored: Scored, line: Learned | None, deadline: float, progress: Progress) -> tuple[list[Alternative], bool]:
     """Alternatives: the candidates with the largest expected gain, each refitted with all other parameters, by decreasing evidence.
 
     None is refitted where a free-form line, with a larger expected gain, explains nearly all of the misfit. After the `deadline`
     (`time.monotonic()`) no further one is refitted, and only the best so far is refitted to convergence.
+
+    Returns:
+        The alternatives, and whether the deadline cut their number.
     """
     if line is not None and residual_share(line.fitted, scored.fitted) < _LITTLE:
-        return []
-    queue = _queue(scored)
+        return [], False
+    queue, cut = _queue(scored), False
     alternatives: list[Alternative] = []
     best = scored.largest_gain
     with ThreadPoolExecutor(1) as ahead:
         for index, (candidate, prepared) in enumerate(queue):
-            if alternatives and time.monotonic() > deadline:
+            if cut := bool(alternatives) and time.monotonic() > deadline:
                 break
             if _is_hopeless(candidate, scored, alternatives, best):
                 continue
@@ -68,7 +71,8 @@ def fitted_in_full(scored: Scored, line: Learned | None, deadline: float, progre
                 ahead.submit(_compiled, following, scored.fitted)
             progress(f"fitting {candidate.name} {candidate.members[0].channel or ''} beside {scored.fitted.title}")
             alternatives += _tried(candidate, prepared, scored.fitted)
-    return _finished(sorted(alternatives, key=lambda alternative: alternative.fitted.criterion), scored.fitted, deadline, progress)
+    alternatives.sort(key=lambda alternative: alternative.fitted.criterion)
+    return _finished(alternatives, scored.fitted, deadline, progress), cut
 
 
 def _is_hopeless(candidate: Candidate, scored: Scored, alternatives: list[Alternative], best: float) -> bool:

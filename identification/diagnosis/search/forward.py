@@ -86,9 +86,10 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
                 continue
         # an undamped mode with a phase of its own in every window resembles a sinusoidal force at a free frequency
         line = learn(scored, deadline=deadline, progress=progress) if line_gain > scored.largest_gain else None
-        alternatives = fitted_in_full(scored, line, deadline, progress)
+        alternatives, cut = fitted_in_full(scored, line, deadline, progress)
+        without_more = BUDGET if cut else COMPLETE
         if line is not None and not (alternatives and alternatives[0].fitted.criterion < line.fitted.criterion):
-            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=COMPLETE, learned=line)
+            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=without_more, learned=line)
         if varying is not None and varying.chi2 >= (alternatives[0].gain if alternatives else 0.0):
             varied = _with_variation(model, varying, progress)
             if varied is not None and not (alternatives and alternatives[0].fitted.criterion < varied.criterion):
@@ -106,7 +107,7 @@ def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, 
             or not _has_evidence(alternatives[0], model, scored)
             or share_added(start, model, alternatives[0].fitted) < RELEVANT
         ):
-            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=COMPLETE)
+            return Search(steps=tuple(steps), last=scored, refused=tuple(alternatives), ended=without_more)
         progress(f"fitting {alternatives[0].fitted.title} to the end")
         best = to_the_end(alternatives[0].fitted)
         if best is None:

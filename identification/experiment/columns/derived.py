@@ -1,21 +1,25 @@
-"""Channels that the logger computed from another one, such as an acceleration differentiated from a displacement."""
+"""Accelerations that the logger computed from a displacement of the same body, and displacements that it computed from an acceleration."""
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 from scipy.signal import coherence, welch
 
-from identification.experiment.channels import CHANNELS
 from identification.experiment.noise import estimate_noise
 from identification.experiment.record import Record
 
+PAIRS = (
+    ("hammer_displacement", "hammer_acceleration"),
+    ("relative_displacement", "hammer_acceleration"),
+    ("cart_displacement", "cart_acceleration"),
+)
+"""Channels of one motion."""
 COMMON = 0.75
 """Coherence of the noise of two channels above which one is computed from the other; two sensors have a coherence near 0."""
 FEWEST, SEGMENTS, LONGEST = 512, 16, 256
-"""Samples without which noise cannot be compared; segments of the spectra, at least; their length, at most."""
+"""Samples without a gap that are needed; segments of the spectra, at least; their length, at most."""
 EDGE = 0.02
 """Cycles a sample, at either end of the spectra, that are left out."""
 NEAR_FLOOR = 2.0
@@ -25,28 +29,18 @@ NEAR_FLOOR = 2.0
 def without_derived(records: Sequence[Record]) -> list[Record]:
     """Records without the channels that are computed from another one of the same record, with a notice on each.
 
-    A computed channel is no independent evidence: its noise is that of its source. The longest record that was not filtered decides; a
-    record of a prescribed motion keeps all its channels.
+    A computed channel is no independent evidence: its noise is that of its source. Of each pair of channels the longest record that holds
+    both and was not filtered is judged first, the others only where that one holds a computed channel. A prescribed motion keeps its own.
     """
-    raw = [record for record in records if not record.sensed and record.time.size >= FEWEST]
-    if not raw:
-        return list(records)
-    found = derived(max(raw, key=lambda record: record.time.size))
-    return [_without(record, found) if record.kind != "prescribed" else record for record in records]
-
-
-def derived(record: Record) -> dict[str, tuple[str, float]]:
-    """Displacements and accelerations that are computed from another one: their source, and the coherence of their noise.
-
-    Forces are not judged: what a quiet load cell and an accelerometer resolve of the impacts is common to them.
-    """
-    found: dict[str, tuple[str, float]] = {}
-    for one, other in combinations([name for name in record.channels if CHANNELS[name] != "force"], 2):
-        common, flat = noise_coherence(record.channels[one], record.channels[other])
-        if common > COMMON:  # the noise of the source is the whiter one
-            source, computed = (one, other) if flat[0] >= flat[1] else (other, one)
-            found.setdefault(computed, (source, common))
-    return {name: (source, common) for name, (source, common) in found.items() if source not in found}
+    found = list(records)
+    for pair in PAIRS:
+        holding = [index for index, one in enumerate(found) if _is_judged(one, pair)]
+        if not holding or _computed(found[max(holding, key=lambda index: found[index].time.size)], pair) is None:
+            continue
+        for index in holding:
+            if (judged := _computed(found[index], pair)) is not None:
+                found[index] = _without(found[index], *judged)
+    return found
 
 
 def noise_coherence(one: Float64[np.ndarray, " samples"], other: Float64[np.ndarray, " samples"]) -> tuple[float, tuple[float, float]]:
@@ -60,31 +54,49 @@ def noise_coherence(one: Float64[np.ndarray, " samples"], other: Float64[np.ndar
         other: at the same instants.
 
     Returns:
-        The coherence, 0 to 1, the larger of that in the noise of either; and the two shares. 0 where there are too few samples.
+        The coherence, 0 to 1, the larger of that in the noise of either; and the two shares. 0 where fewer than `FEWEST` samples without a
+        gap are usable in both, or where one shows no noise.
     """
-    both = np.isfinite(one) & np.isfinite(other)
-    if both.sum() < FEWEST:
+    run = _longest_run(np.isfinite(one) & np.isfinite(other))
+    first, second = one[run], other[run]
+    noises = (estimate_noise(first), estimate_noise(second))
+    if len(first) < FEWEST or noises[0] is None or noises[1] is None:
         return 0.0, (0.0, 0.0)
-    first, second = one[both], other[both]
     length = min(LONGEST, len(first) // SEGMENTS)
     frequency, common = coherence(np.diff(first, 2), np.diff(second, 2), nperseg=length)
     inner = (frequency > EDGE) & (frequency < 0.5 - EDGE)
     means, shares = [], []
-    for values in (first, second):
-        noise = estimate_noise(values)
+    for values, noise in zip((first, second), noises, strict=True):
         power = welch(np.diff(values, 2), nperseg=length)[1]
-        white = 2.0 * (noise or 0.0) ** 2 * (2.0 * np.sin(np.pi * frequency)) ** 4
-        noisy = inner & (power < NEAR_FLOOR * white)
+        noisy = inner & (power < NEAR_FLOOR * 2.0 * noise**2 * (2.0 * np.sin(np.pi * frequency)) ** 4)
         shares.append(float(noisy.sum() / inner.sum()))
         means.append(float(common[noisy].mean()) if noisy.any() else 0.0)
     return max(means), (shares[0], shares[1])
 
 
-def _without(record: Record, found: dict[str, tuple[str, float]]) -> Record:
-    gone = {name: one for name, one in found.items() if name in record.channels and one[0] in record.channels}
-    said = [
-        f"{name}: computed from {source}, with which it shares its noise (coherence {common:.2f}); it is left out, for it counts once."
-        for name, (source, common) in gone.items()
-    ]
-    kept = {name: values for name, values in record.channels.items() if name not in gone}
-    return replace(record, channels=kept, notices=(*record.notices, *said)) if gone else record
+def _longest_run(usable: Bool[np.ndarray, " samples"]) -> slice:
+    """The longest stretch of usable samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], usable, [False]]).astype(int))).reshape(-1, 2)
+    return slice(*max(edges.tolist(), key=lambda run: run[1] - run[0], default=[0, 0]))
+
+
+def _is_judged(record: Record, pair: tuple[str, str]) -> bool:
+    return record.kind != "prescribed" and not record.sensed and set(pair) <= record.channels.keys()
+
+
+def _computed(record: Record, pair: tuple[str, str]) -> tuple[str, str, float] | None:
+    """Which channel of a pair is computed, its source, whose noise is the whiter one, and the coherence; None where neither is."""
+    common, white = noise_coherence(record.channels[pair[0]], record.channels[pair[1]])
+    if common <= COMMON:
+        return None
+    source, computed = pair if white[0] >= white[1] else (pair[1], pair[0])
+    return computed, source, common
+
+
+def _without(record: Record, computed: str, source: str, common: float) -> Record:
+    notice = (
+        f"{computed}: computed from {source}, whose noise it shares (coherence {common:.2f}); it is not used, because the same measurement "
+        "would count twice."
+    )
+    kept = {name: values for name, values in record.channels.items() if name != computed}
+    return replace(record, channels=kept, notices=(*record.notices, notice))

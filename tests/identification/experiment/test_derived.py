@@ -93,6 +93,45 @@ def test_a_force_that_is_the_acceleration_times_the_mass_is_not_judged(tmp_path)
     assert set(load_experiment(tmp_path).records[0].channels) == {"impact_force", "hammer_acceleration"}
 
 
+def test_sensors_of_two_bodies_are_not_compared(tmp_path):
+    """Hammer and cart vibrate together, and the noise of the cart is in the displacement relative to it."""
+    common = np.random.default_rng(6).normal(0.0, 0.3, TIME.size)
+    cart = sensed(np.zeros(TIME.size), 7, 1e-5)
+    np.savez(
+        tmp_path / "a.npz",
+        time=TIME,
+        relative_displacement=motion()[0] - cart,
+        cart_displacement=cart,
+        hammer_acceleration=common,
+        cart_acceleration=common + np.random.default_rng(8).normal(0.0, 1e-3, TIME.size),
+    )
+    tables = "".join(
+        f'[sensors.{name}]\nunit = "{unit}"\n'
+        for name, unit in (("relative_displacement", "m"), ("cart_displacement", "m"), ("cart_acceleration", "m/s^2"))
+    )
+    (tmp_path / "experiment.toml").write_text(EXPERIMENT.replace('[sensors.hammer_displacement]\nunit = "m"\n', tables))
+    assert len(load_experiment(tmp_path).records[0].channels) == 4
+
+
+def test_each_record_is_judged_by_itself(tmp_path):
+    """The longer record holds a computed acceleration, the shorter one that of an accelerometer."""
+    displacement, acceleration = sensed(motion()[0], 1), motion()[1] + np.random.default_rng(2).normal(0.0, 0.1, TIME.size)
+    np.savez(tmp_path / "a.npz", time=TIME, hammer_displacement=displacement, hammer_acceleration=differentiated(displacement, None))
+    short = slice(0, 4000)
+    np.savez(tmp_path / "b.npz", time=TIME[short], hammer_displacement=displacement[short], hammer_acceleration=acceleration[short])
+    (tmp_path / "experiment.toml").write_text(EXPERIMENT + EXPERIMENT[EXPERIMENT.index("[[record]]") :].replace("a.npz", "b.npz"))
+    assert [len(record.channels) for record in load_experiment(tmp_path).records] == [1, 2]
+
+
+def test_gaps_and_a_channel_at_rest_are_no_trouble(tmp_path):
+    displacement = sensed(motion()[0], 1)
+    displacement[3000:3010] = np.nan
+    computed = differentiated(displacement, None)
+    record = loaded(tmp_path, hammer_displacement=displacement, hammer_acceleration=computed)
+    assert set(record.channels) == {"hammer_displacement"}
+    assert noise_coherence(displacement, np.zeros(TIME.size)) == (0.0, (0.0, 0.0))
+
+
 def test_coherence_of_independent_noise_is_that_of_the_number_of_segments():
     one, other = np.random.default_rng(4).normal(size=(2, 60_000))
     common, shares = noise_coherence(one, other)

@@ -78,4 +78,5 @@ def test_after_the_deadline_one_candidate_is_fitted_and_no_more(monkeypatch):
     monkeypatch.setattr(module, "_finished", lambda found, *rest: found)
     scored = made(Scored, fitted=beside, largest_gain=50.0, scales=SCALES)
     late, in_time = (module.fitted_in_full(scored, None, deadline, lambda stage: None) for deadline in (-np.inf, np.inf))
-    assert [one.name for one in late] == names[:1] and [one.name for one in in_time] == names
+    assert ([one.name for one in late[0]], late[1]) == (names[:1], True)
+    assert ([one.name for one in in_time[0]], in_time[1]) == (names, False)

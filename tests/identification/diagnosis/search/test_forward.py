@@ -53,6 +53,11 @@ def test_a_further_effect_that_matters_little_is_not_added(rubbing, monkeypatch)
     assert (found.ended, found.steps) == (COMPLETE, ()) and found.refused[0].name == "coulomb_friction"
 
 
+def test_a_step_that_the_deadline_cuts_is_not_the_end_of_a_search(rubbing, monkeypatch):
+    monkeypatch.setattr(module, "fitted_in_full", lambda *given: ([], True))
+    assert search(rubbing, deadline=np.inf).ended == BUDGET
+
+
 def test_a_significant_effect_whose_last_fit_fails_is_not_called_absent(rubbing, monkeypatch):
     monkeypatch.setattr(module, "to_the_end", lambda found: None)
     found = search(rubbing, deadline=np.inf)
