@@ -28,7 +28,7 @@ _FAR = 0.3
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.borders", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--points", type=int, default=240, help="along all borders together")
+    parser.add_argument("--points", type=int, default=900, help="looked for along all borders together; each stored one counts once")
     parser.add_argument("--cell", type=float, default=0.005, metavar="HZ", help="width of a cell in frequency")
     parser.add_argument("--cycles", type=int, default=2000, help="cycles after which a motion has settled")
     parser.add_argument("--json", type=Path, metavar="FILE", help="where the figures go")
@@ -53,13 +53,15 @@ def main() -> None:
 
 def _borders() -> list[Any]:
     """The borders of the branch that begins without impact."""
-    from vibrojax.continuation import find_orbit, follow, settle
+    from vibrojax.continuation import Kind, find_orbit, follow, settle
     from vibrojax.continuation.plane import borders
 
     rig = _rig(GAP, FREQUENCIES[0])
     state, cycles = settle(rig, np.zeros(2))
     branch = follow(find_orbit(rig, state, cycles=cycles), "frequency", FREQUENCIES)
     found, lost = borders(branch, "gap", (FREQUENCIES, GAPS))
+    if any(one.kind not in (Kind.FOLD, Kind.GRAZING) or (one.kind is Kind.GRAZING and one.touches) for one in found):
+        raise SystemExit("a border is neither a fold nor a grazing of the motion without impact, which alone are compared")
     if lost:
         raise SystemExit(f"not followed: {'; '.join(lost)}")
     return found
@@ -79,7 +81,8 @@ def compared(one: Any, every: list[Any], options: argparse.Namespace, count: int
     from vibrojax.batch import Points, Span, integrate
 
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(one.first) / 5.0, np.diff(one.second) / 5e-3))])
-    at = np.searchsorted(length, np.linspace(0.0, length[-1], count + 2)[1:-1])
+    at = np.unique(np.searchsorted(length, np.linspace(0.0, length[-1], count + 2)[1:-1]))
+    count = len(at)
     frequency, gap, state = one.first[at], one.second[at], one.states[at]
     values: dict[str, Any] = {
         "gap": np.tile(gap, 2),
@@ -107,7 +110,7 @@ def compared(one: Any, every: list[Any], options: argparse.Namespace, count: int
 
 def _crowded(one: Any, every: list[Any], frequency: float, gap: float, cell: float) -> bool:
     """Whether another border, or another part of this one, lies within two cells in frequency at the same gap."""
-    near = 0
+    near = 0  # its own crossing counts as one
     for other in every:
         crossings = np.flatnonzero(np.diff(other.second <= gap))
         for k in crossings:

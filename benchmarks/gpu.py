@@ -59,7 +59,9 @@ def _in_its_own_process(precision: str, options: argparse.Namespace, folder: Pat
     command = [sys.executable, "-m", "benchmarks.gpu", "--precision", precision, "--json", str(out), "--reference", str(folder)]
     command += ["--cycles", str(options.cycles), "--checked", str(options.checked), "--lanes", *map(str, options.lanes)]
     command += [] if options.chunk is None else ["--chunk", str(options.chunk)]
-    subprocess.run(command, check=True, env=os.environ | {"JAX_ENABLE_X64": str(int(precision == "float64"))})
+    status = subprocess.run(command, check=False, env=os.environ | {"JAX_ENABLE_X64": str(int(precision == "float64"))}).returncode
+    if status:
+        sys.exit(status)
     return json.loads(out.read_text(encoding="utf-8"))
 
 

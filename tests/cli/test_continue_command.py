@@ -91,8 +91,17 @@ def test_presets_are_listed(model, monkeypatch, capsys):
         (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "5", "--to", "4"], "frequency = 5: expected a value from 5 to 4"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "0:1"], "--along 0:1 names no parameter"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "frequency=4:5"], "--along and --sweep both name frequency"),
-        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gap=2e-3:3e-3"], "the branch has gap = 0.001"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gap=2e-3:3e-3"], "a branch has gap = 0.001"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gp=0:1"], "unknown parameter 'gp'"),
+        (
+            ["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gap=3e-3:1e-4"],
+            "--along runs from 0.003 to 0.0001",
+        ),
+        (
+            ["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "zeta=-0.5:0.2"],
+            "zeta is -0.5: expected a number",
+        ),
+        (["--gap", "1e-3,8e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gap=0:5e-3"], "a branch has gap = 0.008"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(model, monkeypatch, tmp_path, capsys, options, message):

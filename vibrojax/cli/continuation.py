@@ -83,12 +83,10 @@ def continue_(
         from vibrojax.continuation.job import borders_and_write, follow_and_write
         from vibrojax.continuation.plane import finding as borders_finding
 
-        for tail, rig in _rigs(model, preset, {"gap": gap, "amplitude": base_amplitude, "frequency": frequency}, vary, name, at):
-            if second is not None and not span[0] <= float(rig.value(second)) <= span[1]:
-                here = f"the branch has {second} = {float(rig.value(second)):g}"
-                raise InputError(
-                    f"--along runs from {span[0]:g} to {span[1]:g}, {here}: expected a range that holds it; change one of them"
-                )
+        rigs = _rigs(model, preset, {"gap": gap, "amplitude": base_amplitude, "frequency": frequency}, vary, name, at)
+        if second is not None:
+            _check_second(second, span, rigs)
+        for tail, rig in rigs:
             look: Any = dict(tail=tail, look=FIGURE_STYLES[style], progress=say)
             branches = follow_and_write(rig, name, bounds, folder, at=at, start=start, doublings=doublings, **look)
             lines = [finding(branch) for branch in branches]
@@ -139,7 +137,22 @@ def _second(along: str, first: str) -> tuple[str, tuple[float, float]]:
     name = _OURS.get(canonical(name), name)
     if name == first:
         raise InputError(f"--along and --sweep both name {name}: expected two parameters; change one of them")
-    return name, ends("--along", text)
+    low, high = ends("--along", text)
+    if not low < high < float("inf"):
+        raise InputError(f"--along runs from {low:g} to {high:g}: expected a finite range from the lower to the higher value; correct it")
+    return name, (low, high)
+
+
+def _check_second(name: str, span: tuple[float, float], rigs: list[tuple[str, Any]]) -> None:
+    """Refuse a second parameter whose range is not possible, or does not hold the value of every branch."""
+    from vibrojax.continuation.rig import check_settings
+
+    for _, rig in rigs:
+        value = float(rig.value(name))
+        if not span[0] <= value <= span[1]:
+            raise InputError(f"--along runs from {span[0]:g} to {span[1]:g}, a branch has {name} = {value:g}: name a range that holds it")
+        for end in span:
+            check_settings(rig.replace(name, end))
 
 
 def _rigs(

@@ -19,7 +19,7 @@ from vibrojax.integrate import Landing
 Coordinates = Float[np.ndarray, " coordinates"]
 Bounds = tuple[float, float]
 _CLEARANCE = 1e-5
-"""Of a grazing orbit, over A0: the orbit is that with the fewer impacts, whose map is smooth."""
+"""Distance over A0 between the stop and an orbit that counts as grazing: just short of the impact the map is still smooth."""
 _DIFFERENCE = 1e-7
 """Step of the central differences, in scaled coordinates."""
 _CLOSED, _STILL, _ITERATIONS = 1e-9, 1e-7, 10
@@ -53,6 +53,7 @@ class Border(eqx.Module):
     def holds(self, first: float, second: float, reach: Bounds) -> bool:
         """Whether a point lies on the border, to a part of `reach` in either parameter."""
         x, y = (self.first - first) / reach[0], (self.second - second) / reach[1]
+        x, y = (np.append(part, part[-1]) for part in (x, y))
         dx, dy = np.diff(x), np.diff(y)
         along = np.clip(-(x[:-1] * dx + y[:-1] * dy) / np.maximum(dx**2 + dy**2, 1e-300), 0.0, 1.0)
         return bool(np.any(np.hypot(x[:-1] + along * dx, y[:-1] + along * dy) < 1.0))
@@ -112,7 +113,7 @@ def border(place: SpecialPoint, names: tuple[str, str], bounds: tuple[Bounds, Bo
     forward = _arm(surface, start, limits)
     backward = ([start], End.CLOSED) if forward[1] is End.CLOSED else _arm(surface, (start[0], -start[1]), limits)
     z = np.array([point for point, _ in (*reversed(backward[0][1:]), *forward[0])]) * scale
-    labels = tuple(rig.label(name) for name in names)
+    labels = (rig.label(names[0]), rig.label(names[1]))
     return Border(
         place.kind, names, labels, place.orbit.cycles, place.orbit.touches, z[:, -2], z[:, -1], z[:, :-2], (backward[1], forward[1])
     )
@@ -163,7 +164,10 @@ class _Surface:
 
 
 def _grazes(rig: ForcedRig, _: np.ndarray, passage: Passage, touches: int) -> float:
-    """Indentation of the closest miss over A0, plus the clearance; with a touch too many, the indentation that its speed would reach."""
+    """Zero where the orbit misses the stop by `_CLEARANCE`: minus its smallest distance from the stop over A0, plus that.
+
+    An orbit with an impact more than the border's has passed the grazing: half the square of its slowest impact over A0 Omega says how far.
+    """
     amplitude = float(rig.base_amplitude)
     if int(passage.touches) > touches:
         return 0.5 * (float(passage.slowest_touch) / (2.0 * np.pi * float(rig.frequency_hz) * amplitude)) ** 2 + _CLEARANCE
@@ -202,7 +206,8 @@ def _arm(surface: _Surface, start: _Point, limits: Float[np.ndarray, "2 2"], mos
         h = min(h * _LONGER, _LONGEST)
         outside = (new[0][-2:] < limits[:, 0]) | (new[0][-2:] > limits[:, 1])
         if outside.any():
-            return [*points, *_at_bound(surface, z, new[0], limits, outside)], End.BOUND
+            last = _at_bound(surface, z, new[0], limits)
+            return ([*points, last], End.BOUND) if last is not None else (points, End.LOST)
         points.append(new)
         back = float(np.linalg.norm((new[0] - start[0])[-2:]))
         if len(points) > _BACK and back < h and float(new[1] @ start[1]) > _STRAIGHT:
@@ -225,15 +230,14 @@ def _next(surface: _Surface, last: _Point, h: float) -> _Point | None:
     return (found, ahead) if min(ahead @ chord, tangent @ chord) >= _STRAIGHT * length else None
 
 
-def _at_bound(
-    surface: _Surface, last: Coordinates, new: Coordinates, limits: Float[np.ndarray, "2 2"], outside: np.ndarray
-) -> list[_Point]:
-    """The point at the end of the range between two points, as a list; empty where none is found."""
-    axis = int(np.flatnonzero(outside)[0])
-    place = len(last) - 2 + axis
-    bound = limits[axis, 0] if new[place] < limits[axis, 0] else limits[axis, 1]
-    guess = last + (bound - last[place]) / (new[place] - last[place]) * (new - last)
+def _at_bound(surface: _Surface, last: Coordinates, new: Coordinates, limits: Float[np.ndarray, "2 2"]) -> _Point | None:
+    """The point between two points at which the border leaves the ranges; None where none is found."""
+    here, there = last[-2:], new[-2:]
+    bound = np.where(there < limits[:, 0], limits[:, 0], limits[:, 1])
+    leaves = (there < limits[:, 0]) | (there > limits[:, 1])
+    parts = np.where(leaves, (bound - here) / np.where(leaves, there - here, 1.0), np.inf)
+    axis = int(np.argmin(parts))
     try:
-        return [surface.corrected(guess, _unit(len(last), place))]
+        return surface.corrected(last + parts[axis] * (new - last), _unit(len(last), len(last) - 2 + axis))
     except NoConvergenceError:
-        return []
+        return None

@@ -1,7 +1,7 @@
 """From a rig to files: settle, shoot, follow, write."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import jax
@@ -158,24 +158,16 @@ def borders_and_write(
         for suffix in FORMATS:
             save(figure, folder / f"borders{tail}.{suffix}", look)
     rig = branch.special[0].orbit.rig
-    rest = {name: f"{float(rig.value(name)):.4g} {rig.unit(name)}" for name in SETTINGS if name not in found[0].names}
     shown = "Curves in the plane of two parameters along which periodic orbits fold, double their period or graze the stop."
-    rows = {"model": rig_words(model_document(rig.model))} | rest | {"made with": f"vibrojax {__version__}"}
+    rows = _rows(rig, dict(zip(found[0].names, bounds, strict=True)))
     text = written("borders of periodic motion", shown, borders_finding(found), rows)
     (folder / f"borders{tail}.md").write_text(text, encoding="utf-8")
     return found, lost
 
 
 def _caption(rig: ForcedRig, branches: list[Branch]) -> str:
-    branch, settings = branches[0], {"gap": (1e3, "mm"), "amplitude": (1e3, "mm"), "frequency": (1.0, "Hz")}
-    low, high = float(branch.parameter.min()), float(branch.parameter.max())
-    words = {
-        name: f"{scale * low:.4g} to {scale * high:.4g} {unit}" if name == branch.name else f"{scale * float(rig.value(name)):.4g} {unit}"
-        for name, (scale, unit) in settings.items()
-    }
-    varied = {} if branch.name in settings else {branch.name: f"{low:.4g} to {high:.4g} {rig.unit(branch.name)}"}
-    rows = {"model": rig_words(model_document(rig.model)), "gap": words["gap"], "A0": words["amplitude"]}
-    rows |= {"drive": f"y = A0 sin(Omega t), Omega {words['frequency']}"} | varied | {"made with": f"vibrojax {__version__}"}
+    branch = branches[0]
+    rows = _rows(rig, {branch.name: (float(branch.parameter.min()), float(branch.parameter.max()))})
     cycles = "1 cycle" if branch.cycles == 1 else f"{branch.cycles} cycles"
     shown = (
         "Largest displacement u of the hammer relative to the cart, and largest impact force F_i or impact speed, of the periodic "
@@ -184,3 +176,16 @@ def _caption(rig: ForcedRig, branches: list[Branch]) -> str:
     if len(branches) > 1:
         shown += " The other colours: branches born by period doubling."
     return written("branch of periodic motion", shown, "; ".join(map(finding, branches)), rows)
+
+
+def _rows(rig: ForcedRig, varied: Mapping[str, tuple[float, float]]) -> dict[str, str]:
+    """The rig and its drive, with the ranges of what is varied."""
+    settings = {"gap": (1e3, "mm"), "amplitude": (1e3, "mm"), "frequency": (1.0, "Hz")}
+    words = {}
+    for name in (*settings, *varied):
+        scale, unit = settings.get(name, (1.0, rig.unit(name)))
+        value = " to ".join(f"{scale * end:.4g}" for end in varied.get(name, (float(rig.value(name)),)))
+        words[name] = f"{value} {unit}".removesuffix(" 1")
+    drive = f"y = A0 sin(Omega t), Omega {words['frequency']}"
+    rows = {"model": rig_words(model_document(rig.model)), "gap": words["gap"], "A0": words["amplitude"], "drive": drive}
+    return rows | {name: words[name] for name in varied if name not in settings} | {"made with": f"vibrojax {__version__}"}

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vibrojax.continuation.border import FOLLOWED, Border, Bounds, border
-from vibrojax.continuation.branch import Branch
+from vibrojax.continuation.branch import Branch, End
 from vibrojax.continuation.figure import MARKERS, axis_label
 from vibrojax.drawing import new_figure
 from vibrojax.errors import NoConvergenceError
@@ -89,18 +89,23 @@ def _in_mm(label: str) -> str:
 
 
 def finding(found: Sequence[Border]) -> str:
-    """One sentence: every border with the ranges that it spans."""
+    """One sentence: every border with the ranges that it spans, and why it ends within the plane where it does."""
     if not found:
-        return "no border in this plane"
+        return "the branch has no fold, period doubling or grazing that could be followed"
     words = []
     for one in found:
-        units = [label.rpartition(" ")[2].strip("()") for label in one.labels]
         spans = [
-            f"{name} {float(values.min()):.4g} to {float(values.max()):.4g} {unit}"
-            for name, values, unit in zip(one.names, (one.first, one.second), units, strict=True)
+            f"{name} {_scale(label) * float(values.min()):.4g} to {_scale(label) * float(values.max()):.4g} {_unit(_in_mm(label))}".strip()
+            for name, values, label in zip(one.names, (one.first, one.second), one.labels, strict=True)
         ]
-        words.append(f"{one.kind.value} of {_orbit(one)} at {' and '.join(spans)}")
+        short = [end.value for end in dict.fromkeys(one.ends) if end not in (End.BOUND, End.CLOSED)]
+        within = f" (ends within this plane: {' and '.join(short)})" if short else ""
+        words.append(f"{one.kind.value} of {_orbit(one)} at {' and '.join(spans)}{within}")
     return "; ".join(words)
+
+
+def _unit(label: str) -> str:
+    return label.rpartition(" ")[2].strip("()").removesuffix("1")
 
 
 def _orbit(one: Border) -> str:

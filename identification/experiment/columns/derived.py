@@ -59,8 +59,8 @@ def noise_coherence(one: Float64[np.ndarray, " samples"], other: Float64[np.ndar
     """
     run = _longest_run(np.isfinite(one) & np.isfinite(other))
     first, second = one[run], other[run]
-    noises = (estimate_noise(first), estimate_noise(second))
-    if len(first) < FEWEST or noises[0] is None or noises[1] is None:
+    noises = [noise for noise in (estimate_noise(first), estimate_noise(second)) if noise is not None]
+    if len(first) < FEWEST or len(noises) < 2:
         return 0.0, (0.0, 0.0)
     length = min(LONGEST, len(first) // SEGMENTS)
     frequency, common = coherence(np.diff(first, 2), np.diff(second, 2), nperseg=length)
