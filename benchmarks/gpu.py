@@ -107,7 +107,7 @@ def _sections(problem: Problem, chunk: int | None, steps: float | None = None) -
     """Last section displacement of every lane, m, and whether its orbit has closed."""
     u = np.asarray(_run(problem, chunk, steps).u, float)
     back = np.abs(u[:, :-1] - u[:, -1:]) < _CLOSED * problem.base_amplitude
-    return u[:, -1], back.any(axis=1)
+    return u[:, -1], np.asarray(back.any(axis=1))
 
 
 def _seconds(problem: Problem, chunk: int | None) -> float:

@@ -20,6 +20,18 @@ from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 EXAMPLE = "Example:  vibrojax continue --model rig-B-fit/model.json --gap 1e-3 --base-amplitude 1e-3 --sweep frequency=3:12 --out branch"
 _OURS = {AMPLITUDE: "amplitude", FREQUENCY: "frequency"}
 
+Doublings = Annotated[
+    int, typer.Option(min=0, max=4, metavar="N", help="Follow the branches that are born by up to N period doublings in a row.")
+]
+SecondParameter = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME=A:B",
+        help="A second parameter: where orbits of the branch fold, double their period or graze is followed in the plane of both.",
+        show_default=False,
+    ),
+]
+
 
 def continue_(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.", show_default=False)],
@@ -47,17 +59,8 @@ def continue_(
     start: Annotated[
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")
     ] = (0.0, 0.0),
-    doublings: Annotated[
-        int, typer.Option(min=0, max=4, metavar="N", help="Follow the branches that are born by up to N period doublings in a row.")
-    ] = 0,
-    along: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME=A:B",
-            help="A second parameter: where orbits of the branch fold, double their period or graze is followed in the plane of both.",
-            show_default=False,
-        ),
-    ] = None,
+    doublings: Doublings = 0,
+    along: SecondParameter = None,
     quiet: Quiet = False,
     begin: Annotated[float | None, typer.Option("--from", hidden=True, help="First end of --sweep.")] = None,
     end: Annotated[float | None, typer.Option("--to", hidden=True, help="Last end of --sweep.")] = None,
@@ -94,6 +97,11 @@ def continue_(
                 curves, lost = borders_and_write(branches[0], second, (bounds, span), folder, **look)
                 lines += [borders_finding(curves), *(f"not followed: {text}" for text in lost)]
             found.append((tail, branches, lines))
+    _show(found, out, console)
+
+
+def _show(found: list[tuple[str, Any, list[str]]], out: Path, console: Console) -> None:
+    """Special points, ends and findings of every branch, and where the results are."""
     for tail, branches, lines in found:
         for branch in branches:
             console.print(_table(branch))
