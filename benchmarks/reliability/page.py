@@ -14,7 +14,8 @@ def write_page(page: Path, figures: Sequence[dict[str, Any]]) -> None:
 
     Args:
         page: a Markdown file.
-        figures: as calls of the command have written them; what two of them hold is taken from the later one.
+        figures: as calls of the command have written them. Kills, requests to end and full disks add up; what else two of them hold is taken
+            from the later one.
 
     Raises:
         SystemExit: the marks are not there, or the figures are of revisions whose programs differ.
@@ -31,13 +32,22 @@ def write_page(page: Path, figures: Sequence[dict[str, Any]]) -> None:
         for name in (*_PARTS, "peers", "resumed_identical", "studies_killed_between_tiles")
         if one.get(name)
     }
-    killed = {name: counts for one in figures for name, counts in one.get("killed", {}).items()}
-    found |= {"killed": killed} if killed else {}
+    names = dict.fromkeys(name for one in figures for name in one.get("killed", {}))
+    if names:
+        found["killed"] = {name: _together([one["killed"][name] for one in figures if name in one.get("killed", {})]) for name in names}
+    for name in ("requests_to_end", "without_room"):
+        if several := [one[name] for one in figures if one.get(name)]:
+            found[name] = _together(several)
     parts = [f"Revision {revisions[-1]}, one core of {figures[-1]['machine']['processor']}, which others used as well.", ""]
     parts += _inputs(found["by_kind"], found.get("peers", {})) if "by_kind" in found else []
     parts += _disturbed(found)
     before, after = text.split(BEGIN)[0], text.split(END)[1]
     page.write_text(f"{before}{BEGIN}\n\n" + "\n".join(parts).rstrip() + f"\n\n{END}{after}", encoding="utf-8")
+
+
+def _together(counts: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Counts of several calls, added; of what is called the longest, the longest."""
+    return {name: (max if name.startswith("longest") else sum)(one[name] for one in counts) for name in counts[0]}
 
 
 def same_program(one: str | None, other: str | None) -> bool:
