@@ -14,8 +14,8 @@ def write_page(page: Path, figures: Sequence[dict[str, Any]]) -> None:
 
     Args:
         page: a Markdown file.
-        figures: as calls of the command have written them. Kills, requests to end and full disks add up; what else two of them hold is taken
-            from the later one.
+        figures: as calls of the command have written them. Kills, requests to end and full disks add up; what else two of them hold is
+            taken from the later one.
 
     Raises:
         SystemExit: the marks are not there, or the figures are of revisions whose programs differ.
