@@ -69,14 +69,14 @@ def draw(found: Sequence[Border]) -> Figure:
     figure = new_figure(4.2, layout="constrained")
     axes = figure.subplots()
     for number, one in enumerate(found):
-        label = f"{one.kind.value} of {_orbit(one)}"
+        label = f"{one.kind.value}, " + (f"z = {one.touches}/{one.cycles}" if one.touches else "no impact")
         line, colour = _LINES[number % len(_LINES)], MARKERS[one.kind][1]
         x, y = (_scale(text) * values for text, values in zip(one.labels, (one.first, one.second), strict=True))
         axes.plot(x, y, color=colour, linestyle=line, linewidth=1.4, label=label)
     if found:
         x_label, y_label = (axis_label(name, _in_mm(text)) for name, text in zip(found[0].names, found[0].labels, strict=True))
         axes.set(xlabel=x_label, ylabel=y_label)
-        axes.legend(loc="best")
+        figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 
