@@ -275,6 +275,7 @@ def test_amplitudes_may_vary_too(monkeypatch, tmp_path):
         (("peterka", "--sweep", "gap=0:1:3"), "--sweep names 'gap': expected one of ratio, clearance"),
         (("peterka", "--sweep", "ratio=1:2:3", "--ratios", "1:2:3"), "both --sweep ratio=1:2:3 and --ratios 1:2:3 are given"),
         (("peterka", "--gap", "0"), "--gap is given, but peterka does not take it"),
+        (("peterka", "--borders", "none.csv"), "none.csv cannot be read (no such file): expected the borders.csv"),
         (("response", "--gap", "0"), "--sweep frequency=A:B:N is missing"),
         (("response", "--sweep", "3:5:3"), "--gap is missing"),
         (("response", "--sweep", "=3:5:3", "--gap", "0"), "--sweep is '=3:5:3': expected NAME=VALUES"),

@@ -14,6 +14,7 @@ from vibrojax.cli.cluster import check_extra, connected
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import AMPLITUDE, FORMS, FREQUENCY, canonical, cases, named, one_range, swept, values
 from vibrojax.cli.output import output_folder
+from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import points_done, stages
 from vibrojax.cli.study_options import Shared, with_shared
 from vibrojax.errors import InputError
@@ -42,9 +43,18 @@ def bifurcation(shared: Shared, parameter: Parameter = None, cycles: Cycles = 11
 
 
 @with_shared
-def peterka(shared: Shared, cycles: Cycles = 300) -> None:
+def peterka(
+    shared: Shared,
+    borders: Annotated[
+        Path | None,
+        typer.Option(metavar="borders.csv", help="Borders that vibrojax continue --along followed for the same model, drawn over the map."),
+    ] = None,
+    cycles: Cycles = 300,
+) -> None:
     """Peterka map: impacts per cycle z = p/q over frequency ratio and clearance, chaos, and force on z = 1/1."""
-    _run("peterka", shared, {}, dict(transient=cycles))
+    if borders is not None:
+        check_file(borders, "the borders.csv that vibrojax continue --along wrote")
+    _run("peterka", shared, {}, dict(transient=cycles), borders=borders)
 
 
 @with_shared
@@ -128,6 +138,7 @@ def _run(
     parameter: str | None = None,
     *,
     followed: str | None = None,
+    borders: Path | None = None,
 ) -> None:
     axes, along = swept(name, shared.sweep or [], shared.old, parameter)
     if followed is not None:
@@ -146,7 +157,7 @@ def _run(
             settings = settings | ({} if span is None else {"span": Span(**span)}) | ({"parameter": along} if along else {})
             rig = _rig(shared)
             jobs = _jobs(name, shared, rig, axes, settings)
-        written = [_written(name, tail, job, shared, folder, begin) for tail, job in jobs]
+        written = [_written(name, tail, job, shared, folder, begin, borders) for tail, job in jobs]
     for tail, data, sentence, files in written:
         took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""
         console.print(f"{data.attrs['title']}{_words(tail)}: engine {data.attrs['engine']}{took}", soft_wrap=True, markup=False)
@@ -232,12 +243,16 @@ def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Sh
         raise InputError(f"{name} is given twice, by --vary and by its own option: leave one out")
 
 
-def _written(name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float) -> tuple[str, Any, str, list[str]]:
+def _written(
+    name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, borders: Path | None
+) -> tuple[str, Any, str, list[str]]:
     """One study, made and written."""
     from vibrojax.studies.finding import finding
+    from vibrojax.studies.map_borders import with_borders
     from vibrojax.studies.write import write_study
 
     data = _made(job, shared, begin, _words(tail))
+    data = data if borders is None else with_borders(data, job.model, borders)
     with stages(quiet=shared.quiet, since=begin) as say:
         say(f"drawing{_words(tail)}")
         files = write_study(name, data, folder, look=FIGURE_STYLES[shared.style], stem=name + tail)

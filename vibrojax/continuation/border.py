@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from vibrojax.continuation.branch import End
 from vibrojax.continuation.multipliers import flip_test, fold_test
 from vibrojax.continuation.orbit import landing_of, map_with_jacobian, solved, state_scale
-from vibrojax.continuation.rig import ForcedRig, as_arrays
+from vibrojax.continuation.rig import SETTINGS, ForcedRig, as_arrays
 from vibrojax.continuation.special import Kind, SpecialPoint
 from vibrojax.continuation.stroboscope import Passage
 from vibrojax.errors import InputError, NoConvergenceError
@@ -49,6 +49,8 @@ class Border(eqx.Module):
     states: Float[np.ndarray, "points states"]
     """(u, u', ...) at the section, m and m/s."""
     ends: tuple[End, End] = eqx.field(static=True)
+    settings: tuple[tuple[str, float], ...] = eqx.field(static=True)
+    """Name and value of what is set on the rig and is none of the two parameters."""
 
     def holds(self, first: float, second: float, reach: Bounds) -> bool:
         """Whether a point lies on the border, to a part of `reach` in either parameter."""
@@ -68,6 +70,7 @@ class Border(eqx.Module):
             "touches": np.full(count, self.touches),
             self.names[0]: self.first,
             self.names[1]: self.second,
+            **{name: np.full(count, value) for name, value in self.settings},
             "u_m": self.states[:, 0],
             "v_m_per_s": self.states[:, 1],
         }
@@ -115,7 +118,16 @@ def border(place: SpecialPoint, names: tuple[str, str], bounds: tuple[Bounds, Bo
     z = np.array([point for point, _ in (*reversed(backward[0][1:]), *forward[0])]) * scale
     labels = (rig.label(names[0]), rig.label(names[1]))
     return Border(
-        place.kind, names, labels, place.orbit.cycles, place.orbit.touches, z[:, -2], z[:, -1], z[:, :-2], (backward[1], forward[1])
+        kind=place.kind,
+        names=names,
+        labels=labels,
+        cycles=place.orbit.cycles,
+        touches=place.orbit.touches,
+        first=z[:, -2],
+        second=z[:, -1],
+        states=z[:, :-2],
+        ends=(backward[1], forward[1]),
+        settings=tuple((name, float(rig.value(name))) for name in SETTINGS if name not in names),
     )
 
 

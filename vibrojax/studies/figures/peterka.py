@@ -1,5 +1,7 @@
 """The map of z, and the force where z = 1/1."""
 
+import json
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -13,21 +15,29 @@ from vibrojax.studies.figures.regions import Region, colours_of, draw_regions
 from vibrojax.symbols import FORCE_OVER_WEIGHT
 
 _MOST = 6
+_BORDER = "#d7191c"
 
 
 def draw(data: xr.Dataset) -> Figure:
-    """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1."""
+    """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1.
+
+    Borders (`map_borders.with_borders`) are lines over it, those of grazings broken.
+    """
     figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
     patches = draw_regions(left, x, y, regions_of(data))
+    limits = left.get_xlim(), left.get_ylim()
     figure.legend(handles=patches, loc="outside lower center", ncols=6)
+    for line in json.loads(data.attrs.get("borders", "[]")):
+        left.plot(line["ratio"], line["clearance"], color=_BORDER, linewidth=1.2, linestyle="--" if "grazing" in line["kind"] else "-")
     kind, p, q = (data[name].values for name in ("kind", "impacts", "period"))
     force = np.where((kind == PERIODIC) & (p == 1) & (q == 1), data["force_over_weight"].values, np.nan)
     if np.isfinite(force).any():
         shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
         figure.colorbar(shown, ax=right, label=f"{FORCE_OVER_WEIGHT} on z = 1/1")
-    right.set(xlim=left.get_xlim(), ylim=left.get_ylim())
+    left.set(xlim=limits[0], ylim=limits[1])
+    right.set(xlim=limits[0], ylim=limits[1])
     for axes in (left, right):
         axes.set_xlabel(label(data, "ratio"))
         axes.grid(False)
