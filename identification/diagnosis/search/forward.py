@@ -19,6 +19,8 @@ from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation, variations, with_variation
 from vibrojax.effects import EFFECTS
 
+_LONG = 25
+"""Steps of the mode in each round of a fit that has not converged."""
 COMPLETE, MOST, BUDGET, FAILED = "no further effect is significant", "as many effects as are fitted together", "budget", "failed fit"
 
 
@@ -126,6 +128,8 @@ def _with_variation(model: Fitted, one: Variation, progress: Progress) -> Fitted
     """The model with a random effect on a parameter; None where the fit does not lower the BIC."""
     progress(f"fitting {one.name} that varies between records beside {model.title}")
     found = attempt(with_variation(model, one), model.variances, rounds=3)
+    if found is not None and not found.converged:
+        found = attempt(found.continued, found.variances, rounds=3, iterations=_LONG) or found
     return found if found is not None and found.criterion < model.criterion else None
 
 
