@@ -11,8 +11,6 @@ from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, percent, rounded, with_unit
 
-_NEARLY_ALL = 0.99
-"""Share of the misfit from which it is stated as more than that."""
 _NAMED = 4
 """Number of records from which on sentences give their count, not their names."""
 
@@ -74,7 +72,7 @@ def sentences(
     first = f"Something real is missing, and {no_effect} it."
     if in_part is not None:
         causes, share = in_part
-        most = percent(share, 1.0) if share < _NEARLY_ALL else "more than 99 %"
+        most = percent(min(share, 0.99), 1.0)  # what no effect explains is not called all
         explain = "explains" if len(causes) == 1 else "explain"
         first = f"{joined(causes)} {explain} {most} of the misfit, and {no_effect} the rest."
         first = first[0].upper() + first[1:]

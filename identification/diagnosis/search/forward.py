@@ -19,8 +19,6 @@ from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation, variations, with_variation
 from vibrojax.effects import EFFECTS
 
-_LONG = 25
-"""Steps of the mode in each round of a fit that has not converged."""
 COMPLETE, MOST, BUDGET, FAILED = "no further effect is significant", "as many effects as are fitted together", "budget", "failed fit"
 
 
@@ -129,7 +127,7 @@ def _with_variation(model: Fitted, one: Variation, progress: Progress) -> Fitted
     progress(f"fitting {one.name} that varies between records beside {model.title}")
     found = attempt(with_variation(model, one), model.variances, rounds=3)
     if found is not None and not found.converged:
-        found = attempt(found.continued, found.variances, rounds=3, iterations=_LONG) or found
+        found = attempt(found.continued, found.variances, rounds=3) or found
     return found if found is not None and found.criterion < model.criterion else None
 
 

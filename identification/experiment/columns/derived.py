@@ -20,8 +20,6 @@ COMMON = 0.75
 """Coherence of the noise of two channels above which one is computed from the other; two sensors have a coherence near 0."""
 FEWEST, SEGMENTS, LONGEST = 512, 16, 256
 """Samples without a gap that are needed; segments of the spectra, at least; their length, at most."""
-EDGE = 0.02
-"""Cycles a sample, at either end of the spectra, that are left out."""
 NEAR_FLOOR = 2.0
 """Power over that of white noise up to which a frequency counts as noise alone."""
 
@@ -64,12 +62,11 @@ def noise_coherence(one: Float64[np.ndarray, " samples"], other: Float64[np.ndar
         return 0.0, (0.0, 0.0)
     length = min(LONGEST, len(first) // SEGMENTS)
     frequency, common = coherence(np.diff(first, 2), np.diff(second, 2), nperseg=length)
-    inner = (frequency > EDGE) & (frequency < 0.5 - EDGE)
     means, shares = [], []
     for values, noise in zip((first, second), noises, strict=True):
         power = welch(np.diff(values, 2), nperseg=length)[1]
-        noisy = inner & (power < NEAR_FLOOR * 2.0 * noise**2 * (2.0 * np.sin(np.pi * frequency)) ** 4)
-        shares.append(float(noisy.sum() / inner.sum()))
+        noisy = power < NEAR_FLOOR * 2.0 * noise**2 * (2.0 * np.sin(np.pi * frequency)) ** 4
+        shares.append(float(noisy.mean()))
         means.append(float(common[noisy].mean()) if noisy.any() else 0.0)
     return max(means), (shares[0], shares[1])
 
