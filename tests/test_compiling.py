@@ -1,4 +1,4 @@
-"""Soon compiled is compiled: the same numbers, with or without the option of the compiler."""
+"""Either way of compiling gives the same numbers, with or without the options of the compiler."""
 
 import importlib
 
@@ -10,14 +10,15 @@ import pytest
 from vibrojax import compiling
 
 
+@pytest.mark.parametrize("way", ["soon_compiled", "compiled_for_long_runs"])
 @pytest.mark.parametrize("version", [(0, 10, 2), (99, 0, 0)], ids=["tried", "unknown"])
-def test_an_option_is_asked_for_where_jax_is_known_to_have_it(monkeypatch, version):
+def test_options_are_asked_for_where_jax_is_known_to_have_them(monkeypatch, version, way):
     monkeypatch.setattr(jax, "__version_info__", version)
     fresh = importlib.reload(compiling)
-    assert bool(fresh._OPTIONS) is (version[0] == 0)
+    assert bool(fresh._SOON) is bool(fresh._LONG) is (version[0] == 0)
     traced = []
 
-    @fresh.soon_compiled
+    @getattr(fresh, way)
     def cubed(x, name):
         traced.append(name)
         return jnp.sin(x) ** 3

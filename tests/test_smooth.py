@@ -14,6 +14,13 @@ def test_power_is_the_power():
         np.testing.assert_allclose(smooth.power(base, exponent), np.asarray(base) ** exponent, rtol=1e-13)
 
 
+def test_log_is_the_logarithm_and_its_derivative_the_inverse():
+    x = np.concatenate([np.logspace(-307, 308, 2001), 1.0 + np.linspace(-0.5, 0.5, 2001)])
+    np.testing.assert_allclose(smooth.log(jnp.asarray(x)), np.log(x), rtol=4e-16, atol=5e-16)
+    np.testing.assert_allclose(jax.grad(smooth.log)(jnp.asarray(2e-4)), 1 / 2e-4, rtol=1e-15)
+    np.testing.assert_allclose(smooth.log(jnp.asarray([1e-30, 0.7, 1e30], jnp.float32)), np.log([1e-30, 0.7, 1e30]), rtol=1e-6)
+
+
 @pytest.mark.parametrize("base", [0.0, -1e-3])
 @pytest.mark.parametrize("exponent", [0.3, 1.0, 1.5])
 def test_power_and_its_derivatives_are_zero_at_and_below_zero(base, exponent):

@@ -1,4 +1,4 @@
-"""How programs are compiled that run too little to make up for a long compilation: soon, rather than to the last of their speed."""
+"""How programs are compiled: soon, where they run too little to make up for a long compilation, or for long runs, with wide vectors."""
 
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
@@ -9,12 +9,19 @@ import jax
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 
-_TRIED = ((0, 10),)
-"""Versions of JAX that are known to have the option; those that do not know an option refuse it."""
-_OPTIONS = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__[:2] in _TRIED else {}
+_TRIED = jax.__version_info__[:2] in ((0, 10), (0, 11))
+"""Whether this version of JAX is known to have the options; those that do not know an option refuse it."""
+_SOON = {"xla_cpu_use_fusion_emitters": False} if _TRIED else {}
 """Every fused loop costs the newer emitters of XLA a pipeline of MLIR; the older one compiles sooner, and what it makes runs slower."""
+_LONG = {"xla_cpu_prefer_vector_width": 512} if _TRIED else {}
+"""XLA takes 256 bits by default; processors that have no 512 run two halves."""
 
 
 def soon_compiled(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
     """Decorator like `equinox.filter_jit`, for programs of which compiling takes as long as running them."""
-    return cast(Any, eqx.filter_jit)(function, compiler_options=_OPTIONS)  # its types do not list what it hands on to `jax.jit`
+    return cast(Any, eqx.filter_jit)(function, compiler_options=_SOON)  # its types do not list what it hands on to `jax.jit`
+
+
+def compiled_for_long_runs(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
+    """Decorator like `equinox.filter_jit`, for programs that loop over the same short arrays for seconds."""
+    return cast(Any, eqx.filter_jit)(function, compiler_options=_LONG)

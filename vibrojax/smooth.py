@@ -2,6 +2,8 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jax import lax
 
 from vibrojax.shapes import Number, Scalars
 
@@ -16,6 +18,8 @@ _SINE_SERIES = (
     -7.364645631285608e-13,
 )
 """Coefficients of r, r^3, ... of sin r: minimax on [-pi/2, pi/2] with the first held at 1, error 1.1e-16 before rounding."""
+_SQRT_HALF_BITS = int(np.float64(0.5**0.5).view(np.int64))
+_LOG_2 = float(np.log(2.0))
 _PI_HIGH, _PI_LOW = 3.1415926534682512, 1.2154201013012384e-10
 """pi in two parts; the first has 33 bits, so that a whole number of half turns below 2^19 times it is exact."""
 
@@ -28,7 +32,32 @@ def power(base: Scalars, exponent: Number) -> Scalars:
     """
     positive = base > 0
     safe = jnp.where(positive, base, 1.0)
-    return jnp.where(positive, jnp.exp(exponent * jnp.log(safe)), 0.0)
+    return jnp.where(positive, jnp.exp(exponent * log(safe)), 0.0)
+
+
+@jax.custom_jvp
+def log(x: Scalars) -> Scalars:
+    """Natural logarithm of numbers above 1e-307, to 5e-16: three times cheaper on CPU than the library's in float64, which it is elsewhere.
+
+    With x = 2^e m and m in [sqrt(1/2), sqrt(2)), log x = e log 2 + 2 artanh((m - 1) / (m + 1)).
+    """
+    if x.dtype != jnp.float64:
+        return jnp.log(x)
+    bits = lax.bitcast_convert_type(x, jnp.int64)
+    e = (bits - _SQRT_HALF_BITS) >> 52
+    m = lax.bitcast_convert_type(bits - (e << 52), jnp.float64)
+    s = (m - 1.0) / (m + 1.0)
+    square = s * s
+    series = jnp.full_like(s, 1.0 / 21.0)
+    for odd in range(19, 0, -2):
+        series = series * square + 1.0 / odd
+    return 2.0 * s * series + e.astype(x.dtype) * _LOG_2
+
+
+@log.defjvp
+def _log_jvp(primals, tangents):
+    (x,), (rate,) = primals, tangents
+    return log(x), rate / x
 
 
 def step(x: Scalars, width: Number) -> Scalars:

@@ -12,7 +12,7 @@ from benchmarks.sweep.problem import Problem, Reference, error
 from benchmarks.sweep.scipy_peers import scipy_lane
 from vibrojax.batch import ExactFlight, Span, grid, integrate
 
-CONTACT_STEPS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 32.0)
+CONTACT_STEPS = (6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 14.0, 16.0, 20.0)
 TOLERANCES = {
     "numba": (1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
     "diffrax_vmap": (1e-5, 1e-7, 1e-8),

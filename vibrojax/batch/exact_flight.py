@@ -70,7 +70,7 @@ class ExactFlight(AbstractEngine):
 
     For a `Linear` suspension, less than critically damped, under a pure sine, without effects and without an applied force; any contact
     law. The error falls with about the fifth power of `contact_steps`; with the default 20 a section point of a periodic orbit is off by
-    some 3e-6 of the base amplitude, and the peak force by 1e-4 of itself (`tests/batch/test_agreement.py`).
+    some 1e-6 of the base amplitude, and the peak force by 1e-4 of itself (`tests/batch/test_agreement.py`).
 
     Arguments:
         contact_steps: steps in an impact of average duration.

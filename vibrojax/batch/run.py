@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +18,7 @@ from vibrojax.batch.exact_flight import ExactFlight
 from vibrojax.batch.points import Points, lanes_of
 from vibrojax.batch.responses import Responses
 from vibrojax.batch.stepping import Stepping
+from vibrojax.compiling import compiled_for_long_runs
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
@@ -220,7 +220,7 @@ class _Batch:
 def _compiled(engine: AbstractEngine, form: Any, cycles: int, recorded: int) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
     """The program of one chunk: few arguments, since each costs as much to hand over as several steps."""
 
-    @eqx.filter_jit
+    @compiled_for_long_runs
     def advance(rigs: jax.Array, state: jax.Array):
         after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), unpacked(state), cycles, recorded)
         return _packed_array(after), what
