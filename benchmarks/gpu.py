@@ -47,7 +47,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--lanes", type=int, nargs="+", default=[10_000, 100_000, 1_000_000], metavar="N", help="frequencies")
     made.add_argument("--cycles", type=int, default=100, metavar="N", help="of the excitation")
     made.add_argument("--checked", type=int, default=1000, metavar="N", help="lanes whose error is measured")
-    made.add_argument("--chunk", type=int, metavar="N", help="lanes side by side; all by default on a GPU, 64 on a processor")
+    made.add_argument("--chunk", type=int, metavar="N", help="lanes side by side, as `integrate` has them by default")
     made.add_argument("--precision", choices=PRECISIONS, help=argparse.SUPPRESS)
     made.add_argument("--reference", type=Path, help=argparse.SUPPRESS)
     return made
@@ -91,16 +91,12 @@ def measured(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _run(problem: Problem, chunk: int | None, steps: float | None = None) -> Any:
-    import jax
-
     from vibrojax.batch import ExactFlight, Span, grid, integrate
 
-    on_gpu = jax.default_backend() != "cpu"
-    side_by_side = chunk or (problem.lanes if on_gpu else 64)
     points = grid({"frequency_hz": problem.frequencies}, base_amplitude=problem.base_amplitude, gap=problem.gap)
     engine = ExactFlight() if steps is None else ExactFlight(contact_steps=steps)
     span = Span(transient=problem.cycles - 5, recorded=5, closed=None)
-    return integrate(problem.model, points, span=span, engine=engine, chunk=side_by_side, threads=1 if on_gpu else None)
+    return integrate(problem.model, points, span=span, engine=engine, chunk=chunk)
 
 
 def _sections(problem: Problem, chunk: int | None, steps: float | None = None) -> tuple[np.ndarray, np.ndarray]:

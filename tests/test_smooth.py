@@ -98,3 +98,14 @@ def test_sine_and_cosine_are_each_others_derivatives():
         np.testing.assert_array_equal(jax.vmap(transform(smooth.sine))(angles), smooth.cosine(angles))
         np.testing.assert_array_equal(jax.vmap(transform(smooth.cosine))(angles), -smooth.sine(angles))
     np.testing.assert_array_equal(jax.vmap(jax.grad(jax.grad(smooth.sine)))(angles), -smooth.sine(angles))
+
+
+def test_sine_and_cosine_together():
+    angles = np.linspace(0.0, 2.0 * np.pi, 10_001)
+    s, c = smooth.sine_cosine(jnp.asarray(angles))
+    np.testing.assert_allclose(s, np.sin(angles), rtol=0.0, atol=2e-15)
+    np.testing.assert_allclose(c, np.cos(angles), rtol=0.0, atol=2e-15)
+    small = np.linspace(-0.2, 0.2, 101)
+    s, c = smooth.small_rotation(jnp.asarray(small))
+    np.testing.assert_allclose(s, np.sin(small), rtol=1e-13, atol=1e-18)
+    np.testing.assert_allclose(c, np.cos(small), rtol=1e-13)

@@ -18,7 +18,13 @@ _SINE_SERIES = (
     -7.364645631285608e-13,
 )
 """Coefficients of r, r^3, ... of sin r: minimax on [-pi/2, pi/2] with the first held at 1, error 1.1e-16 before rounding."""
+_ABOVE, _BELOW = (2027025.0, -270270.0, 6930.0, -36.0), (2027025.0, -945945.0, 51975.0, -630.0, 1.0)
+"""tan(x) / x as a ratio of two polynomials in x^2."""
+_SMALL_SINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(5))
+_SMALL_COSINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 1))) for k in range(6))
+"""Taylor series of sin(x) / x and cos(x) in x^2: the first term left out is below 1e-13 of the sine for |x| <= 0.2."""
 _SQRT_HALF_BITS = int(np.float64(0.5**0.5).view(np.int64))
+_ARTANH = tuple(1.0 / odd for odd in range(1, 22, 2))
 _LOG_2 = float(np.log(2.0))
 _PI_HIGH, _PI_LOW = 3.1415926534682512, 1.2154201013012384e-10
 """pi in two parts; the first has 33 bits, so that a whole number of half turns below 2^19 times it is exact."""
@@ -48,10 +54,7 @@ def log(x: Scalars) -> Scalars:
     m = lax.bitcast_convert_type(bits - (e << 52), jnp.float64)
     s = (m - 1.0) / (m + 1.0)
     square = s * s
-    series = jnp.full_like(s, 1.0 / 21.0)
-    for odd in range(19, 0, -2):
-        series = series * square + 1.0 / odd
-    return 2.0 * s * series + e.astype(x.dtype) * _LOG_2
+    return 2.0 * s * _series(_ARTANH, square) + e.astype(x.dtype) * _LOG_2
 
 
 @log.defjvp
@@ -113,12 +116,44 @@ def _near_zero(angle: Scalars, turns: Scalars) -> Scalars:
     """Sine of what is left of an angle after some half turns, at most pi/2 either way."""
     r = (angle - turns * _PI_HIGH) - turns * _PI_LOW
     square = r * r
-    series = jnp.full_like(r, _SINE_SERIES[-1])
-    for coefficient in _SINE_SERIES[-2::-1]:
-        series = series * square + coefficient
-    return r * series
+    return r * _series(_SINE_SERIES, square)
 
 
 def _sign(turns: Scalars) -> Scalars:
     """(-1)^turns."""
     return 1.0 - 2.0 * jnp.abs(turns - 2.0 * jnp.round(0.5 * turns))
+
+
+def sine_cosine(angle: Scalars) -> tuple[Scalars, Scalars]:
+    """Sine and cosine of an angle in [0, 2 pi], rad, to 2e-15: several times cheaper on CPU than the library's two functions.
+
+    From the tangent of a quarter of the angle less a quarter turn, in [-pi/4, pi/4], by the double-angle formulae. XLA keeps the results of
+    its two divisions; sums it would compute again wherever they are used.
+
+    Source: the eighth convergent of Lambert's continued fraction of the tangent (J. H. Lambert, 1768), off by less than 1e-16.
+
+    Example:
+        >>> s, c = sine_cosine(jnp.asarray(1.0))
+        >>> round(float(s), 6), round(float(c), 6)
+        (0.841471, 0.540302)
+    """
+    x = 0.25 * angle - 0.25 * np.pi
+    square = x * x
+    tangent = x * _series(_ABOVE, square) / _series(_BELOW, square)
+    cosine_squared = 1.0 / (1.0 + tangent * tangent)
+    s, c = 2.0 * tangent * cosine_squared, 2.0 * cosine_squared - 1.0
+    # These are of 2 x, and the angle is 4 x + pi.
+    return -2.0 * s * c, 2.0 * s * s - 1.0
+
+
+def small_rotation(angle: Scalars) -> tuple[Scalars, Scalars]:
+    """Sine and cosine of an angle below 0.2 rad in size, to 1e-13 of the angle."""
+    square = angle * angle
+    return angle * _series(_SMALL_SINE, square), _series(_SMALL_COSINE, square)
+
+
+def _series(coefficients: tuple[float, ...], square: Scalars) -> Scalars:
+    total = jnp.full_like(square, coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        total = total * square + coefficient
+    return total

@@ -3,22 +3,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from tests.batch.rigs import model, points
-from vibrojax.batch.angle import sine_cosine, small_rotation
 from vibrojax.batch.base import Lanes
 from vibrojax.batch.closure import continued, repeats
 from vibrojax.batch.linear_flow import flow_of, fly, highest, point, safe_step, take_off, to_strobe
 from vibrojax.batch.points import lanes_of
-
-
-def test_sine_and_cosine():
-    angles = np.linspace(0.0, 2.0 * np.pi, 10_001)
-    s, c = sine_cosine(jnp.asarray(angles))
-    np.testing.assert_allclose(s, np.sin(angles), rtol=0.0, atol=2e-15)
-    np.testing.assert_allclose(c, np.cos(angles), rtol=0.0, atol=2e-15)
-    small = np.linspace(-0.2, 0.2, 101)
-    s, c = small_rotation(jnp.asarray(small))
-    np.testing.assert_allclose(s, np.sin(small), rtol=1e-13, atol=1e-18)
-    np.testing.assert_allclose(c, np.cos(small), rtol=1e-13)
 
 
 def flows() -> Lanes:

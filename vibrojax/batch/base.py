@@ -8,7 +8,7 @@ To add one: write a file with a final subclass of `AbstractEngine` that gives `n
 """
 
 import abc
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
@@ -44,18 +44,18 @@ class LaneState(NamedTuple):
 
 
 class Cycles(NamedTuple):
-    """What happened in each of the recorded cycles, and over all of a call to `advance`."""
+    """What happened in each of the recorded cycles, which are the first rows of each table, and over all of a call to `advance`."""
 
-    u: Float[Array, "recorded lanes"]
+    u: Float[Array, "rows lanes"]
     """At the strobe that ends the cycle, m."""
-    v: Float[Array, "recorded lanes"]
+    v: Float[Array, "rows lanes"]
     """m/s"""
-    impacts: Int[Array, "recorded lanes"]
+    impacts: Int[Array, "rows lanes"]
     """Touches that began in the cycle."""
-    peak_force: Float[Array, "recorded lanes"]
+    peak_force: Float[Array, "rows lanes"]
     """Largest push of the stop in front, N; 0 without impact, and of a rigid stop. A contact at the strobe counts in both cycles, with
     its part in each."""
-    impact_speed: Float[Array, "recorded lanes"]
+    impact_speed: Float[Array, "rows lanes"]
     """Largest approach speed of the touches of the cycle, m/s; 0 without impact."""
     u_max: Float[Array, " lanes"]
     """Largest displacement in the recorded cycles, m; see `Responses.u_max`."""
@@ -70,6 +70,8 @@ class AbstractEngine(eqx.Module):
 
     name: eqx.AbstractClassVar[str]
     """Name in a data set's provenance."""
+    in_kernel: ClassVar[bool] = False
+    """Whether `advance` is made of operations that Pallas lowers, so that a GPU can run it as one kernel (`vibrojax.batch.kernel`)."""
 
     @abc.abstractmethod
     def unfit(self, lanes: Lanes) -> str | None:
@@ -83,5 +85,5 @@ class AbstractEngine(eqx.Module):
             lanes: the rigs.
             state: of every lane at a strobe.
             cycles: how many; this and the next are static numbers, for each pair of which a program is compiled.
-            recorded: how many of them, the last ones, are handed back.
+            recorded: how many of them, the last ones, are handed back; the tables may have more rows, which mean nothing.
         """

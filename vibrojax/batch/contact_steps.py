@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
-from vibrojax.batch.angle import small_rotation
 from vibrojax.batch.cubic import top
 from vibrojax.batch.linear_flow import Flow, to_strobe
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.shapes import Number, Scalars
+from vibrojax.smooth import small_rotation
 
 _PHASE = 0.15
 """rad; a contact step turns the excitation no further."""

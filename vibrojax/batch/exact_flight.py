@@ -34,16 +34,16 @@ class _Sections(NamedTuple):
 
     cycle: Int[Array, " lanes"]
     """Cycle in which each lane is; 0 is the first recorded one, those before are negative."""
-    u: Float[Array, "recorded lanes"]
-    v: Float[Array, "recorded lanes"]
+    u: Float[Array, "rows lanes"]
+    v: Float[Array, "rows lanes"]
 
 
 class _Impacts(NamedTuple):
     """What each impact adds."""
 
-    count: Int[Array, "recorded lanes"]
-    peak: Float[Array, "recorded lanes"]
-    speed: Float[Array, "recorded lanes"]
+    count: Int[Array, "rows lanes"]
+    peak: Float[Array, "rows lanes"]
+    speed: Float[Array, "rows lanes"]
 
 
 class _Carry(NamedTuple):
@@ -81,6 +81,7 @@ class ExactFlight(AbstractEngine):
     """
 
     name: ClassVar[str] = "exact-flight"
+    in_kernel: ClassVar[bool] = True
 
     contact_steps: float = eqx.field(static=True, default=20.0)
     most_steps: int = eqx.field(static=True, default=20_000)
@@ -107,24 +108,27 @@ class ExactFlight(AbstractEngine):
         if not isinstance(law, AbstractCompliantLaw | AbstractInstantaneousLaw):
             raise TypeError(f"{type(law).__name__} neither gives way nor is rigid: expected a law of one of the two kinds")
 
+        def runs(carry: _Carry) -> Bool[Array, " lanes"]:
+            return (carry.sections.cycle < recorded) & (carry.result == SUCCESS)
+
         def unfinished(carry: _Carry):
-            return jnp.any(_runs(carry))
+            return _any(runs(carry))
 
         def onward(carry: _Carry) -> _Carry:
-            carry = self._fly_to_touch(flow, carry, _runs(carry) & ~carry.in_contact)
-            entering = _runs(carry) & carry.in_contact
+            carry = self._fly_to_touch(flow, carry, runs(carry) & ~carry.in_contact, recorded)
+            entering = runs(carry) & carry.in_contact
             if isinstance(law, AbstractInstantaneousLaw):
                 return _rebound(flow, law, carry, entering)
             return self._through_contact(flow, law, jnp.asarray(system.mass), carry, entering)
 
-        return _finish(state, lax.while_loop(unfinished, onward, _start(flow, state, cycles, recorded)), cycles - recorded)
+        return _finish(state, lax.while_loop(unfinished, onward, _start(flow, state, cycles, recorded)), cycles, recorded)
 
-    def _fly_to_touch(self, flow: Flow, carry: _Carry, flies: Bool[Array, " lanes"]) -> _Carry:
+    def _fly_to_touch(self, flow: Flow, carry: _Carry, flies: Bool[Array, " lanes"], recorded: int) -> _Carry:
         """The lanes that fly, to their next touch, or past a few strobes and then back to the last of them."""
-        room = jnp.minimum(_STROBES, carry.sections.u.shape[0] - carry.sections.cycle).astype(carry.v.dtype)
+        room = jnp.minimum(_STROBES, recorded - carry.sections.cycle).astype(carry.v.dtype)
 
         def unfinished(loop):
-            return jnp.any(loop[-1]) & (loop[-2] < self.most_steps)
+            return _any(loop[-1]) & (loop[-2] < self.most_steps)
 
         def onward(loop):
             flight, here, turns, u_max, count, moves = loop
@@ -164,7 +168,7 @@ class ExactFlight(AbstractEngine):
         touch = touching(law, mass, speed, self.contact_steps)
 
         def unfinished(loop):
-            return jnp.any(loop[-1]) & (loop[-2] < self.most_steps)
+            return _any(loop[-1]) & (loop[-2] < self.most_steps)
 
         def onward(loop):
             at, left, strobed, count, moves = loop
@@ -190,12 +194,9 @@ class ExactFlight(AbstractEngine):
         )
 
 
-def _runs(carry: _Carry) -> Bool[Array, " lanes"]:
-    return (carry.sections.cycle < carry.sections.u.shape[0]) & (carry.result == SUCCESS)
-
-
 def _start(flow: Flow, state: LaneState, cycles: int, recorded: int) -> _Carry:
-    nothing = jnp.zeros((recorded, state.u.shape[0]), state.u.dtype)
+    rows = 1 << (recorded - 1).bit_length()  # shapes in a GPU kernel are powers of two
+    nothing = jnp.zeros((rows, state.u.shape[0]), state.u.dtype)
     first = jnp.full(state.u.shape, recorded - cycles)
     finite = jnp.isfinite(state.u) & jnp.isfinite(state.v)
     return _Carry(
@@ -284,14 +285,27 @@ def _with_impact(
     )
 
 
-def _finish(state: LaneState, end: _Carry, skipped: int) -> tuple[LaneState, Cycles]:
+def _finish(state: LaneState, end: _Carry, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
     sections, impacts = end.sections, end.impacts
-    u, v = sections.u[-1], sections.v[-1]
+    u, v = _row(sections.u, recorded - 1), _row(sections.v, recorded - 1)
     finite = jnp.isfinite(u) & jnp.isfinite(v)
     result = jnp.where(finite, end.result, NOT_FINITE)
-    after = LaneState(u, v, end.in_contact, end.approach_speed, end.since_touch, state.cycle + sections.cycle + skipped, state.own)
+    after = LaneState(
+        u, v, end.in_contact, end.approach_speed, end.since_touch, state.cycle + sections.cycle + (cycles - recorded), state.own
+    )
     return after, Cycles(sections.u, sections.v, impacts.count, impacts.peak, impacts.speed, end.u_max, result, end.steps)
 
 
 def _where(condition: Bool[Array, " lanes"], yes, no):
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
+
+
+def _any(condition: Bool[Array, " lanes"]) -> Bool[Array, ""]:
+    """`jnp.any`, which Pallas does not lower."""
+    return jnp.max(condition.astype(jnp.int32)) > 0
+
+
+def _row(rows: Float[Array, "rows lanes"], number: int) -> _Lanes:
+    """`rows[number]`, which Pallas does not lower."""
+    there = jnp.arange(rows.shape[0])[:, None] == number
+    return jnp.sum(jnp.where(there, rows, 0.0), axis=0)

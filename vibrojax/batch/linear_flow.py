@@ -6,9 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
-from vibrojax.batch.angle import sine_cosine
 from vibrojax.excitation import Harmonic
 from vibrojax.shapes import Scalars
+from vibrojax.smooth import sine_cosine
 from vibrojax.suspension import Linear
 from vibrojax.system import System
 

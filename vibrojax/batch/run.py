@@ -15,6 +15,7 @@ import numpy as np
 from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
 from vibrojax.batch.closure import continued, repeats
 from vibrojax.batch.exact_flight import ExactFlight
+from vibrojax.batch.kernel import BLOCK, MOST_LANES, in_one_kernel
 from vibrojax.batch.points import Points, lanes_of
 from vibrojax.batch.responses import Responses
 from vibrojax.batch.stepping import Stepping
@@ -23,6 +24,8 @@ from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 
+_SIDE_BY_SIDE = 64
+"""Lanes on a processor: enough to hide what a step costs apart from arithmetic, few enough that they wait little for the slowest."""
 _SEGMENT = 16
 """Largest number of cycles between two checks whether orbits have closed."""
 _LONGEST = 8
@@ -79,7 +82,7 @@ def integrate(
     span: Span | None = None,
     engine: AbstractEngine | None = None,
     start: LaneState | None = None,
-    chunk: int = 64,
+    chunk: int | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Responses:
@@ -93,8 +96,8 @@ def integrate(
         span: how long; by default 300 cycles, of which 16 are recorded, or until the orbit has closed.
         engine: the method; by default `ExactFlight` where it fits the model, else `Stepping`. The answer says which.
         start: state of every lane at t = 0, in place of u0 and v0, such as that of an earlier batch.
-        chunk: lanes that are stepped side by side.
-        threads: chunks at a time; by default one a core.
+        chunk: lanes that are stepped side by side; by default 64, on a GPU all of them or 131,072.
+        threads: chunks at a time; by default one a core, on a GPU one.
         progress: called with the completed share of the lanes' cycles, between 0 and 1.
 
     Raises:
@@ -109,14 +112,18 @@ def integrate(
         1
     """
     span = Span() if span is None else span
-    _check(span, chunk)
+    on_gpu = jax.default_backend() == "gpu"
     lanes, initial = lanes_of(model, points)
     engine = engine_for(lanes) if engine is None else engine
     if (reason := engine.unfit(lanes)) is not None:
         raise InputError(f"the engine {engine.name} does not integrate {reason}: leave the engine out, or choose stepping")
+    if chunk is None:
+        chunk = min(MOST_LANES, -(-points.lanes // BLOCK) * BLOCK) if on_gpu else _SIDE_BY_SIDE
+    _check(span, chunk)
+    threads = threads or (1 if on_gpu else len(os.sched_getaffinity(0)))
     begin = time.perf_counter()
     batch = _Batch(engine, lanes, initial if start is None else start, points.flat()["base_amplitude"], span, chunk)
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         for number in range(span.calls):
             batch.advance(pool)
             progress((number + 1) / span.calls)
@@ -162,7 +169,9 @@ class _Batch:
     def _piece(self, piece: np.ndarray) -> tuple[np.ndarray, Cycles]:
         """One chunk through one segment; a chunk that is not full is filled up with its last lane."""
         full = np.concatenate([piece, np.full(self.chunk - piece.size, piece[-1])])
-        state, cycles = _compiled(self.engine, self.form, *self.span.call)(self.rigs[:, full], self.state[:, full])
+        rows = self.rigs.shape[0], self.state.shape[0]
+        advance = _compiled(self.engine, self.form, rows, self.chunk, *self.span.call)
+        state, cycles = advance(self.rigs[:, full], self.state[:, full])
         return np.asarray(state), cycles
 
     def _note(self, index: np.ndarray, cycles: dict[str, np.ndarray]) -> None:
@@ -217,15 +226,32 @@ class _Batch:
 
 
 @lru_cache(maxsize=64)
-def _compiled(engine: AbstractEngine, form: Any, cycles: int, recorded: int) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
+def _compiled(
+    engine: AbstractEngine, form: Any, rows: tuple[int, int], lanes: int, cycles: int, recorded: int
+) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
     """The program of one chunk: few arguments, since each costs as much to hand over as several steps."""
 
     @compiled_for_long_runs
-    def advance(rigs: jax.Array, state: jax.Array):
+    def by_xla(rigs: jax.Array, state: jax.Array):
         after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), unpacked(state), cycles, recorded)
-        return _packed_array(after), what
+        return _packed_array(after), _recorded(what, recorded)
 
-    return advance
+    @jax.jit
+    def as_kernel(rigs: jax.Array, state: jax.Array):
+        after, what = in_one_kernel(engine, form, cycles, recorded, rigs, state)
+        return after, _recorded(what, recorded)
+
+    if not engine.in_kernel or jax.default_backend() != "gpu" or lanes % BLOCK:
+        return by_xla
+    try:
+        as_kernel.lower(*(jax.ShapeDtypeStruct((count, lanes), jnp.result_type(float)) for count in rows))
+    except NotImplementedError:  # an operation of the contact law that Pallas does not lower
+        return by_xla
+    return as_kernel
+
+
+def _recorded(what: Cycles, recorded: int) -> Cycles:
+    return what._replace(**{name: getattr(what, name)[:recorded] for name in _RECORDED})
 
 
 def _packed_array(state: LaneState) -> jax.Array:
