@@ -181,7 +181,10 @@ class _Batch:
         self.result[index] = cycles["result"]
         for name, values in self.kept.items():
             recent = np.concatenate([values[segment:, index], cycles[name]], axis=0) if segment < kept else cycles[name]
-            values[:, index] = recent
+            if index.size == self.open.size:
+                self.kept[name] = recent
+            else:
+                values[:, index] = recent
         self.open[index[cycles["result"] != SUCCESS]] = False
         if self.span.closed is not None:
             self._close(index[cycles["result"] == SUCCESS])
