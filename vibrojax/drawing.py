@@ -185,9 +185,12 @@ def png(figure: Figure) -> bytes:
 
 
 def pdf(figure: Figure) -> bytes:
-    """The figure as the bytes of a PDF file with its own letters, the same whenever it is made."""
+    """The figure as the bytes of a PDF file with its own letters, the same whenever it is made.
+
+    The letters are those of Type 3: whole fonts (Type 42) would take two thirds of the time that a page of pictures takes.
+    """
     stream = io.BytesIO()
-    with rc_context({"pdf.fonttype": 42}):
+    with rc_context({"pdf.fonttype": 3}):
         figure.savefig(stream, format="pdf", dpi=DENSE_DPI, metadata={"CreationDate": None, "Creator": None, "Producer": None})
     return stream.getvalue()
 

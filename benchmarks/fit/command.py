@@ -1,6 +1,7 @@
 """The whole command in a fresh process: wall time and peak memory."""
 
 import dataclasses
+import json
 import os
 import subprocess
 import sys
@@ -16,8 +17,12 @@ class CommandRun:
     """One run of `fit-parameters`."""
 
     seconds: float
+    processor_seconds: float
+    """Of all cores."""
     peak_mb: float
     """Largest resident memory, 10^6 bytes."""
+    chi_square: float
+    """Over degrees of freedom."""
 
 
 def cold_and_warm(experiment: Path | None, *, repeats: int) -> tuple[CommandRun, CommandRun]:
@@ -40,4 +45,10 @@ def _run(experiment: Path | None, cache: Path, out: Path) -> CommandRun:
     if process.returncode != 0:
         raise RuntimeError(f"fit-parameters ended with exit status {process.returncode}")
     kilobyte = 1 if sys.platform == "darwin" else 1024
-    return CommandRun(seconds=seconds, peak_mb=usage.ru_maxrss * kilobyte / 1e6)
+    fitted = json.loads((out / "fit.json").read_text(encoding="utf-8"))
+    return CommandRun(
+        seconds=seconds,
+        processor_seconds=usage.ru_utime + usage.ru_stime,
+        peak_mb=usage.ru_maxrss * kilobyte / 1e6,
+        chi_square=fitted["chi2_reduced"],
+    )

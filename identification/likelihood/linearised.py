@@ -13,6 +13,7 @@ from scipy.linalg import expm
 
 from identification.least_squares.fit import CHUNK, as_arrays, on_device
 from identification.least_squares.residual import lane_system, predict
+from identification.likelihood.noise import runs
 from identification.windows.lanes import chunked
 from identification.windows.layout import Estimate, Layout
 from identification.windows.prepare import Prepared
@@ -87,6 +88,22 @@ class Linearised:
     def inside(self) -> Bool[np.ndarray, "windows time"]:
         """Samples that are not padding."""
         return np.arange(self.u.shape[1]) < self.lengths[:, None]
+
+    @functools.cached_property
+    def runs(self) -> Int[np.ndarray, "windows channels time"]:
+        """Number of consecutive samples of each channel that end at each one, as `identification.likelihood.noise.runs` counts them."""
+        return runs((self.weight > 0).transpose(0, 2, 1))
+
+    def since(self, sample: int) -> "Linearised":
+        """The windows from a sample on, for the response to what acts only from there; derivatives stay by the state at the windows' start."""
+        along = ("ts", "weight", "residual", "u", "v", "acceleration", "push", "in_contact", "approach_speed", "own")
+        along += ("fundamental", "push_by", "restoring", "cart_by", "flow", "kick")
+        cut = {name: getattr(self, name)[:, sample:] for name in along}
+        found = dataclasses.replace(self, jacobian=self.jacobian[:, :, sample:], **cut)
+        (before, after), (windows, steps) = self.quadrature, self.forgetful
+        known = {"runs": self.runs[..., sample:], "quadrature": (before[:, sample:], after[:, sample:])}
+        vars(found).update(known | {"forgetful": (windows, steps[:, sample:])})
+        return found
 
     @functools.cached_property
     def quadrature(self) -> tuple[Float[np.ndarray, "windows steps states states"], Float[np.ndarray, "windows steps states states"]]:

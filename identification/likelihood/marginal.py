@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.likelihood.linearised import Linearised
-from identification.likelihood.noise import Autoregression, runs
+from identification.likelihood.noise import Autoregression
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -33,10 +33,9 @@ def over_noise(
     values: Float[np.ndarray, "windows *rows time channels"], at: Linearised, noise: Mapping[str, Autoregression]
 ) -> Float[np.ndarray, "windows *rows channels time"]:
     """Rows of residuals, each channel whitened by the covariance of its noise."""
-    length = runs((at.weight > 0).transpose(0, 2, 1))
     found = np.empty((*values.shape[:-2], values.shape[-1], values.shape[-2]))
     for c, name in enumerate(at.channels):
-        found[..., c, :] = noise[name].whitened(values[..., c], length[:, c])
+        found[..., c, :] = noise[name].whitened(values[..., c], at.runs[:, c])
     return found
 
 
@@ -51,7 +50,6 @@ def grams(
         noise: by channel.
         force: inner product of Z with itself, if available.
     """
-    length = runs((at.weight > 0).transpose(0, 2, 1))
     rows = over_noise(np.concatenate([at.residual[:, None], at.jacobian], axis=1), at, noise)
     flat = rows.reshape(*rows.shape[:2], -1)
     flat[~at.finite] = 0.0
@@ -62,8 +60,8 @@ def grams(
         fit=flat @ flat.transpose(0, 2, 1),
         force=np.where(finite, force, 0.0),
         cross=answer @ flat.transpose(0, 2, 1),
-        samples=(length > 0).sum(axis=(1, 2)) * at.finite,
-        log_scale=sum(noise[name].log_scale(length[:, c]) for c, name in enumerate(at.channels)) * at.finite,
+        samples=(at.runs > 0).sum(axis=(1, 2)) * at.finite,
+        log_scale=sum(noise[name].log_scale(at.runs[:, c]) for c, name in enumerate(at.channels)) * at.finite,
     )
 
 

@@ -81,7 +81,11 @@ def force_response(
 
     def some(first: int) -> None:
         chosen = slice(first, first + _AT_ONCE)
-        found[:, chosen] = over_noise(force_responses(at, mass, hats(at, places, chosen)), at, noise)
+        forces = hats(at, places, chosen)
+        begin = max(int(np.argmax(forces.any(axis=(0, 1)))) - 1, 0)  # nothing responds before
+        later = at.since(begin)
+        found[:, chosen, :, :begin] = 0.0
+        found[:, chosen, :, begin:] = over_noise(force_responses(later, mass, forces[..., begin:]), later, noise)
 
     some(0)  # computes the cached quadrature before the threads share it
     with ThreadPoolExecutor(os.cpu_count()) as threads:

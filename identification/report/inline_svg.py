@@ -193,7 +193,8 @@ def _few_colours(source: str) -> str:
     """An embedded image by the palette of its colours, where they are few."""
     head, _, data = source.partition(",")
     pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGBA"))
-    colours, index = np.unique(pixels.reshape(-1, 4), axis=0, return_inverse=True)
+    found, index = np.unique(np.ascontiguousarray(pixels).view(np.uint32), return_inverse=True)
+    colours = found.view(np.uint8).reshape(-1, 4)
     if len(colours) > _PALETTE:
         return source
     image = Image.fromarray(index.reshape(pixels.shape[:2]).astype(np.uint8), "P")
