@@ -95,7 +95,7 @@ class Linearised:
         return runs((self.weight > 0).transpose(0, 2, 1))
 
     def since(self, sample: int) -> "Linearised":
-        """The windows from a sample on, for the response to what acts only from there; derivatives stay by the state at the windows' start."""
+        """The windows from a sample on, for what acts from there only; derivatives stay those by the state at the start of the windows."""
         along = ("ts", "weight", "residual", "u", "v", "acceleration", "push", "in_contact", "approach_speed", "own")
         along += ("fundamental", "push_by", "restoring", "cart_by", "flow", "kick")
         cut = {name: getattr(self, name)[:, sample:] for name in along}
