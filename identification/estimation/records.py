@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.least_squares.fit import as_arrays, on_device
 from identification.least_squares.residual import predict
-from identification.result.result import Nuisance, RecordFit
+from identification.result.result import NO_WINDOW, Nuisance, RecordFit
 from identification.windows.layout import GAP_ERROR, NUISANCES, Estimate, Layout
 from identification.windows.measured_input import driving_channels
 from identification.windows.prepare import Prepared
@@ -29,6 +29,8 @@ def record_fits(prepared: Prepared, integrator: AbstractBatchIntegrator, estimat
     """One `RecordFit` per record; `errors` are the standard errors of the nuisances, (records, nuisances), NaN where not estimated."""
     names = ("relative_velocity", "in_contact", "window")
     series = [{name: np.full(len(record.time), np.nan) for name in (*EVERY_CHANNEL, *names)} for record in prepared.experiment.records]
+    for values in series:
+        values["window"][:] = NO_WINDOW
     model, begin = as_arrays(prepared.model), 0
     for group in prepared.groups:
         windows = range(begin, begin + len(group.record))
@@ -50,7 +52,8 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
     record, nuisances = prepared.experiment.records[index], estimate.nuisances[index]
     inputs = driving_channels(record)
     fitted = [name for name in EVERY_CHANNEL if name in record.channels and name not in inputs]
-    residual = {name: _residual(record.channels[name], values[name]) for name in fitted}
+    inside = values["window"] != NO_WINDOW
+    residual = {name: _residual(record.channels[name][inside], values[name][inside]) for name in fitted}
     return RecordFit(
         file=record.file,
         kind=record.kind,
@@ -60,7 +63,7 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
         measured={name: record.channels[name] for name in EVERY_CHANNEL if name in record.channels},
         predicted={name: values[name] for name in EVERY_CHANNEL},
         noise=dict(record.noise),
-        nrmse={name: _over(_rms(r), float(np.nanstd(record.channels[name]))) for name, r in residual.items()},
+        nrmse={name: _over(_rms(r), float(np.nanstd(record.channels[name][inside]))) for name, r in residual.items()},
         chi2_reduced={name: float((_rms(r) / record.noise[name]) ** 2) for name, r in residual.items()},
         relative_displacement=values["relative_displacement"],
         relative_velocity=values["relative_velocity"],

@@ -185,11 +185,6 @@ def gap_in_mm(record: RecordFit) -> str:
     return rounded(1e3 * record.gap, None if error is None else 1e3 * error).text
 
 
-def windows(record: RecordFit) -> int:
-    """How many windows a record was cut into."""
-    return len(np.unique(record.window))
-
-
 def comparison_rows(comparisons: tuple[Comparison, ...]) -> list[ComparisonRow]:
     """Fitted values beside their references."""
     return [

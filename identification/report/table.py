@@ -18,7 +18,6 @@ from identification.report.rows import (
     posterior_rows,
     posterior_words,
     reasons,
-    windows,
     wishes,
 )
 from identification.report.verdict import GOOD, judge
@@ -103,7 +102,7 @@ def _correlations(result: FitResult) -> str:
 def _records(records: tuple[RecordFit, ...], experiment: Experiment) -> Table:
     table = open_table("record", "kind", "windows", "channel", "misfit/σ", "NRMSE", right=(2, 4, 5))
     for record in records:
-        names = (record.file, record.kind, str(windows(record)))
+        names = (record.file, record.kind, str(record.windows))
         for row in channel_rows(record, experiment):
             table.add_row(*names, row.channel, row.misfit, compact(row.nrmse))
             names = ("", "", "")

@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from identification.experiment import ParameterOption
 from identification.result.plain_dataclass import to_plain
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
@@ -149,7 +147,7 @@ def _record(record: RecordFit) -> dict[str, Any]:
         "kind": record.kind,
         "gap": record.gap,
         "samples": len(record.time),
-        "windows": len(np.unique(record.window)),
+        "windows": record.windows,
         "nuisances": {n.name: {"value": n.value, "stderr": n.stderr, "unit": n.unit} for n in record.nuisances},
         "nrmse": record.nrmse,
         "chi2_reduced": record.chi2_reduced,

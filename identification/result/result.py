@@ -63,6 +63,9 @@ class Nuisance:
     stderr: float | None
 
 
+NO_WINDOW = -1
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RecordFit:
     """One record with its prediction; arrays have shape (samples,) and hold NaN where nothing was recorded.
@@ -81,7 +84,7 @@ class RecordFit:
         relative_displacement: predicted u, m.
         relative_velocity: predicted u', m/s.
         in_contact: predicted, bool.
-        window: index of the window that each sample belongs to.
+        window: index of the window that each sample belongs to; `NO_WINDOW` where it was not fitted.
         notices: remarks of the file reader.
     """
 
@@ -100,6 +103,11 @@ class RecordFit:
     in_contact: np.ndarray
     window: np.ndarray
     notices: tuple[str, ...] = ()
+
+    @property
+    def windows(self) -> int:
+        """How many windows were fitted."""
+        return len(np.setdiff1d(self.window, NO_WINDOW))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -34,7 +34,7 @@ def inputs_of(record: Record) -> Inputs:
 def lane(index: int, record: Record, first: int, length: int, samples: int, inputs: Inputs) -> Windows:
     """One window of a record, padded to `samples`, with its part of the recorded inputs."""
     present = np.arange(first, first + length)
-    dt = float(np.median(np.diff(record.time)))
+    dt = float(np.median(np.diff(record.time[max(first - 1, 0) : first + length + 1])))
     ts = record.time[present[-1]] + dt * np.arange(1 - length, samples - length + 1)
     ts[:length] = record.time[present]
     measured, weight = np.zeros((samples, len(FITTED_CHANNELS))), np.zeros((samples, len(FITTED_CHANNELS)))

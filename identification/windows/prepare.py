@@ -15,12 +15,14 @@ from identification.windows.lanes import grouped, initial_states, inputs_of, lan
 from identification.windows.layout import Estimate, Layout, layout_of
 from identification.windows.release import from_release
 from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
-from identification.windows.windows import WindowLength, Windows, cut
+from identification.windows.windows import WindowLength, Windows, cut, thinned
 from vibrojax.contact import NoContact
 from vibrojax.errors import InputError
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 
+MOST_SAMPLES = 250_000
+"""Samples that are fitted, about: more of a long record says little more, and takes time and memory in proportion."""
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
 
@@ -63,7 +65,12 @@ def check_precision() -> None:
 
 
 def prepare(
-    experiment: Experiment, *, law: str | None = None, window: WindowLength | None = None, smoothing: float | None = None
+    experiment: Experiment,
+    *,
+    law: str | None = None,
+    window: WindowLength | None = None,
+    smoothing: float | None = None,
+    most_samples: float = MOST_SAMPLES,
 ) -> Prepared:
     """Cut the records into windows and derive first guesses.
 
@@ -75,6 +82,7 @@ def prepare(
         law: contact law by name; the experiment's own, else the nominal one, if None.
         window: length of the windows.
         smoothing: width of the contact switch, m; None for the exact contact.
+        most_samples: beyond which windows are thinned out.
 
     Raises:
         ExperimentError: the experiment cannot be fitted.
@@ -110,6 +118,10 @@ def prepare(
     values, gap_errors = next(iter(guesses.values()))
     window = window or WindowLength()
     cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
+    share = most_samples / max(1, sum(length for parts in cuts for _, length in parts))
+    kept = [thinned(record, parts, share) for record, parts in zip(records, cuts, strict=True)]
+    records, cuts = [record for record, _ in kept], [parts for _, parts in kept]
+    experiment = dataclasses.replace(experiment, records=tuple(records))
     longest = 1 + max(length for parts in cuts for _, length in parts)  # one more sample for readings between samples
     longest += -longest % _PADDED_TO
     lanes = [

@@ -6,9 +6,13 @@ import jax
 import numpy as np
 import pytest
 
+from identification.estimation.records import record_fits
 from identification.experiment import ExperimentError, ParameterOption
+from identification.experiment.record import Preparation
 from identification.least_squares.fit import integrator_for
+from identification.result.result import NO_WINDOW
 from identification.windows.prepare import prepare
+from identification.windows.windows import WindowLength
 from vibrojax.errors import InputError
 
 
@@ -43,3 +47,25 @@ def test_two_stamps_close_together_do_not_shorten_every_step(small):
 def test_single_precision_is_refused_with_what_to_do(small):
     with jax.enable_x64(False), pytest.raises(InputError, match="single precision: expected float64; call .*jax_enable_x64"):
         prepare(small)
+
+
+def test_more_samples_than_are_fitted_leave_windows_spread_over_each_record(small):
+    window = WindowLength(impacts=1.0, longest=100)
+    whole, cropped = prepare(small, window=window), dataclasses.replace(small.records[1], preparation=Preparation(crop=(0.0, 1.0)))
+    samples = sum(int(group.lengths.sum()) for group in whole.groups)
+    thin = prepare(dataclasses.replace(small, records=(small.records[0], cropped)), window=window, most_samples=0.4 * samples)
+    first, of_first = (np.sort(np.concatenate([g.first[g.record == 0] for g in one.groups])) for one in (whole, thin))
+    assert len(of_first) == max(2, round(0.4 * len(first)))
+    assert set(of_first) < set(first)
+    assert (of_first[0], of_first[-1]) == (first[0], first[-1])
+    assert (thin.record == 1).sum() == (whole.record == 1).sum(), "what was cropped is fitted whole"
+    notices = [record.notices for record in thin.experiment.records]
+    assert "spread evenly, are fitted" in notices[0][-1]
+    assert not any("spread evenly" in notice for notice in notices[1])
+
+    fitted = record_fits(thin, integrator_for(thin), thin.start, np.full(thin.start.nuisances.shape, np.nan))[0]
+    assert fitted.windows == len(of_first)
+    assert np.isnan(fitted.predicted["hammer_displacement"][fitted.window == NO_WINDOW]).all()
+    inside = fitted.window != NO_WINDOW
+    measured, predicted = fitted.measured["hammer_displacement"][inside], fitted.predicted["hammer_displacement"][inside]
+    assert fitted.nrmse["hammer_displacement"] == pytest.approx(np.sqrt(np.mean((measured - predicted) ** 2)) / measured.std())
