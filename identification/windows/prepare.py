@@ -21,8 +21,10 @@ from vibrojax.errors import InputError
 from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 
-MOST_SAMPLES = 250_000
-"""Samples that are fitted, about: more of a long record says little more, and takes time and memory in proportion."""
+MOST_SAMPLES = 250e3
+"""Samples that are fitted, about: more says little more, and takes time and memory in proportion."""
+_MOST_RECORDS = 100
+"""Records of which these are; each has unknowns of its own."""
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
 
@@ -93,7 +95,7 @@ def prepare(
     check_smoothing(model.law, smoothing)
     check_clearance(experiment, model.law)
     experiment = experiment.fitting
-    experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in experiment.records))
+    experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in _some(experiment.records, most_samples)))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     check_wishes(experiment, parameters)
     fixed = {name: option.start for name, option in experiment.parameters.items() if option.fixed and option.start is not None}
@@ -144,6 +146,17 @@ def prepare(
         carts=tuple(measured),
         smoothing=smoothing,
     )
+
+
+def _some(records: tuple[Record, ...], most_samples: float) -> tuple[Record, ...]:
+    """The records, or an even selection where there are many and their samples too many; the first says so."""
+    if len(records) <= _MOST_RECORDS or sum(len(record.time) for record in records) <= most_samples:
+        return records
+    first, *others = (records[index] for index in np.linspace(0, len(records) - 1, _MOST_RECORDS).round().astype(int))
+    notice = (
+        f"{_MOST_RECORDS} of {len(records)} records, spread evenly, are fitted: this one, and every {len(records) / _MOST_RECORDS:.3g}th."
+    )
+    return dataclasses.replace(first, notices=(*first.notices, notice)), *others
 
 
 def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:

@@ -17,8 +17,8 @@ from vibrojax.model import Model
 
 _MOST_SAMPLES = 1500
 _MOST_CONTACTS = 1_000_000
-_CONTACTS = 30
-"""Contacts that get a gap of their own."""
+_OWNERS = 30
+"""Contacts, or records, that get a gap of their own."""
 _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
 _DEEP, _DEEP_BESIDE = 0.3, 0.6
 """Over the largest indentation: depth above which samples give the stiffness; upper limit beside an effect that changes the law."""
@@ -74,9 +74,9 @@ def contact_start(
     samples = _samples(model, records, motions, load_cell)
     if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
         return None
-    if each_contact:
-        samples = _some_contacts(samples)
-    owners, slot = np.unique(samples["contact" if each_contact else "record"], return_inverse=True)
+    owner = "contact" if each_contact else "record"
+    samples = _of_some(samples, owner)
+    owners, slot = np.unique(samples[owner], return_inverse=True)
     still = np.zeros(len(owners))
     fits = []
     for effects in [(probe,) for probe in probes] or [()]:
@@ -166,11 +166,11 @@ def _scale(samples: dict[str, np.ndarray]) -> float:
     return 0.02 * float(np.max(samples["force"]))
 
 
-def _some_contacts(samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Samples of an even selection of the contacts."""
-    contacts = np.unique(samples["contact"])
-    chosen = contacts[np.unique(np.linspace(0, len(contacts) - 1, min(len(contacts), _CONTACTS)).astype(int))]
-    keep = np.isin(samples["contact"], chosen)
+def _of_some(samples: dict[str, np.ndarray], owner: str) -> dict[str, np.ndarray]:
+    """Samples of an even selection of the contacts, or of the records."""
+    owners = np.unique(samples[owner])
+    chosen = owners[np.unique(np.linspace(0, len(owners) - 1, min(len(owners), _OWNERS)).astype(int))]
+    keep = np.isin(samples[owner], chosen)
     return {name: values[keep] for name, values in samples.items()}
 
 

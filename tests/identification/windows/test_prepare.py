@@ -69,3 +69,14 @@ def test_more_samples_than_are_fitted_leave_windows_spread_over_each_record(smal
     inside = fitted.window != NO_WINDOW
     measured, predicted = fitted.measured["hammer_displacement"][inside], fitted.predicted["hammer_displacement"][inside]
     assert fitted.nrmse["hammer_displacement"] == pytest.approx(np.sqrt(np.mean((measured - predicted) ** 2)) / measured.std())
+
+
+def test_of_many_records_with_too_many_samples_some_are_fitted(small):
+    drop = small.records[0]
+    many = tuple(dataclasses.replace(drop, file=f"drop{number:03d}.csv") for number in range(301))
+    experiment = dataclasses.replace(small, records=many)
+    some = prepare(experiment, most_samples=120.0 * len(drop.time)).experiment.records
+    assert [record.file for record in (some[0], some[1], some[-1])] == ["drop000.csv", "drop003.csv", "drop300.csv"]
+    assert len(some) == 100
+    assert "100 of 301 records, spread evenly, are fitted" in some[0].notices[-1]
+    assert len(prepare(experiment, most_samples=301.0 * len(drop.time)).experiment.records) == 301
