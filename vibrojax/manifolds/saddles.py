@@ -129,6 +129,7 @@ def _changing(cells: np.ndarray, moved: np.ndarray) -> Plane:
 def _fixed(plane: AbstractPlaneMap, points: Plane, shape: tuple[int, int]) -> Plane:
     """Fixed points that Newton's method reaches, each once."""
     side = np.array(shape, dtype=float)
+    points = _distinct(points, 1.0)
     for _ in range(_ITERATIONS):
         points = points[np.all((points > -side / 2.0) & (points < 1.5 * side), axis=1)]
         off = plane.image(points) - points
@@ -138,14 +139,14 @@ def _fixed(plane: AbstractPlaneMap, points: Plane, shape: tuple[int, int]) -> Pl
         points, off, matrix = points[good], off[good], matrix[good]
         step = -np.linalg.solve(matrix, off[..., None])[..., 0]
         size = np.linalg.norm(step, axis=1, keepdims=True)
-        points = points + step * np.minimum(1.0, _LONGEST_STEP / np.maximum(size, _LONGEST_STEP))
+        points = _distinct(points + step * np.minimum(1.0, _LONGEST_STEP / np.maximum(size, _LONGEST_STEP)), _SAME)
     points = plane.fold(points)
-    points = points[np.linalg.norm(plane.image(points) - points, axis=1) < _CLOSED]
-    kept: list[Place] = []
-    for point in points:
-        if all(np.linalg.norm(point - other) >= _SAME for other in kept):
-            kept.append(point)
-    return np.array(kept).reshape(-1, 2)
+    return points[np.linalg.norm(plane.image(points) - points, axis=1) < _CLOSED]
+
+
+def _distinct(points: Plane, spacing: float) -> Plane:
+    """One of the points in each square of a grid."""
+    return points[np.unique(np.round(points / spacing), axis=0, return_index=True)[1]]
 
 
 def _is_saddle(matrices: np.ndarray) -> np.ndarray:

@@ -8,16 +8,20 @@ import numpy as np
 from vibrojax.manifolds.base import AbstractPlaneMap, Place, Plane
 from vibrojax.manifolds.traced import Traced
 
-_RADII = (2.0, 1.0, 0.5, 0.25)
+_RADII = (1.0, 0.5, 0.25, 0.125)
 """Of the circles searched at once, over the step."""
 _ANGLES = 16
 _SPREAD = 0.5
 """Half the arc that is searched, rad: beyond the largest angle that is accepted."""
-_WIDE = 2.8
-"""Half the arc at the shortest step, rad: any turn but straight back."""
+_TRIES = 20_000
+"""Points that are looked for on one branch, at most."""
 _FINE = 0.1
 """Cells between neighbouring images on an arc, below which the crossing lies on a straight piece between them."""
 _REFINEMENTS = 4
+_GROWS = 4.0
+"""The longest step that is tried next, over one that turned little."""
+_BACK = 0.25
+"""Of a step from whose end the curve does not go on: the step that is taken in its place."""
 _DETOUR = 1.25
 """Length of the curve between two images over their distance: more, and the image has skipped a bend."""
 
@@ -39,7 +43,7 @@ class Steps:
     """
 
     first: float = 0.05
-    largest: float = 0.5
+    largest: float = 4.0
     smallest: float = 1e-3
     largest_angle: float = 0.3
     smallest_angle: float = 0.2
@@ -47,12 +51,13 @@ class Steps:
 
 
 class _Found(NamedTuple):
-    """The next point of the curve."""
+    """A point of the curve."""
 
     point: Place
-    angle: float
-    """By which the curve turns, rad."""
+    heading: float
+    """Of the piece that ends here, rad."""
     step: float
+    """Its length."""
     length: float
     """Along the curve, where the image of the point lies on it."""
 
@@ -84,80 +89,96 @@ def stable_branch(
     curve = Traced(plane, saddle - steps.first * direction, saddle)
     curve.add(saddle + steps.first * direction)
     image = plane.image(np.array([curve.points[-1]]))[0]
-    at, step, heading = float((image - saddle) @ direction), steps.first, float(np.arctan2(direction[1], direction[0]))
-    while curve.lengths[-1] < longest:
-        found = _next(plane, curve, heading, at, step, steps)
+    trail = [_Found(curve.points[-1], float(np.arctan2(direction[1], direction[0])), steps.first, float((image - saddle) @ direction))]
+    step = steps.first
+    for _ in range(_TRIES):
+        if curve.lengths[-1] >= longest:
+            return curve.path(), False
+        found = _next(plane, curve, trail[-1], step, steps)
+        if found is None and trail[-1].step > steps.smallest and len(trail) > 1:
+            curve.remove()
+            step = max(_BACK * trail.pop().step, steps.smallest)
+            continue
+        found = found or _corner(plane, curve, trail[-1], steps)
         if found is None:
             return curve.path(), True
         curve.add(found.point)
         here = plane.fold(found.point[None])[0]
         if np.any(here < low) or np.any(here > high):
-            break
-        heading, at = heading + found.angle, found.length
-        grows = abs(found.angle) < steps.smallest_angle
-        step = float(np.clip(2.0 * found.step if grows else found.step, steps.smallest, steps.largest))
-    return curve.path(), False
+            return curve.path(), False
+        grows = abs(_turn(trail[-1], found)) < steps.smallest_angle
+        step = float(np.clip(_GROWS * found.step if grows else found.step, steps.smallest, steps.largest))
+        trail.append(found)
+    return curve.path(), True
 
 
-def _next(plane: AbstractPlaneMap, curve: Traced, heading: float, at: float, step: float, steps: Steps) -> _Found | None:
-    """The next point at the longest step that turns little enough; at the shortest, whatever it turns by."""
-    angles = np.linspace(-_SPREAD, _SPREAD, _ANGLES)
+def _next(plane: AbstractPlaneMap, curve: Traced, last: _Found, step: float, steps: Steps) -> _Found | None:
+    """The next point at the longest step that turns little enough; None where there is none down to the shortest."""
     while step >= steps.smallest:
         radii = np.unique(np.clip(step * np.array(_RADII), steps.smallest, steps.largest))[::-1]
-        for found in _searched(plane, curve, heading, at, radii, angles, steps):
-            sharp = abs(found.angle) > steps.largest_angle or abs(found.angle) * found.step > steps.bend
-            if not sharp and _follows(curve, at, found, steps):
+        angles = np.broadcast_to(np.linspace(-_SPREAD, _SPREAD, _ANGLES), (len(radii), _ANGLES))
+        arcs = _images(plane, last, radii, angles)
+        coarse = [_nearest(curve, arc, last.length - steps.smallest, last.length) for arc in arcs]
+        for radius, arc, here, inner in zip(radii, arcs, coarse, [*coarse[1:], None], strict=True):
+            on_the_way = inner is not None or radius <= steps.smallest
+            found = _refined(plane, curve, last, float(radius), angles[0], arc, here[0], steps) if here and on_the_way else None
+            turn = 0.0 if found is None else abs(_turn(last, found))
+            if found and turn <= steps.largest_angle and turn * radius <= steps.bend and _follows(curve, last, found, steps):
                 return found
-        step *= _RADII[-1] / 2.0
-    radii, angles = np.array([steps.smallest]), np.linspace(-_WIDE, _WIDE, _ANGLES * len(_RADII))
-    turned = [found for found in _searched(plane, curve, heading, at, radii, angles, steps) if _follows(curve, at, found, steps)]
-    return min(turned, key=lambda found: abs(found.angle), default=None)
+        step *= _RADII[-1]
+    return None
 
 
-def _follows(curve: Traced, at: float, found: _Found, steps: Steps) -> bool:
+def _corner(plane: AbstractPlaneMap, curve: Traced, last: _Found, steps: Steps) -> _Found | None:
+    """The next point at the shortest step, whatever the curve turns by."""
+    angles = np.linspace(-np.pi, np.pi, _ANGLES * len(_RADII))
+    arc = _images(plane, last, np.array([steps.smallest]), angles[None])[0]
+    here = _nearest(curve, arc, last.length, last.length)
+    return None if here is None else _refined(plane, curve, last, steps.smallest, angles, arc, here[0], steps)
+
+
+def _turn(last: _Found, found: _Found) -> float:
+    """By how much the curve turns at the last point, rad."""
+    return float(np.mod(found.heading - last.heading + np.pi, 2.0 * np.pi) - np.pi)
+
+
+def _follows(curve: Traced, last: _Found, found: _Found, steps: Steps) -> bool:
     """Whether the curve between the last image and this one is nearly straight, so that none of its bends was skipped."""
-    apart = float(np.linalg.norm(curve.place(found.length) - curve.place(at)))
-    return found.length - at <= _DETOUR * apart + 4.0 * steps.smallest
+    apart = float(np.linalg.norm(curve.place(found.length) - curve.place(last.length)))
+    return found.length - last.length <= _DETOUR * apart + 4.0 * steps.smallest
 
 
-def _searched(plane, curve: Traced, heading: float, at: float, radii: np.ndarray, angles: np.ndarray, steps: Steps) -> list[_Found]:
-    """On each circle the crossing that is next along the curve, the largest circle first."""
-    arcs = _images(plane, curve.points[-1], heading, radii, np.broadcast_to(angles, (len(radii), len(angles))))
-    chain, position, length = curve.crossings(arcs, at - steps.smallest)
-    result = []
-    for number, radius in enumerate(radii):
-        mine = np.flatnonzero(chain == number)
-        if mine.size:
-            nearest = mine[np.argmin(np.abs(length[mine] - at))]
-            found = _refined(plane, curve, heading, at, float(radius), angles, arcs[number], float(position[nearest]), steps)
-            result += [found] if found is not None else []
-            if found is not None and abs(found.angle) <= steps.largest_angle and _follows(curve, at, found, steps):
-                break
-    return result
+def _nearest(curve: Traced, arc: np.ndarray, least: float, at: float) -> tuple[float, float] | None:
+    """Position on an arc and length along the curve of the crossing that is next to a length."""
+    _, positions, lengths = curve.crossings(arc[None], least)
+    if not lengths.size:
+        return None
+    nearest = int(np.argmin(np.abs(lengths - at)))
+    return float(positions[nearest]), float(lengths[nearest])
 
 
-def _refined(plane, curve: Traced, heading: float, at: float, radius: float, angles, arc, position: float, steps: Steps) -> _Found | None:
+def _refined(
+    plane: AbstractPlaneMap, curve: Traced, last: _Found, radius: float, angles: np.ndarray, arc: np.ndarray, position: float, steps: Steps
+) -> _Found | None:
     """The crossing on one circle, its angle refined until neighbouring images are near; None where it does not stay."""
-    length = at
+    length = last.length
     for _ in range(_REFINEMENTS):
         number = min(int(position), len(angles) - 2)
         angles = np.linspace(angles[number], angles[number + 1], _ANGLES * len(_RADII))
-        arc = _images(plane, curve.points[-1], heading, np.array([radius]), angles[None])[0]
-        _, positions, lengths = curve.crossings(arc[None], at - steps.smallest)
-        if not lengths.size:
+        arc = _images(plane, last, np.array([radius]), angles[None])[0]
+        here = _nearest(curve, arc, last.length - steps.smallest, last.length)
+        if here is None:
             return None
-        nearest = int(np.argmin(np.abs(lengths - at)))
-        position, length = float(positions[nearest]), float(lengths[nearest])
+        position, length = here
         number = min(int(position), len(angles) - 2)
         if np.linalg.norm(arc[number + 1] - arc[number]) < _FINE:
             break
-    angle = float(np.interp(position, np.arange(len(angles)), angles))
-    point = curve.points[-1] + radius * np.array([np.cos(heading + angle), np.sin(heading + angle)])
-    return _Found(point, angle, radius, length)
+    heading = last.heading + float(np.interp(position, np.arange(len(angles)), angles))
+    return _Found(last.point + radius * np.array([np.cos(heading), np.sin(heading)]), heading, radius, length)
 
 
-def _images(plane: AbstractPlaneMap, centre: Place, heading: float, radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Images of points on circles, `(circles, angles, 2)`."""
-    turned = heading + angles
-    points = centre + radii[:, None, None] * np.stack([np.cos(turned), np.sin(turned)], axis=-1)
+def _images(plane: AbstractPlaneMap, last: _Found, radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Images of points on circles around the last point, by the angle from its heading, `(circles, angles, 2)`."""
+    turned = last.heading + angles
+    points = last.point + radii[:, None, None] * np.stack([np.cos(turned), np.sin(turned)], axis=-1)
     return plane.image(points.reshape(-1, 2)).reshape(points.shape)

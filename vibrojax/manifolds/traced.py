@@ -48,6 +48,15 @@ class Traced:
         self.points.append(point)
         self.lengths.append(end)
 
+    def remove(self) -> None:
+        """Go back by one point."""
+        self.points.pop()
+        self.lengths.pop()
+        passed = bool(self.breaks) and self.breaks[-1] == len(self.points) - 1
+        if passed:
+            self.breaks.pop()
+        self._count -= 2 if passed else 1
+
     def path(self) -> Plane:
         """The points in the plane of the map, with a row of NaN at each passage of the edge."""
         folded = self.plane.fold(np.array(self.points))

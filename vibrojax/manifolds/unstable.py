@@ -63,13 +63,21 @@ def unstable_branch(
         length += grown
         if length >= longest or grown < steps.smallest:
             break
-        piece = image
+        piece = _thinned(image, steps)
     return np.concatenate(curve)
+
+
+def _thinned(piece: Plane, steps: Steps) -> Plane:
+    """Without every other point whose neighbours are so near that the curve is as well known without it."""
+    near = np.linalg.norm(piece[2:] - piece[:-2], axis=1) < steps.bend
+    between = np.linalg.norm(piece[1:-1] - piece[:-2], axis=1) + np.linalg.norm(piece[2:] - piece[1:-1], axis=1) < steps.bend
+    dropped = np.concatenate([[False], near & between & (np.arange(len(near)) % 2 == 0), [False]])
+    return piece[~dropped]
 
 
 def _torn(steps: Steps) -> float:
     """Spacing beyond which neighbours are no neighbours on the curve."""
-    return 4.0 * steps.largest
+    return 2.0 * steps.largest
 
 
 def _image(plane: AbstractPlaneMap, piece: Plane, steps: Steps, room: float) -> tuple[Plane, Plane]:
@@ -80,12 +88,11 @@ def _image(plane: AbstractPlaneMap, piece: Plane, steps: Steps, room: float) -> 
         gaps = np.linalg.norm(chords, axis=1)
         end = int(np.searchsorted(np.cumsum(np.nan_to_num(np.where(gaps > _torn(steps), 0.0, gaps))), room)) + 2
         piece, image, chords, gaps = piece[:end], image[:end], chords[: end - 1], gaps[: end - 1]
+        heading = np.arctan2(chords[:, 1], chords[:, 0])
+        turn = np.abs(np.mod(np.diff(heading) + np.pi, 2.0 * np.pi) - np.pi)
         wide = gaps > steps.largest
-        with np.errstate(invalid="ignore", divide="ignore"):
-            cosine = np.sum(chords[1:] * chords[:-1], axis=1) / (gaps[1:] * gaps[:-1])
-        sharp = cosine < np.cos(steps.largest_angle)
-        wide[1:] |= sharp & (gaps[1:] > steps.smallest)
-        wide[:-1] |= sharp & (gaps[:-1] > steps.smallest)
+        wide[1:] |= turn * gaps[1:] > steps.bend
+        wide[:-1] |= turn * gaps[:-1] > steps.bend
         wide &= np.linalg.norm(np.diff(piece, axis=0), axis=1) > _SPLIT
         where = np.flatnonzero(wide)
         if not where.size:
