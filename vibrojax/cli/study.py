@@ -76,6 +76,10 @@ def basins(
         str | None,
         typer.Option(metavar="NAME=A:B:N", help="Follow the basins along a parameter: frequency, gap, amplitude, or one of the model's."),
     ] = None,
+    manifolds: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="Q", help="Draw stable and unstable manifolds of the saddles of up to Q cycles: the boundaries."),
+    ] = None,
     cycles: Cycles = 300,
     most_cycles: Annotated[
         int | None,
@@ -84,8 +88,12 @@ def basins(
 ) -> None:
     """Basins of attraction: where each initial state settles, how large and how tangled the basins are, and what each motion bears."""
     settings = {} if most_cycles is None else dict(most_cycles=most_cycles)
+    if manifolds is not None:
+        for option, value in (("--along", along), ("--fit", shared.fit)):
+            if value is not None:
+                raise InputError(f"--manifolds is given with {option}: expected one picture of one model; leave one of them out")
     if along is None:
-        _run("basins", shared, settings, dict(transient=cycles))
+        _run("basins", shared, settings, dict(transient=cycles), manifolds=manifolds)
     else:
         if shared.fit is not None:
             raise InputError("--along is given with --fit: expected one model, since attractors are matched along it; name its --model")
@@ -139,6 +147,7 @@ def _run(
     *,
     followed: str | None = None,
     borders: Path | None = None,
+    manifolds: int | None = None,
 ) -> None:
     axes, along = swept(name, shared.sweep or [], shared.old, parameter)
     if followed is not None:
@@ -157,7 +166,11 @@ def _run(
             settings = settings | ({} if span is None else {"span": Span(**span)}) | ({"parameter": along} if along else {})
             rig = _rig(shared)
             jobs = _jobs(name, shared, rig, axes, settings)
-        written = [_written(name, tail, job, shared, folder, begin, borders) for tail, job in jobs]
+            if manifolds is not None:
+                from vibrojax.studies.basin_manifolds import check_manifolds
+
+                check_manifolds(rig.model, manifolds)
+        written = [_written(name, tail, job, shared, folder, begin, borders, manifolds) for tail, job in jobs]
     for tail, data, sentence, files in written:
         took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""
         console.print(f"{data.attrs['title']}{_words(tail)}: engine {data.attrs['engine']}{took}", soft_wrap=True, markup=False)
@@ -244,9 +257,10 @@ def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Sh
 
 
 def _written(
-    name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, borders: Path | None
+    name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, borders: Path | None, manifolds: int | None
 ) -> tuple[str, Any, str, list[str]]:
     """One study, made and written."""
+    from vibrojax.studies.basin_manifolds import with_manifolds
     from vibrojax.studies.finding import finding
     from vibrojax.studies.map_borders import with_borders
     from vibrojax.studies.write import write_study
@@ -254,6 +268,7 @@ def _written(
     data = _made(job, shared, begin, _words(tail))
     data = data if borders is None else with_borders(data, job.model, borders)
     with stages(quiet=shared.quiet, since=begin) as say:
+        data = data if manifolds is None else with_manifolds(data, job.model, manifolds, say)
         say(f"drawing{_words(tail)}")
         files = write_study(name, data, folder, look=FIGURE_STYLES[shared.style], stem=name + tail)
     return tail, data, finding(name, data), [path.name for path in files]

@@ -13,6 +13,9 @@ import numpy as np
 from jaxtyping import Float
 
 Plane = Float[np.ndarray, "points 2"]
+"""One row a point; arguments and results of this type are of one length."""
+Curve = Float[np.ndarray, "_ 2"]
+"""Points of any number."""
 Place = Float[np.ndarray, " 2"]
 
 
@@ -21,7 +24,7 @@ class AbstractPlaneMap(eqx.Module):
 
     @abc.abstractmethod
     def image(self, points: Plane) -> Plane:
-        """Where the map takes each point, in cells; NaN where it takes it nowhere. Takes points beyond the edge for those they `fold` to."""
+        """Where the map takes each point, in cells; NaN where nowhere. A point beyond the edge is taken for that to which it is folded."""
 
     def fold(self, points: Plane) -> Plane:
         """The point of the plane that stands for each one beyond its edge; the others stay."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrojax.continuation.orbit import Orbit, find_orbit
 from vibrojax.errors import NoConvergenceError
-from vibrojax.manifolds.base import AbstractPlaneMap, Place, Plane
+from vibrojax.manifolds.base import AbstractPlaneMap, Curve, Place
 from vibrojax.manifolds.strobe_map import StrobeMap
 
 _NUDGE = 1e-3
@@ -30,7 +30,7 @@ class Saddle(NamedTuple):
 
     orbits: list[Orbit]
     """The same motion from each of its section points on: q of them, each with its own monodromy matrix."""
-    points: Plane
+    points: Curve
     """Its section points, in cells."""
 
     @property
@@ -46,13 +46,13 @@ class Saddle(NamedTuple):
 
 
 def saddles(
-    plane: StrobeMap, longest: int, shape: tuple[int, int], boundary: Plane, progress: Callable[[str], None] = lambda stage: None
+    plane: StrobeMap, longest: int, shape: tuple[int, int], boundary: Curve, progress: Callable[[str], None] = lambda stage: None
 ) -> list[Saddle]:
     """Saddle orbits of up to so many cycles whose section points lie in a picture, or no farther from it than half its side.
 
-    Candidates are the cells over which both components of P^q(x) - x change sign, and the places where motions from the boundary of the
-    basins nearly repeat: on the boundary they tend to its saddles. Newton's method with differences of the map goes on from all of them side
-    by side, and `find_orbit` confirms what it finds. A saddle whose neighbourhood holds neither is missed.
+    Candidates are the cells over which both components of P^q(x) - x change sign, and the places where motions from the boundary of
+    the basins nearly repeat: on the boundary they tend to its saddles. Newton's method with differences of the map goes on from all of
+    them side by side, and `find_orbit` confirms what it finds. A saddle that is near to no candidate is missed.
 
     Arguments:
         plane: the map P of one cycle.
@@ -83,7 +83,7 @@ def saddles(
     return sorted(found, key=lambda one: (one.cycles, abs(one.multipliers[0])))
 
 
-def jacobian(plane: AbstractPlaneMap, points: Plane) -> np.ndarray:
+def jacobian(plane: AbstractPlaneMap, points: Curve) -> np.ndarray:
     """Derivative of the map at points, by central differences, `(points, 2, 2)`.
 
     Example:
@@ -99,7 +99,7 @@ def jacobian(plane: AbstractPlaneMap, points: Plane) -> np.ndarray:
     return np.swapaxes(image[:, :, 0] - image[:, :, 1], 1, 2) / (2.0 * _NUDGE)
 
 
-def _followed(plane: AbstractPlaneMap, points: Plane, cycles: int) -> np.ndarray:
+def _followed(plane: AbstractPlaneMap, points: Curve, cycles: int) -> np.ndarray:
     """Section points of motions, `(cycles + 1, motions, 2)`."""
     found = [points]
     for _ in range(cycles if len(points) else 0):
@@ -107,7 +107,7 @@ def _followed(plane: AbstractPlaneMap, points: Plane, cycles: int) -> np.ndarray
     return np.stack(found)
 
 
-def _passes(motions: np.ndarray, cycles: int) -> Plane:
+def _passes(motions: np.ndarray, cycles: int) -> Curve:
     """Where each motion comes nearest to itself so many cycles later, before it is on its attractor."""
     if len(motions) <= cycles:
         return np.zeros((0, 2))
@@ -119,14 +119,14 @@ def _passes(motions: np.ndarray, cycles: int) -> Plane:
     return places[np.isfinite(np.take_along_axis(least, order, axis=0))]
 
 
-def _changing(cells: np.ndarray, moved: np.ndarray) -> Plane:
+def _changing(cells: np.ndarray, moved: np.ndarray) -> Curve:
     """Centres between four cells over which both components of a displacement change sign."""
     corners = np.stack([moved[:-1, :-1], moved[:-1, 1:], moved[1:, :-1], moved[1:, 1:]])
     changes = np.all((corners.min(axis=0) <= 0) & (corners.max(axis=0) >= 0), axis=-1)
     return cells[:-1, :-1][changes] + 0.5
 
 
-def _fixed(plane: AbstractPlaneMap, points: Plane, shape: tuple[int, int]) -> Plane:
+def _fixed(plane: AbstractPlaneMap, points: Curve, shape: tuple[int, int]) -> Curve:
     """Fixed points that Newton's method reaches, each once."""
     side = np.array(shape, dtype=float)
     points = _distinct(points, 1.0)
@@ -134,8 +134,9 @@ def _fixed(plane: AbstractPlaneMap, points: Plane, shape: tuple[int, int]) -> Pl
         points = points[np.all((points > -side / 2.0) & (points < 1.5 * side), axis=1)]
         off = plane.image(points) - points
         matrix = jacobian(plane, points) - np.eye(2)
-        good = np.isfinite(off).all(axis=1) & np.isfinite(matrix).all(axis=(1, 2))
-        good[good] = np.abs(np.linalg.det(matrix[good])) > np.finfo(float).eps
+        known = np.isfinite(off).all(axis=1) & np.isfinite(matrix).all(axis=(1, 2))
+        points, off, matrix = points[known], off[known], matrix[known]
+        good = np.abs(np.linalg.det(matrix)) > np.finfo(float).eps
         points, off, matrix = points[good], off[good], matrix[good]
         step = -np.linalg.solve(matrix, off[..., None])[..., 0]
         size = np.linalg.norm(step, axis=1, keepdims=True)
@@ -144,7 +145,7 @@ def _fixed(plane: AbstractPlaneMap, points: Plane, shape: tuple[int, int]) -> Pl
     return points[np.linalg.norm(plane.image(points) - points, axis=1) < _CLOSED]
 
 
-def _distinct(points: Plane, spacing: float) -> Plane:
+def _distinct(points: Curve, spacing: float) -> Curve:
     """One of the points in each square of a grid."""
     return points[np.unique(np.round(points / spacing), axis=0, return_index=True)[1]]
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrojax.manifolds.base import AbstractPlaneMap, Place, Plane
+from vibrojax.manifolds.base import AbstractPlaneMap, Curve, Place
 from vibrojax.manifolds.traced import Traced
 
 _RADII = (1.0, 0.5, 0.25, 0.125)
@@ -64,7 +64,7 @@ class _Found(NamedTuple):
 
 def stable_branch(
     plane: AbstractPlaneMap, saddle: Place, direction: Place, *, low: Place, high: Place, longest: float, steps: Steps | None = None
-) -> tuple[Plane, bool]:
+) -> tuple[Curve, bool]:
     """One branch of the stable manifold: points that the map takes to others nearer to the saddle along the same curve.
 
     The next point lies on a circle around the last one, where the image of the circle crosses the curve found so far.

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Int
 
-from vibrojax.manifolds.base import AbstractPlaneMap, Place, Plane
+from vibrojax.manifolds.base import AbstractPlaneMap, Curve, Place
 
 _AHEAD = 400
 """Pieces of the curve that are searched for a crossing."""
@@ -57,7 +57,7 @@ class Traced:
             self.breaks.pop()
         self._count -= 2 if passed else 1
 
-    def path(self) -> Plane:
+    def path(self) -> Curve:
         """The points in the plane of the map, with a row of NaN at each passage of the edge."""
         folded = self.plane.fold(np.array(self.points))
         return np.insert(folded, [number + 1 for number in self.breaks], np.nan, axis=0)

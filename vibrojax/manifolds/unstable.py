@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrojax.manifolds.base import AbstractPlaneMap, Place, Plane
+from vibrojax.manifolds.base import AbstractPlaneMap, Curve, Place
 from vibrojax.manifolds.stable import Steps
 
 _PIECES = 8
@@ -23,7 +23,7 @@ def unstable_branch(
     high: Place,
     longest: float,
     steps: Steps | None = None,
-) -> Plane:
+) -> Curve:
     """One branch of the unstable manifold: the points that leave the saddle.
 
     The line along the eigenvector from a point near the saddle to its image is mapped on; where neighbouring images are too far apart, or
@@ -40,7 +40,8 @@ def unstable_branch(
         steps: spacing.
 
     Returns:
-        The curve from the saddle on, with a row of NaN where it is broken; it ends at the region's border, at `longest`, or on an attractor.
+        The curve from the saddle on, with a row of NaN where it is broken; it ends at the region's border, at `longest`, or on an
+        attractor.
 
     Source: D. Hobson, An efficient method for computing invariant manifolds of planar maps, Journal of Computational Physics 104 (1993)
     14-22; spacing as in B. Krauskopf, H. M. Osinga, Growing 1D and quasi-2D unstable manifolds of maps, Journal of Computational Physics
@@ -67,7 +68,7 @@ def unstable_branch(
     return np.concatenate(curve)
 
 
-def _thinned(piece: Plane, steps: Steps) -> Plane:
+def _thinned(piece: Curve, steps: Steps) -> Curve:
     """Without every other point whose neighbours are so near that the curve is as well known without it."""
     near = np.linalg.norm(piece[2:] - piece[:-2], axis=1) < steps.bend
     between = np.linalg.norm(piece[1:-1] - piece[:-2], axis=1) + np.linalg.norm(piece[2:] - piece[1:-1], axis=1) < steps.bend
@@ -80,7 +81,7 @@ def _torn(steps: Steps) -> float:
     return 2.0 * steps.largest
 
 
-def _image(plane: AbstractPlaneMap, piece: Plane, steps: Steps, room: float) -> tuple[Plane, Plane]:
+def _image(plane: AbstractPlaneMap, piece: Curve, steps: Steps, room: float) -> tuple[Curve, Curve]:
     """A piece with points put in between, and its image; no longer than there is room for."""
     image = plane.image(piece)
     while True:
