@@ -22,6 +22,8 @@ _GROWS = 4.0
 """The longest step that is tried next, over one that turned little."""
 _BACK = 0.25
 """Of a step from whose end the curve does not go on: the step that is taken in its place."""
+_NOISE = 1e-2
+"""Error of a length along the curve, over the shortest step: at a corner a crossing no farther on is the way back."""
 _DETOUR = 1.25
 """Length of the curve between two images over their distance: more, and the image has skipped a bend."""
 
@@ -118,7 +120,7 @@ def _next(plane: AbstractPlaneMap, curve: Traced, last: _Found, step: float, ste
         radii = np.unique(np.clip(step * np.array(_RADII), steps.smallest, steps.largest))[::-1]
         angles = np.broadcast_to(np.linspace(-_SPREAD, _SPREAD, _ANGLES), (len(radii), _ANGLES))
         arcs = _images(plane, last, radii, angles)
-        coarse = [_nearest(curve, arc, last.length - steps.smallest, last.length) for arc in arcs]
+        coarse = [_nearest(curve, arc, last.length - _NOISE * steps.smallest, last.length) for arc in arcs]
         for radius, arc, here, inner in zip(radii, arcs, coarse, [*coarse[1:], None], strict=True):
             on_the_way = inner is not None or radius <= steps.smallest
             found = _refined(plane, curve, last, float(radius), angles[0], arc, here[0], steps) if here and on_the_way else None
@@ -130,11 +132,24 @@ def _next(plane: AbstractPlaneMap, curve: Traced, last: _Found, step: float, ste
 
 
 def _corner(plane: AbstractPlaneMap, curve: Traced, last: _Found, steps: Steps) -> _Found | None:
-    """The next point at the shortest step, whatever the curve turns by."""
-    angles = np.linspace(-np.pi, np.pi, _ANGLES * len(_RADII))
-    arc = _images(plane, last, np.array([steps.smallest]), angles[None])[0]
-    here = _nearest(curve, arc, last.length, last.length)
-    return None if here is None else _refined(plane, curve, last, steps.smallest, angles, arc, here[0], steps)
+    """The next point whatever the curve turns by, on the smallest circle where the image goes on.
+
+    Behind a grazing of a rigid stop the image goes on with the square of the distance alone.
+    """
+    angles, radius = np.linspace(-np.pi, np.pi, _ANGLES * len(_RADII)), steps.smallest
+    while radius <= steps.largest:
+        arc = _images(plane, last, np.array([radius]), angles[None])[0]
+        _, positions, _ = curve.crossings(arc[None], last.length - radius)
+        each = [_refined(plane, curve, last, radius, angles, arc, float(position), steps) for position in positions]
+        on = [
+            found
+            for found in each
+            if found and found.length > last.length + _NOISE * steps.smallest and _follows(curve, last, found, steps)
+        ]
+        if on:
+            return min(on, key=lambda found: found.length)
+        radius *= _GROWS
+    return None
 
 
 def _turn(last: _Found, found: _Found) -> float:
@@ -166,7 +181,7 @@ def _refined(
         number = min(int(position), len(angles) - 2)
         angles = np.linspace(angles[number], angles[number + 1], _ANGLES * len(_RADII))
         arc = _images(plane, last, np.array([radius]), angles[None])[0]
-        here = _nearest(curve, arc, last.length - steps.smallest, last.length)
+        here = _nearest(curve, arc, last.length - _NOISE * steps.smallest, last.length)
         if here is None:
             return None
         position, length = here
