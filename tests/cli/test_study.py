@@ -162,6 +162,10 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=3"), "gap has 1 values: expected at least 3 that increase"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1:2"), "--along is '1:2': expected A:B:N"),
         (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin=1:2:5"), "unknown setting 'spin'"),
+        (
+            ("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1e-3:2e-3:5", "--manifolds", "1"),
+            "--manifolds is given with --along: expected one picture of one model; leave one of them out",
+        ),
     ],
 )
 def test_basins_ask_for_the_operating_point_but_for_what_they_follow(monkeypatch, capsys, tmp_path, given, message):
@@ -182,6 +186,11 @@ def test_basins_say_what_they_found(monkeypatch, capsys, tmp_path):
     said = capsys.readouterr().out
     assert "2 attractors: " in said and "no impact takes" in said and "z = 1/1 takes" in said
     assert {path.suffix for path in (tmp_path / "o").iterdir()} == {".json", ".nc", ".png", ".pdf", ".svg", ".md"}
+    with_curves = ("basins", "--frequency", "7", "--gap", "4e-3", "--manifolds", "1")
+    assert call(monkeypatch, *with_curves, *rest, "--out", str(tmp_path / "m")) == 0
+    heard = capsys.readouterr()
+    assert "1 saddle of 1 cycle: z = 1/1 at" in heard.out and "manifolds of saddle 1 of 1: branch 2 of 2" in heard.err
+    assert (tmp_path / "m" / "manifolds.csv").read_text().startswith("curve,saddle,manifold,u_m,v_m_per_s\n1,1,stable,")
     follow = ("basins", "--frequency", "7", "--along", "gap=3.8e-3:4.2e-3:3")
     assert call(monkeypatch, *follow, *rest, "--out", str(tmp_path / "a"), "--quiet") == 0
     assert {path.name for path in (tmp_path / "a").iterdir()} >= {"basins_along.json", "basins_along.nc", "basins_along.png"}

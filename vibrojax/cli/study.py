@@ -167,9 +167,10 @@ def _run(
             rig = _rig(shared)
             jobs = _jobs(name, shared, rig, axes, settings)
             if manifolds is not None:
-                from vibrojax.studies.basin_manifolds import check_manifolds
+                from vibrojax.studies.basin_manifolds import checked_rig
 
-                check_manifolds(rig.model, manifolds)
+                for _, job in jobs:
+                    checked_rig(job.model, manifolds, job.axes["u0"], job.axes["v0"], job.settings)
         written = [_written(name, tail, job, shared, folder, begin, borders, manifolds) for tail, job in jobs]
     for tail, data, sentence, files in written:
         took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""

@@ -141,11 +141,8 @@ def _corner(plane: AbstractPlaneMap, curve: Traced, last: _Found, steps: Steps) 
         arc = _images(plane, last, np.array([radius]), angles[None])[0]
         _, positions, _ = curve.crossings(arc[None], last.length - radius)
         each = [_refined(plane, curve, last, radius, angles, arc, float(position), steps) for position in positions]
-        on = [
-            found
-            for found in each
-            if found and found.length > last.length + _NOISE * steps.smallest and _follows(curve, last, found, steps)
-        ]
+        ahead = [found for found in each if found and found.length > last.length + _NOISE * steps.smallest]
+        on = [found for found in ahead if _follows(curve, last, found, steps)]
         if on:
             return min(on, key=lambda found: found.length)
         radius *= _GROWS

@@ -1,7 +1,7 @@
 """Saddles of a picture of basins: their stable manifolds bound the basins, their unstable ones lead to the attractors."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,11 +37,19 @@ class Branch(NamedTuple):
     """Whether no next point was found before the region or the length ended it."""
 
 
-def check_manifolds(model: Model, longest: int) -> None:
-    """Refuse, before the basins are computed, what has no manifolds in the plane.
+def checked_rig(model: Model, longest: int, u0: np.ndarray, v0: np.ndarray, setting: Mapping[str, Any]) -> ForcedRig:
+    """The rig whose saddles of up to so many cycles are sought; known before the basins are computed.
+
+    Arguments:
+        model: that of the study.
+        longest: cycles.
+        u0: initial displacements, m.
+        v0: initial velocities, m/s.
+        setting: `gap`, `base_amplitude` and `frequency_hz`.
 
     Raises:
-        InputError: an effect with a state of its own, or a period below one cycle.
+        InputError: a period below one cycle, an effect with a state of its own, a rig without periodic orbits (`check_settings`), or
+            initial states that are no grid.
     """
     if longest < 1:
         raise InputError(f"saddles of up to {longest} cycles are asked for: expected at least 1; correct it")
@@ -51,6 +59,11 @@ def check_manifolds(model: Model, longest: int) -> None:
             f"manifolds are asked for, and {', '.join(names)} has a state of its own: expected a model whose state is u and u', since "
             "curves bound basins in a plane alone; leave the manifolds or the effect out"
         )
+    if min(u0.size, v0.size) < 2 or np.any(np.diff(u0) <= 0) or np.any(np.diff(v0) <= 0):
+        raise InputError("manifolds are asked for on a picture that is no grid: expected at least 2 increasing values of u0 and of v0")
+    rig = ForcedRig(model, gap=setting["gap"], base_amplitude=setting["base_amplitude"], frequency_hz=setting["frequency_hz"])
+    check_settings(rig)
+    return rig
 
 
 def with_manifolds(data: xr.Dataset, model: Model, longest: int, progress: Progress = lambda stage: None) -> xr.Dataset:
@@ -68,15 +81,10 @@ def with_manifolds(data: xr.Dataset, model: Model, longest: int, progress: Progr
         share of the cells at a boundary of two basins that lies within one cell of its stable manifold. `finding` has a sentence more.
 
     Raises:
-        InputError: as `check_manifolds`, for settings without periodic orbits, and for a picture of less than two by two cells.
+        InputError: as `checked_rig`.
     """
-    check_manifolds(model, longest)
-    setting = json.loads(data.attrs["settings"])
     u0, v0 = (np.asarray(data[name].values, dtype=float) for name in ("u0", "v0"))
-    if min(u0.size, v0.size) < 2 or np.any(np.diff(u0) <= 0) or np.any(np.diff(v0) <= 0):
-        raise InputError("manifolds are asked for on a picture that is no grid: expected at least 2 increasing values of u0 and of v0")
-    rig = ForcedRig(model, **{name: setting[name] for name in ("gap", "base_amplitude", "frequency_hz")})
-    check_settings(rig)
+    rig = checked_rig(model, longest, u0, v0, json.loads(data.attrs["settings"]))
     cell = np.array([np.diff(u0).mean(), np.diff(v0).mean()])
     plane, shape = StrobeMap(rig, 1, np.array([u0[0], v0[0]]), cell), (u0.size, v0.size)
     border = boundary_cells(data["attractor"].transpose("v0", "u0").values)
