@@ -285,6 +285,10 @@ def test_amplitudes_may_vary_too(monkeypatch, tmp_path):
         (("peterka", "--sweep", "ratio=1:2:3", "--ratios", "1:2:3"), "both --sweep ratio=1:2:3 and --ratios 1:2:3 are given"),
         (("peterka", "--gap", "0"), "--gap is given, but peterka does not take it"),
         (("peterka", "--borders", "none.csv"), "none.csv cannot be read (no such file): expected the borders.csv"),
+        (
+            ("bifurcation", "--sweep", "3:5:3", "--gap", "0", "--branches", "none.csv"),
+            "none.csv cannot be read (no such file): expected a branch",
+        ),
         (("response", "--gap", "0"), "--sweep frequency=A:B:N is missing"),
         (("response", "--sweep", "3:5:3"), "--gap is missing"),
         (("response", "--sweep", "=3:5:3", "--gap", "0"), "--sweep is '=3:5:3': expected NAME=VALUES"),
@@ -304,6 +308,15 @@ def test_what_the_grammar_does_not_know_ends_in_one_line(monkeypatch, capsys, tm
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert status == 2 and not jobs
     assert len(said) == 1 and message in said[0]
+
+
+def test_branches_are_drawn_over_one_diagram_of_one_model(monkeypatch, capsys, tmp_path):
+    write_model(model(), tmp_path / "model.json")
+    (tmp_path / "branch.csv").write_text("frequency,u_m,stable\n3,0,1\n")
+    rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--branches", str(tmp_path / "branch.csv"))
+    status, jobs, _ = asked(monkeypatch, tmp_path, "bifurcation", "--sweep", "3:5:3", "--gap", "0,1e-3", *rest)
+    assert status == 2 and not jobs
+    assert "--branches is given with 2 diagrams: expected one, that of the branches" in capsys.readouterr().err
 
 
 def test_an_unknown_style_or_preset_is_refused(monkeypatch, capsys, tmp_path):
