@@ -48,8 +48,9 @@ class Saddle(NamedTuple):
 def saddles(
     plane: StrobeMap, longest: int, shape: tuple[int, int], boundary: Curve, progress: Callable[[str], None] = lambda stage: None
 ) -> list[Saddle]:
-    """Saddle orbits of up to so many cycles whose section points lie in a picture, or no farther from it than half its side.
+    """Saddle orbits of up to so many cycles in and near a picture.
 
+    Their section points lie no farther from the picture than its side, or where motions from the boundary of the basins pass.
     Candidates are the cells over which both components of P^q(x) - x change sign, and the places where motions from the boundary of
     the basins nearly repeat: on the boundary they tend to its saddles. Newton's method with differences of the map goes on from all of
     them side by side, and `find_orbit` confirms what it finds. A saddle that is near to no candidate is missed.
@@ -67,12 +68,15 @@ def saddles(
     motions = _followed(plane, boundary, _FOLLOWED + longest)
     cells = np.stack(np.meshgrid(*(np.arange(float(side)) for side in shape)), axis=-1)
     reached, found = cells.reshape(-1, 2), list[Saddle]()
+    side = np.array(shape, dtype=float)
+    around = np.concatenate([np.stack([-side, 2.0 * side]), motions[np.isfinite(motions).all(axis=-1)]])
+    room = around.min(axis=0), around.max(axis=0)
     for cycles in range(1, longest + 1):
         progress(f"looking for saddles of {cycles} cycles" if cycles > 1 else "looking for saddles of 1 cycle")
         reached = plane.image(reached)
         candidates = np.concatenate([_changing(cells, reached.reshape(cells.shape) - cells), _passes(motions, cycles)])
         power = StrobeMap(plane.rig, cycles, plane.origin, plane.cell)
-        points = _fixed(power, candidates, shape)
+        points = _fixed(power, candidates, room)
         points = points[_is_saddle(jacobian(power, points))]
         for point in points:
             known = np.concatenate([np.zeros((0, 2)), *(one.points for one in found)])
@@ -126,12 +130,11 @@ def _changing(cells: np.ndarray, moved: np.ndarray) -> Curve:
     return cells[:-1, :-1][changes] + 0.5
 
 
-def _fixed(plane: AbstractPlaneMap, points: Curve, shape: tuple[int, int]) -> Curve:
-    """Fixed points that Newton's method reaches, each once."""
-    side = np.array(shape, dtype=float)
+def _fixed(plane: AbstractPlaneMap, points: Curve, room: tuple[Place, Place]) -> Curve:
+    """Fixed points that Newton's method reaches within a rectangle, each once."""
     points = _distinct(points, 1.0)
     for _ in range(_ITERATIONS):
-        points = points[np.all((points > -side / 2.0) & (points < 1.5 * side), axis=1)]
+        points = points[np.all((points >= room[0]) & (points <= room[1]), axis=1)]
         off = plane.image(points) - points
         matrix = jacobian(plane, points) - np.eye(2)
         known = np.isfinite(off).all(axis=1) & np.isfinite(matrix).all(axis=(1, 2))

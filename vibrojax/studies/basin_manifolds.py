@@ -176,10 +176,12 @@ def _named(row: dict[str, Any]) -> str:
 def _branches(plane: StrobeMap, found: list[Saddle], shape: tuple[int, int], border: int, progress: Progress) -> list[Branch]:
     """Both sides of both manifolds of every section point.
 
-    All stable ones together may be twice as long as the boundary, and each of them as long as a way round the picture besides.
+    Curves end one side of the picture beyond the picture and the saddles. All stable ones together may be twice as long as the boundary,
+    and each of them as long as a way round the picture besides.
     """
     side = np.array(shape, dtype=float)
-    room: dict[str, Any] = {"low": -side, "high": 2.0 * side}
+    centres = np.concatenate([np.zeros((1, 2)), *(one.points for one in found)])
+    room: dict[str, Any] = {"low": centres.min(axis=0) - side, "high": np.maximum(centres.max(axis=0), side) + side}
     sides = 2 * sum(one.cycles for one in found)
     longest, result = 2.0 * border / max(sides, 1) + 2.0 * float(side.sum()), list[Branch]()
     for number, one in enumerate(found, 1):
