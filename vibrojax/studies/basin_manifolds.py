@@ -160,8 +160,9 @@ def finding(summary: dict[str, Any]) -> str:
         return f"{lead}; the picture has no boundary"
     lost = sum(row["branches_lost"] for row in rows)
     short = f"; {lost} of their branches could not be followed to their end" if lost else ""
+    passes = "its stable manifold passes" if len(rows) == 1 else "their stable manifolds pass"
     return (
-        f"{lead}; {'its stable manifold passes' if len(rows) == 1 else 'their stable manifolds pass'} within one cell of {100 * summary['share_of_boundary']:.1f} % of the "
+        f"{lead}; {passes} within one cell of {100 * summary['share_of_boundary']:.1f} % of the "
         f"{summary['boundary_cells']} cells at a boundary of two basins (of all cells {100 * summary['share_of_picture']:.1f} %){short}"
     )
 
