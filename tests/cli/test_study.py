@@ -162,6 +162,10 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=3"), "gap has 1 values: expected at least 3 that increase"),
         (("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1:2"), "--along is '1:2': expected A:B:N"),
         (("--base-amplitude", "1e-3", "--gap", "1e-3", "--frequency", "7", "--along", "spin=1:2:5"), "unknown setting 'spin'"),
+        (
+            ("--base-amplitude", "1e-3", "--frequency", "7", "--along", "gap=1e-3:2e-3:5", "--manifolds", "1"),
+            "--manifolds is given with --along: expected one picture of one model; leave one of them out",
+        ),
     ],
 )
 def test_basins_ask_for_the_operating_point_but_for_what_they_follow(monkeypatch, capsys, tmp_path, given, message):
@@ -182,6 +186,11 @@ def test_basins_say_what_they_found(monkeypatch, capsys, tmp_path):
     said = capsys.readouterr().out
     assert "2 attractors: " in said and "no impact takes" in said and "z = 1/1 takes" in said
     assert {path.suffix for path in (tmp_path / "o").iterdir()} == {".json", ".nc", ".png", ".pdf", ".svg", ".md"}
+    with_curves = ("basins", "--frequency", "7", "--gap", "4e-3", "--manifolds", "1")
+    assert call(monkeypatch, *with_curves, *rest, "--out", str(tmp_path / "m")) == 0
+    heard = capsys.readouterr()
+    assert "1 saddle of 1 cycle: z = 1/1 at" in heard.out and "manifolds of saddle 1 of 1: branch 2 of 2" in heard.err
+    assert (tmp_path / "m" / "manifolds.csv").read_text().startswith("curve,saddle,manifold,u_m,v_m_per_s\n1,1,stable,")
     follow = ("basins", "--frequency", "7", "--along", "gap=3.8e-3:4.2e-3:3")
     assert call(monkeypatch, *follow, *rest, "--out", str(tmp_path / "a"), "--quiet") == 0
     assert {path.name for path in (tmp_path / "a").iterdir()} >= {"basins_along.json", "basins_along.nc", "basins_along.png"}
@@ -276,6 +285,10 @@ def test_amplitudes_may_vary_too(monkeypatch, tmp_path):
         (("peterka", "--sweep", "ratio=1:2:3", "--ratios", "1:2:3"), "both --sweep ratio=1:2:3 and --ratios 1:2:3 are given"),
         (("peterka", "--gap", "0"), "--gap is given, but peterka does not take it"),
         (("peterka", "--borders", "none.csv"), "none.csv cannot be read (no such file): expected the borders.csv"),
+        (
+            ("bifurcation", "--sweep", "3:5:3", "--gap", "0", "--branches", "none.csv"),
+            "none.csv cannot be read (no such file): expected a branch",
+        ),
         (("response", "--gap", "0"), "--sweep frequency=A:B:N is missing"),
         (("response", "--sweep", "3:5:3"), "--gap is missing"),
         (("response", "--sweep", "=3:5:3", "--gap", "0"), "--sweep is '=3:5:3': expected NAME=VALUES"),
@@ -295,6 +308,15 @@ def test_what_the_grammar_does_not_know_ends_in_one_line(monkeypatch, capsys, tm
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert status == 2 and not jobs
     assert len(said) == 1 and message in said[0]
+
+
+def test_branches_are_drawn_over_one_diagram_of_one_model(monkeypatch, capsys, tmp_path):
+    write_model(model(), tmp_path / "model.json")
+    (tmp_path / "branch.csv").write_text("frequency,u_m,stable\n3,0,1\n")
+    rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--branches", str(tmp_path / "branch.csv"))
+    status, jobs, _ = asked(monkeypatch, tmp_path, "bifurcation", "--sweep", "3:5:3", "--gap", "0,1e-3", *rest)
+    assert status == 2 and not jobs
+    assert "--branches is given with 2 diagrams: expected one, that of the branches" in capsys.readouterr().err
 
 
 def test_an_unknown_style_or_preset_is_refused(monkeypatch, capsys, tmp_path):

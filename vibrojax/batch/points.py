@@ -6,6 +6,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from vibrojax.batch.base import Lanes, LaneState
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact
@@ -13,6 +14,7 @@ from vibrojax.contact.no_contact import NOWHERE
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.model import MASS, Model
+from vibrojax.system import System
 
 SETTINGS = {
     "frequency_hz": ("Hz", "excitation frequency"),
@@ -96,20 +98,29 @@ def lanes_of(model: Model, points: Points) -> tuple[Lanes, LaneState]:
     gap = jnp.full(points.lanes, NOWHERE) if isinstance(model.law, NoContact) else full["gap"]
     system = model.replace(chosen).system(gap=gap, base=base, applied=Unforced())
     systems = _spread(system, points.lanes)
-    at_rest = jnp.zeros(points.lanes)
-    touching = full["u0"] > jnp.asarray(systems.gap)
-    if isinstance(model.law, AbstractInstantaneousLaw) and bool(jnp.any(touching)):
+    if isinstance(model.law, AbstractInstantaneousLaw) and bool(jnp.any(full["u0"] > jnp.asarray(systems.gap))):
         raise InputError("u0 lies behind a rigid stop: expected u0 <= gap; move the start or the stop")
-    state = LaneState(
-        u=full["u0"],
-        v=full["v0"],
+    return Lanes(systems, full["frequency_hz"]), state_at(systems, full["u0"], full["v0"])
+
+
+def state_at(systems: System, u: Float[Array, " lanes"], v: Float[Array, " lanes"]) -> LaneState:
+    """Lanes at t = 0 with the states of their effects at zero; what starts inside a stop is in contact, since long.
+
+    Arguments:
+        systems: the rigs, one a lane.
+        u: displacement, m.
+        v: velocity, m/s; where in contact its size stands for the approach speed, which a state does not hold.
+    """
+    touching, nothing = u > jnp.asarray(systems.gap), jnp.zeros_like(u)
+    return LaneState(
+        u=u,
+        v=v,
         in_contact=touching,
-        approach_speed=jnp.abs(full["v0"]),
-        since_touch=jnp.where(touching, _LONG_SINCE, at_rest),
-        cycle=jnp.zeros(points.lanes, int),
-        own=jnp.zeros((points.lanes, system.own_size)),
+        approach_speed=jnp.abs(v),
+        since_touch=jnp.where(touching, _LONG_SINCE, nothing),
+        cycle=jnp.zeros(u.shape, int),
+        own=jnp.zeros((*u.shape, systems.own_size)),
     )
-    return Lanes(systems, full["frequency_hz"]), state
 
 
 def _check(model: Model, values: Mapping[str, np.ndarray]) -> None:

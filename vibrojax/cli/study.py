@@ -11,6 +11,7 @@ from rich.console import Console
 
 from vibrojax.cli.basins_said import say_attractors
 from vibrojax.cli.cluster import check_extra, connected
+from vibrojax.cli.drawn_over import NOTHING_OVER, Over
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import AMPLITUDE, FORMS, FREQUENCY, canonical, cases, named, one_range, swept, values
 from vibrojax.cli.output import output_folder
@@ -37,9 +38,26 @@ def response(shared: Shared, cycles: Cycles = 300) -> None:
 
 
 @with_shared
-def bifurcation(shared: Shared, parameter: Parameter = None, cycles: Cycles = 118) -> None:
+def bifurcation(
+    shared: Shared,
+    branches: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="branch.csv",
+            help="Branch that vibrojax continue followed for the same model, drawn over both sweeps, side by side. Repeat it for another.",
+            show_default=False,
+        ),
+    ] = None,
+    parameter: Parameter = None,
+    cycles: Cycles = 118,
+) -> None:
     """Bifurcation diagram of displacement and force, swept up and down along frequency, gap or any parameter, with the jumps."""
-    _run("bifurcation", shared, {}, dict(transient=cycles, recorded=32), parameter)
+    if branches and shared.fit is not None:
+        raise InputError("--branches is given with --fit: expected one model, that of the branches; name its --model")
+    for path in branches or []:
+        check_file(path, "a branch.csv that vibrojax continue wrote")
+    over = Over(branches=tuple(branches or ()))
+    _run("bifurcation", shared, {}, dict(transient=cycles, recorded=32), parameter, over=over)
 
 
 @with_shared
@@ -54,7 +72,7 @@ def peterka(
     """Peterka map: impacts per cycle z = p/q over frequency ratio and clearance, chaos, and force on z = 1/1."""
     if borders is not None:
         check_file(borders, "the borders.csv that vibrojax continue --along wrote")
-    _run("peterka", shared, {}, dict(transient=cycles), borders=borders)
+    _run("peterka", shared, {}, dict(transient=cycles), over=Over(borders=borders))
 
 
 @with_shared
@@ -76,6 +94,10 @@ def basins(
         str | None,
         typer.Option(metavar="NAME=A:B:N", help="Follow the basins along a parameter: frequency, gap, amplitude, or one of the model's."),
     ] = None,
+    manifolds: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="Q", help="Draw stable and unstable manifolds of the saddles of up to Q cycles: the boundaries."),
+    ] = None,
     cycles: Cycles = 300,
     most_cycles: Annotated[
         int | None,
@@ -84,8 +106,12 @@ def basins(
 ) -> None:
     """Basins of attraction: where each initial state settles, how large and how tangled the basins are, and what each motion bears."""
     settings = {} if most_cycles is None else dict(most_cycles=most_cycles)
+    if manifolds is not None:
+        for option, value in (("--along", along), ("--fit", shared.fit)):
+            if value is not None:
+                raise InputError(f"--manifolds is given with {option}: expected one picture of one model; leave one of them out")
     if along is None:
-        _run("basins", shared, settings, dict(transient=cycles))
+        _run("basins", shared, settings, dict(transient=cycles), over=Over(manifolds=manifolds))
     else:
         if shared.fit is not None:
             raise InputError("--along is given with --fit: expected one model, since attractors are matched along it; name its --model")
@@ -138,7 +164,7 @@ def _run(
     parameter: str | None = None,
     *,
     followed: str | None = None,
-    borders: Path | None = None,
+    over: Over = NOTHING_OVER,
 ) -> None:
     axes, along = swept(name, shared.sweep or [], shared.old, parameter)
     if followed is not None:
@@ -157,7 +183,8 @@ def _run(
             settings = settings | ({} if span is None else {"span": Span(**span)}) | ({"parameter": along} if along else {})
             rig = _rig(shared)
             jobs = _jobs(name, shared, rig, axes, settings)
-        written = [_written(name, tail, job, shared, folder, begin, borders) for tail, job in jobs]
+            over.check([job for _, job in jobs])
+        written = [_written(name, tail, job, shared, folder, begin, over) for tail, job in jobs]
     for tail, data, sentence, files in written:
         took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""
         console.print(f"{data.attrs['title']}{_words(tail)}: engine {data.attrs['engine']}{took}", soft_wrap=True, markup=False)
@@ -243,17 +270,14 @@ def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Sh
         raise InputError(f"{name} is given twice, by --vary and by its own option: leave one out")
 
 
-def _written(
-    name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, borders: Path | None
-) -> tuple[str, Any, str, list[str]]:
+def _written(name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, over: Over) -> tuple[str, Any, str, list[str]]:
     """One study, made and written."""
     from vibrojax.studies.finding import finding
-    from vibrojax.studies.map_borders import with_borders
     from vibrojax.studies.write import write_study
 
     data = _made(job, shared, begin, _words(tail))
-    data = data if borders is None else with_borders(data, job.model, borders)
     with stages(quiet=shared.quiet, since=begin) as say:
+        data = over.drawn(data, job.model, say)
         say(f"drawing{_words(tail)}")
         files = write_study(name, data, folder, look=FIGURE_STYLES[shared.style], stem=name + tail)
     return tail, data, finding(name, data), [path.name for path in files]

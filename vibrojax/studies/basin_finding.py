@@ -32,6 +32,7 @@ def document(data: xr.Dataset) -> str:
     numbers = {name: value if math.isfinite(value) else None for name, value in data.attrs.items() if isinstance(value, float)}
     numbers.pop("seconds", None)
     found = {"finding": data.attrs.get("finding", ""), "settings": json.loads(data.attrs["settings"])}
+    found |= {"manifolds": json.loads(data.attrs["manifolds"])} if "manifolds" in data.attrs else {}
     return json.dumps(found | numbers | {"attractors": json.loads(data.attrs["attractors"])}, indent=1, allow_nan=False) + "\n"
 
 

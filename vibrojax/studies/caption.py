@@ -24,6 +24,7 @@ _SHOWS = {
     "in chaos are points.",
     "design": "Largest impact force F_i, and F_i / (m g), against the hammer's mass over that of the model; spring, damper and stop stay.",
 }
+_MANIFOLDS = " Crosses: saddles; thick and thin lines: their stable and unstable manifolds."
 _OVER_DRAWS = " Median, middle 50 % and 95 % over the draws of a fit."
 
 
@@ -36,7 +37,7 @@ def caption(name: str, data: xr.Dataset, found: str) -> str:
         found: the sentence of `finding`.
     """
     settings = json.loads(data.attrs["settings"])
-    shown = _SHOWS[name] + (_OVER_DRAWS if "quantile" in data.dims else "")
+    shown = _SHOWS[name] + (_OVER_DRAWS if "quantile" in data.dims else "") + (_MANIFOLDS if "manifolds" in data.attrs else "")
     rows = {
         "model": rig_words(json.loads(data.attrs["model"])),
         "gap": _gap(data, settings),

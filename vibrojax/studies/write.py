@@ -7,6 +7,7 @@ import xarray as xr
 from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.figure_style import SCREEN, FigureStyle
 from vibrojax.studies.basin_finding import document
+from vibrojax.studies.basin_manifolds import write_manifolds
 from vibrojax.studies.caption import caption
 from vibrojax.studies.figures import FIGURES, UNCERTAIN
 from vibrojax.studies.finding import finding
@@ -17,7 +18,8 @@ def write_study(name: str, data: xr.Dataset, folder: Path, *, look: FigureStyle 
 
     Arguments:
         name: of the command, a key of `FIGURES`.
-        data: of the study, or of its quantiles over draws; of basins, the attractors and their measures become `STEM.json` as well.
+        data: of the study, or of its quantiles over draws; of basins, the attractors and their measures become `STEM.json` as well, and
+            manifolds `manifolds.csv`.
         folder: that receives the files; it must exist.
         look: sizes of the figure.
         stem: of the files; by default the name of the command.
@@ -37,4 +39,6 @@ def write_study(name: str, data: xr.Dataset, folder: Path, *, look: FigureStyle 
     if "attractors" in data.attrs:
         paths["json"] = folder / f"{stem}.json"
         paths["json"].write_text(document(data), encoding="utf-8")
+    if "manifolds" in data.attrs:
+        paths["csv"] = write_manifolds(data, folder, stem)
     return list(paths.values())

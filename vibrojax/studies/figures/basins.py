@@ -4,6 +4,7 @@ import json
 import math
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -14,13 +15,17 @@ from vibrojax.drawing import AMBER, BLUE, GREEN, ORANGE, PINK, SKY, new_figure
 from vibrojax.studies.figures.base import setting
 
 WHITE, BLACK, GREY = "#ffffff", "#202020", "#9a9a9a"
+_STABLE, _UNSTABLE = "#d7191c", "#6a3d9a"
 _FAILED, _OTHERS = "#ff00ff", "#c6dbef"
 _STRIKING = (BLUE, AMBER, GREEN, PINK, SKY, ORANGE)
 _QUIET = (WHITE, "#dcdcdc", "#bdbdbd")
 
 
 def draw(data: xr.Dataset) -> Figure:
-    """Each basin in the colour of its attractor, whose section points are marked; discs that lie within a basin around them."""
+    """Each basin in the colour of its attractor, whose section points are marked; discs that lie within a basin around them.
+
+    Manifolds of saddles (`basin_manifolds.with_manifolds`) are lines over it.
+    """
     rows = json.loads(data.attrs["attractors"])
     colours = colours_of([(one["impacts"], one["period"], one["name"]) for one in rows])
     figure = new_figure(4.8, layout="constrained")
@@ -31,6 +36,8 @@ def draw(data: xr.Dataset) -> Figure:
     limits = axes.get_xlim(), axes.get_ylim()
     for one, colour in zip(rows, colours, strict=True):
         _mark(axes, one, colour, 2.0 * math.pi * setting(data, "frequency_hz"))
+    if "manifold_u" in data:
+        _draw_manifolds(axes, data)
     axes.set(xlabel="initial displacement relative to the cart (mm)", ylabel="initial velocity (m/s)", xlim=limits[0], ylim=limits[1])
     axes.grid(False)
     axes.set_title(_title(data), loc="left", fontsize=8)
@@ -42,6 +49,15 @@ def draw(data: xr.Dataset) -> Figure:
         patches.append(Patch(facecolor=_FAILED, label="not integrated"))
     figure.legend(handles=patches[:_MOST], loc="outside lower center", ncols=min(3, max(len(patches[:_MOST]), 1)))
     return figure
+
+
+def _draw_manifolds(axes: Axes, data: xr.Dataset) -> None:
+    """Stable manifolds full, unstable ones thin, and the section points of the saddles."""
+    u, v, stable = 1e3 * data["manifold_u"].values, data["manifold_v"].values, data["manifold_stable"].values == 1
+    for chosen, colour, width in ((~stable, _UNSTABLE, 0.5), (stable, _STABLE, 0.9)):
+        axes.plot(np.where(chosen, u, np.nan), np.where(chosen, v, np.nan), color=colour, linewidth=width)
+    for one in json.loads(data.attrs["manifolds"])["saddles"]:
+        axes.plot(1e3 * np.array(one["section"]["u"]), one["section"]["v"], "X", mfc=_STABLE, mec="#ffffff", mew=0.6, ms=6)
 
 
 _MOST = 12

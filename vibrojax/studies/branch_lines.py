@@ -1,0 +1,65 @@
+"""Branches of periodic orbits over a bifurcation diagram: from tables that `vibrojax continue` wrote to curves on the diagram's axes."""
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrojax.continuation.rig import SETTINGS
+from vibrojax.errors import InputError
+
+
+def with_branches(data: xr.Dataset, paths: Sequence[Path]) -> xr.Dataset:
+    """The sweeps with the attribute `branches`, a list as JSON: of every branch `value`, `u` (m), `force` (N) and `stable` (1, 0).
+
+    `force` is empty for a rigid stop, whose branches have none. Of an orbit of several cycles the table holds one section point.
+
+    Arguments:
+        data: a bifurcation diagram.
+        paths: `branch.csv` of the same rig along the same parameter, and those born by period doubling.
+
+    Raises:
+        InputError: a file is no such table.
+    """
+    parameter: str = json.loads(data.attrs["settings"])["parameter"]
+    named = {field: name for name, field in SETTINGS.items()}.get(parameter, parameter)
+    return data.assign_attrs(branches=json.dumps([_branch(path, named) for path in paths]))
+
+
+def pieces(values: np.ndarray, stable: np.ndarray, chosen: int) -> np.ndarray:
+    """The values on the stable (1) or unstable (0) stretches of a branch, NaN elsewhere; an unstable one reaches the stable ones beside it.
+
+    Example:
+        >>> pieces(np.array([1.0, 2.0, 3.0, 4.0]), np.array([1, 1, 0, 1]), 0).tolist()
+        [nan, 2.0, 3.0, 4.0]
+    """
+    inside = stable == chosen
+    if chosen == 0:
+        before, after = np.append(inside[1:], False), np.insert(inside[:-1], 0, False)
+        inside = inside | before | after
+    return np.where(inside, values, np.nan)
+
+
+def _branch(path: Path, parameter: str) -> dict[str, Any]:
+    found: dict[str, list[float]] = {"value": [], "u": [], "force": [], "stable": []}
+    columns = {"value": parameter, "u": "u_m", "force": "peak_force_N", "stable": "stable"}
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = csv.DictReader(file)
+            rigid = columns["force"] not in (rows.fieldnames or ())
+            for row in rows:
+                for name, column in columns.items():
+                    if not (rigid and name == "force"):
+                        found[name].append(float(row[column]))
+        if not found["value"] or not np.isfinite([*found["value"], *found["u"], *found["force"], *found["stable"]]).all():
+            raise ValueError
+    except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError, csv.Error):
+        raise InputError(
+            f"{path} is no table of a branch along {parameter}: expected a branch.csv that vibrojax continue --sweep {parameter}=A:B "
+            f"wrote; it has {parameter}, u_m and stable"
+        ) from None
+    return found
