@@ -49,6 +49,7 @@ def main() -> None:
 
 def measure(name: str, options: argparse.Namespace, console: Console) -> dict:
     """One problem: every run, and what follows at the stated error."""
+    from benchmarks.sweep.contact_step import contact_cost
     from benchmarks.sweep.engines import check, reference, runs, seconds_at
     from benchmarks.sweep.problem import PROBLEMS
 
@@ -72,7 +73,14 @@ def measure(name: str, options: argparse.Namespace, console: Console) -> dict:
     console.print(
         f"at a median error of {STATED_ERROR:g}: " + ", ".join(f"{peer} / ours {_number(value)}" for peer, value in ratio.items())
     )
+    step = contact_cost(problem)
+    console.print(
+        f"a contact step: {step['nanoseconds']:.0f} ns, {step['operations']:.0f} operations and {step['exponentials']:.0f} exponentials, "
+        f"{1e-9 * step['operations_per_second']:.1f} thousand million operations a second; bare arithmetic reaches "
+        f"{1e-9 * step['bare_operations_per_second']:.1f}"
+    )
     return {
+        "contact_step": step,
         "problem": dataclasses.asdict(problem) | {"periodic_lanes": int(truth.periodic.sum())},
         "reference_distance_from_dop853": distance,
         "error": {engine: STATED_ERROR if value else None for engine, value in seconds.items()},
