@@ -37,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(prog="python -m benchmarks.posterior", description=(__doc__ or "").splitlines()[0].split(": ", 1)[1])
     made.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help=f"experiments, beside the simulated one, {NAME!r}")
     made.add_argument("--draws", type=int, default=400, metavar="N", help="of each of four chains")
-    made.add_argument("--curved-draws", type=int, default=2000, metavar="N", help="the same of the simulated experiment, which is small")
+    made.add_argument("--curved-draws", type=int, default=1000, metavar="N", help="the same of the simulated experiment, which is small")
     made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
     made.add_argument("--resume", action="store_true", help="keep the experiments that an earlier run has finished without failure")
     return made

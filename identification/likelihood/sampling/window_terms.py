@@ -10,7 +10,6 @@ from identification.likelihood.fitted import Fitted
 from identification.likelihood.noise import Autoregression, runs
 from identification.windows.windows import Hosted, Windows
 
-
 _NEGLIGIBLE = 1e-6
 """Share of the random force in the variance along a component of its response below which the component is left out."""
 
