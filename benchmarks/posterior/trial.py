@@ -31,7 +31,7 @@ class Job:
 def trial(job: Job) -> dict:
     """Fit an experiment with profiles and a posterior; a failure is a result too."""
     found: dict = {"name": job.name, "draws": job.draws, "revision": revision()}
-    before = time.perf_counter()
+    before, busy = time.perf_counter(), time.process_time()
     with tempfile.TemporaryDirectory() as made:
         try:
             if job.folder is None:
@@ -39,7 +39,8 @@ def trial(job: Job) -> dict:
             found |= _fitted(job.folder or Path(made), job.draws)
         except Exception as error:  # noqa: BLE001 - whatever goes wrong is shown
             found |= {"failure": f"{type(error).__name__}: {error}"}
-    return found | {"minutes": (time.perf_counter() - before) / 60.0}
+    minutes = {"minutes": time.perf_counter() - before, "processor_minutes": time.process_time() - busy}
+    return found | {name: seconds / 60.0 for name, seconds in minutes.items()}
 
 
 def _fitted(folder: Path, draws: int) -> dict:
