@@ -13,10 +13,11 @@ from rich.table import Table
 
 from benchmarks.machine import machine
 from benchmarks.posterior.curved import NAME
-from benchmarks.posterior.trial import Job, trial
+from benchmarks.posterior.trial import NORMAL, Job, trial
 from benchmarks.resumable import finished, lines_beside, run_trials
 
-NAMES = ("k_i", "n", "lambda_i", "zeta", "f_n")
+NORMAL_ENDS = f"-{NORMAL} +{NORMAL}"
+"""The interval of the standard error."""
 
 
 def main() -> None:
@@ -50,26 +51,49 @@ def jobs(folders: list[Path], draws: int, curved_draws: int) -> list[Job]:
 
 
 def show(rows: list[dict]) -> None:
-    """Print one line for each experiment: its intervals in standard errors from the estimate, and the diagnostics of the sampler."""
-    table = Table("experiment", "by", *NAMES, "minutes", "R-hat", "ESS", "diverged", "warnings")
+    """Print the intervals of every parameter side by side, and the diagnostics of every sampler."""
+    console = Console()
+    console.print(intervals(rows))
+    console.print("Ends of 95 % intervals from the estimate, in standard errors; logarithms of all parameters but n.")
+    console.print(diagnostics(rows))
+
+
+def intervals(rows: list[dict]) -> Table:
+    """One line for each parameter of each experiment."""
+    table = Table("experiment", "parameter", "value", "standard error", "Laplace", "profile", "NUTS")
+    for row in rows:
+        title = row["name"]
+        for name, one in row.get("parameters", {}).items():
+            shown = [f"{one['value']:.5g}", f"{one['stderr']:.2g}", NORMAL_ENDS, ends(one["profile"]), ends(one["nuts"])] if one else ["-"]
+            table.add_row(title, name, *shown)
+            title = ""
+        table.add_section()
+    return table
+
+
+def diagnostics(rows: list[dict]) -> Table:
+    """One line for each experiment."""
+    table = Table("experiment", "draws", "gradients a draw", "largest R-hat", "least ESS", "diverged", "minutes", "processor")
     for row in rows:
         if "failure" in row:
             table.add_row(row["name"], row["failure"])
             continue
-        figures = [f"{row['minutes']:.1f}", f"{row['rhat']:.3f}", f"{row['ess']:.0f}", str(row["divergent"]), str(len(row["warnings"]))]
-        found = [row["parameters"].get(name) for name in NAMES]
-        table.add_row(row["name"], "NUTS", *(ends(one and one["nuts"]) for one in found), *figures)
-        table.add_row("", "profile", *(ends(one and one["profile"]) for one in found), end_section=True)
-    console = Console()
-    console.print(table)
-    console.print("95 % intervals in standard errors from the estimate, logarithms of all but n; that of the standard errors: -1.96 … 1.96")
+        table.add_row(
+            row["name"],
+            f"4 × {row['draws']}",
+            f"{row['gradients']:.1f}",
+            f"{row['rhat']:.4f}",
+            f"{row['ess']:.0f}",
+            str(row["divergent"]),
+            f"{row['minutes']:.1f}",
+            f"{row['processor_minutes']:.1f}",
+        )
+    return table
 
 
-def ends(interval: list[float | None] | None) -> str:
-    """An interval in words."""
-    if interval is None:
-        return "-"
-    return " … ".join("open" if end is None else f"{end:+.2f}" for end in interval)
+def ends(interval: list[float | None]) -> str:
+    """Both ends of an interval; a profile that does not rise far enough is open."""
+    return " ".join("open" if end is None else f"{end:+.2f}" for end in interval)
 
 
 if __name__ == "__main__":
