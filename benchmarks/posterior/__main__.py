@@ -18,6 +18,7 @@ from benchmarks.resumable import finished, lines_beside, run_trials
 
 NORMAL_ENDS = f"-{NORMAL} +{NORMAL}"
 """The interval of the standard error."""
+INTERVALS = ("profile", "area", "nuts")
 
 
 def main() -> None:
@@ -55,16 +56,17 @@ def show(rows: list[dict]) -> None:
     console = Console()
     console.print(intervals(rows))
     console.print("Ends of 95 % intervals from the estimate, in standard errors; logarithms of all parameters but n.")
+    console.print("Area: the middle 95 % under the profile likelihood, in the same coordinates, in which the prior of NUTS is flat.")
     console.print(diagnostics(rows))
 
 
 def intervals(rows: list[dict]) -> Table:
     """One line for each parameter of each experiment."""
-    table = Table("experiment", "parameter", "value", "standard error", "Laplace", "profile", "NUTS")
+    table = Table("experiment", "parameter", "value", "standard error", "Laplace", "profile", "its area", "NUTS")
     for row in rows:
         title = row["name"]
         for name, one in row.get("parameters", {}).items():
-            shown = [f"{one['value']:.5g}", f"{one['stderr']:.2g}", NORMAL_ENDS, ends(one["profile"]), ends(one["nuts"])] if one else ["-"]
+            shown = [f"{one['value']:.5g}", f"{one['stderr']:.2g}", NORMAL_ENDS, *(ends(one[by]) for by in INTERVALS)] if one else ["-"]
             table.add_row(title, name, *shown)
             title = ""
         table.add_section()

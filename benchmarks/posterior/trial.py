@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from benchmarks.machine import revision
 from benchmarks.posterior.curved import write_curved
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 NORMAL = 1.96
 """Half-width of the normal 95 % interval, standard errors; its square is the rise of a profile at its ends."""
+_FARTHEST = 4.5
+"""Signed root of the rise of a profile beyond which its area does not count."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -65,7 +68,7 @@ def _fitted(folder: Path, draws: int) -> dict:
 
 
 def intervals(result: "FitResult") -> dict[str, dict | None]:
-    """Ends of the intervals by NUTS and profile likelihood, by parameter; None for a parameter without a standard error.
+    """Ends of the intervals by profile likelihood and NUTS, by parameter; None for a parameter without a standard error.
 
     They are in standard errors from the estimate, in the coordinates of the fit (logarithms, except of exponents): that of the standard
     error goes from -1.96 to 1.96.
@@ -79,7 +82,8 @@ def intervals(result: "FitResult") -> dict[str, dict | None]:
             found[name] = None
             continue
         nuts = in_standard_errors(one, result.posterior.interval(name)).tolist()
-        found[name] = {"value": one.value, "stderr": one.stderr, "nuts": nuts, "profile": profile_interval(one, curves[name])}
+        by = {"profile": profile_interval(one, curves[name]), "area": area_interval(one, curves[name]), "nuts": nuts}
+        found[name] = {"value": one.value, "stderr": one.stderr} | by
     return found
 
 
@@ -91,15 +95,28 @@ def in_standard_errors(one: "ParameterEstimate", values: tuple[float, ...]) -> n
 
 
 def profile_interval(one: "ParameterEstimate", curve: "LikelihoodProfile") -> list[float | None]:
-    """Where the profile has risen by 1.96²; None for an end beyond the profile.
+    """Where the profile has risen by 1.96²; None for an end beyond the profile."""
+    at, root = signed_root(one, curve)
+    low, high = np.interp([-NORMAL, NORMAL], root, at)
+    return [float(low) if root[0] <= -NORMAL else None, float(high) if root[-1] >= NORMAL else None]
 
-    Interpolated is the signed root of the rise, which is a straight line for a normal likelihood.
+
+def area_interval(one: "ParameterEstimate", curve: "LikelihoodProfile") -> list[float]:
+    """Interval that holds the middle 95 % of the area under the profile likelihood.
+
+    It is that of the posterior with a prior flat in the coordinates of the fit, but for the volume of the other parameters. The profile is
+    a cubic spline in the signed root of its rise, also beyond its ends.
     """
+    at, root = signed_root(one, curve)
+    fine = np.linspace(-_FARTHEST, _FARTHEST, 4001)
+    way = np.maximum.accumulate(CubicSpline(root, at)(fine))
+    share = np.cumsum(np.exp(-0.5 * fine**2) * np.gradient(way))
+    return np.interp([0.025, 0.975], share / share[-1], way).tolist()
+
+
+def signed_root(one: "ParameterEstimate", curve: "LikelihoodProfile") -> tuple[np.ndarray, np.ndarray]:
+    """Distance of the profile's points in standard errors, and the root of their rise with its sign: the same for a normal likelihood."""
     at = in_standard_errors(one, curve.values)
     root = np.sign(at) * np.sqrt(np.maximum(np.array(curve.rise), 0.0))
-    ends = []
-    for side in (-1.0, 1.0):
-        way = np.flatnonzero(side * at >= -1e-9)[:: int(side)]
-        risen = np.maximum.accumulate(side * root[way])
-        ends.append(float(np.interp(NORMAL, risen, at[way])) if risen[-1] >= NORMAL else None)
-    return ends
+    rises = np.concatenate([[True], np.diff(np.maximum.accumulate(root)) > 0])
+    return at[rises], root[rises]

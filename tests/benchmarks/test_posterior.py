@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.posterior import __main__ as command
 from benchmarks.posterior.curved import NAME, write_curved
-from benchmarks.posterior.trial import in_standard_errors, profile_interval
+from benchmarks.posterior.trial import area_interval, in_standard_errors, profile_interval
 from identification.experiment import load_experiment
 from identification.result.result import LikelihoodProfile, ParameterEstimate
 from vibrojax.contact.base import IMPACT_EXPONENT, IMPACT_STIFFNESS
@@ -38,6 +38,16 @@ def test_an_interval_ends_where_the_profile_has_risen(rise, found):
         assert end == (None if expected is None else pytest.approx(expected, abs=1e-6))
 
 
+def test_the_area_of_a_likelihood_that_is_normal_in_the_value_is_that_of_its_logarithm():
+    """A normal likelihood of k_i with a standard error of 20 %, prior flat in ln k_i: density N(k; 1, 0.2) / k."""
+    at = np.linspace(-3.0, 3.0, 13)
+    curve = LikelihoodProfile(name="k_i", values=tuple(1e6 * np.exp(0.2 * at)), rise=tuple((np.expm1(0.2 * at) / 0.2) ** 2))
+    k = np.linspace(0.02, 3.0, 20001)
+    share = np.cumsum(np.exp(-0.5 * ((k - 1.0) / 0.2) ** 2) / k)
+    expected = np.log(np.interp([0.025, 0.975], share / share[-1], k)) / 0.2
+    np.testing.assert_allclose(area_interval(estimate(IMPACT_STIFFNESS, 1e6, 2e5), curve), expected, atol=0.03)
+
+
 def test_the_simulated_experiment_is_one_drop_test(tmp_path):
     write_curved(tmp_path)
     experiment = load_experiment(tmp_path)
@@ -53,7 +63,7 @@ def test_the_command_shows_intervals_side_by_side_and_resumes(tmp_path, monkeypa
                 file.write(json.dumps({"name": one.name, "draws": one.draws} | (done if one.name == NAME else {"failure": "E: x"})) + "\n")
 
     ran = []
-    known = {"value": 1.5, "stderr": 0.1, "nuts": [-1.8, 2.1], "profile": [None, 2.0]}
+    known = {"value": 1.5, "stderr": 0.1, "nuts": [-1.8, 2.1], "profile": [None, 2.0], "area": [-1.9, 2.05]}
     figures = {"gradients": 5.0, "rhat": 1.002, "ess": 900.0, "divergent": 0, "minutes": 2.0, "processor_minutes": 1.9}
     done = {"parameters": {"n": known, "k_i": None}} | figures
     monkeypatch.setattr(command, "run_trials", fake_run)
