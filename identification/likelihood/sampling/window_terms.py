@@ -41,7 +41,7 @@ class WindowTerms(eqx.Module):
             white = white + self.whitening[:, None, lag] * shifted
         white = white.at[:, 0].add(-self.shown)
         flat = white.reshape(*white.shape[:2], -1)
-        forced = jnp.einsum("lrt,lkt->lrk", flat, self.projection.reshape(*self.projection.shape[:2], -1))
+        forced = jnp.einsum("lrt,lkt->lrk", flat, self.projection.reshape(*self.projection.shape[:2], flat.shape[-1]))
         return jnp.einsum("lit,ljt->lij", flat, flat) - jnp.einsum("lik,ljk->lij", forced, forced)
 
 
@@ -80,7 +80,7 @@ def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
     answer = np.pad(answer, [(0, 0), (0, 0), (0, samples - answer.shape[2]), (0, 0)])
     marginal = of.point.marginal
     flat = answer.reshape(*answer.shape[:2], -1)
-    projection = _principal(np.linalg.solve(marginal.factor[lanes], marginal.root.T @ flat))
+    projection = principal_components(np.linalg.solve(marginal.factor[lanes], marginal.root.T @ flat))
     inverse, coupling = (part[lanes] for part in of.posterior.reduced.eliminated)
     return WindowTerms(
         windows=group,
@@ -94,7 +94,7 @@ def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
     )
 
 
-def _principal(projection: Float[np.ndarray, "windows knots samples"]) -> Float[np.ndarray, "windows components samples"]:
+def principal_components(projection: Float[np.ndarray, "windows knots samples"]) -> Float[np.ndarray, "windows components samples"]:
     """Principal components of the response to the random force: as many as matter in any of the windows."""
     shares, axes = np.linalg.eigh(projection @ projection.transpose(0, 2, 1))
     kept = int((shares > _NEGLIGIBLE).sum(axis=1).max(initial=0))
