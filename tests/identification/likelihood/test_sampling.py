@@ -16,7 +16,7 @@ from identification.least_squares.uncertainty import uncertainty
 from identification.likelihood.sampling import nuts
 from identification.likelihood.sampling.density import density
 from identification.likelihood.sampling.nuts import Nuts, check_extra
-from identification.likelihood.sampling.window_terms import WindowTerms, principal_components
+from identification.likelihood.sampling.window_terms import principal_components
 from identification.windows.prepare import prepare
 from tests.identification.conftest import cropped
 from vibrojax.errors import InputError, NoConvergenceError
@@ -83,22 +83,12 @@ def test_components_of_the_random_force_that_do_not_matter_are_left_out():
     np.testing.assert_allclose(found.transpose(0, 2, 1) @ found, [one.T @ one for one in responses], atol=1e-7)
 
 
-def test_a_random_force_without_components_changes_no_product():
-    """Two samples of one channel: rows of residual and Jacobian, white noise."""
-    nothing = jnp.asarray(principal_components(1e-9 * np.ones((1, 3, 2))).reshape(1, -1, 2, 1))
-    unused = jnp.zeros(0)
-    terms = WindowTerms(
-        windows=unused,  # pyright: ignore[reportArgumentType]
-        counted=unused,
-        whitening=jnp.ones((1, 1, 2, 1)),
-        shown=jnp.zeros((1, 2, 1)),
-        projection=nothing,
-        samples=unused,
-        mode=unused,
-        follow=unused,
-    )
-    rows = np.array([[1.0, 2.0], [0.0, 3.0]])
-    np.testing.assert_allclose(terms.gram(jnp.asarray(rows)[None, :, :, None])[0], rows @ rows.T)
+def test_a_random_force_without_components_is_one_of_no_size(about):
+    found, _ = about
+    part = jax.tree.map(lambda leaf: leaf[0], found.groups[0])
+    rows = jax.random.normal(jax.random.key(0), (part.shown.shape[0], 3, *part.shown.shape[1:]))
+    none, small = (eqx.tree_at(lambda p: p.projection, part, one) for one in (part.projection[:, :0], jnp.zeros_like(part.projection)))
+    np.testing.assert_allclose(none.gram(rows), small.gram(rows))
 
 
 class Normal(eqx.Module):
