@@ -24,5 +24,5 @@ Profiles = Annotated[
     bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
 ]
 Draws = Annotated[
-    int | None, typer.Option(min=4, metavar="N", help="Draws of each of the posterior's four chains. Left out: 300.", show_default=False)
+    int | None, typer.Option(min=4, metavar="N", help="Draws of each of the posterior's four chains. Left out: 400.", show_default=False)
 ]

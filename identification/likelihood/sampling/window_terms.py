@@ -10,6 +10,9 @@ from identification.likelihood.fitted import Fitted
 from identification.likelihood.noise import Autoregression, runs
 from identification.windows.windows import Hosted, Windows
 
+_NEGLIGIBLE = 1e-6
+"""Share of the random force in the variance along a component of its response below which the component is left out."""
+
 
 class WindowTerms(eqx.Module):
     """Windows of one group in chunks: the first axis is the chunk, the second the window; without the first, one chunk."""
@@ -22,7 +25,7 @@ class WindowTerms(eqx.Module):
     shown: Hosted
     """What the whitened residual shows of the estimated random force; (..., time, channels)."""
     projection: Hosted
-    """Whitened response to the random force, such that gram = R R' - (R P')(R P')'; (..., knots, time, channels)."""
+    """Whitened response to the random force, such that gram = R R' - (R P')(R P')'; (..., components, time, channels)."""
     samples: Hosted
     """Number of samples that count."""
     mode: Hosted
@@ -38,7 +41,7 @@ class WindowTerms(eqx.Module):
             white = white + self.whitening[:, None, lag] * shifted
         white = white.at[:, 0].add(-self.shown)
         flat = white.reshape(*white.shape[:2], -1)
-        forced = jnp.einsum("lrt,lkt->lrk", flat, self.projection.reshape(*self.projection.shape[:2], -1))
+        forced = jnp.einsum("lrt,lkt->lrk", flat, self.projection.reshape(*self.projection.shape[:2], flat.shape[-1]))
         return jnp.einsum("lit,ljt->lij", flat, flat) - jnp.einsum("lik,ljk->lij", forced, forced)
 
 
@@ -77,18 +80,25 @@ def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
     answer = np.pad(answer, [(0, 0), (0, 0), (0, samples - answer.shape[2]), (0, 0)])
     marginal = of.point.marginal
     flat = answer.reshape(*answer.shape[:2], -1)
-    projection = np.linalg.solve(marginal.factor[lanes], marginal.root.T @ flat).reshape(answer.shape)
+    projection = principal_components(np.linalg.solve(marginal.factor[lanes], marginal.root.T @ flat))
     inverse, coupling = (part[lanes] for part in of.posterior.reduced.eliminated)
     return WindowTerms(
         windows=group,
         counted=at.finite[lanes],
         whitening=whitening,
         shown=np.einsum("lk,lktc->ltc", of.estimate.force[lanes], answer),
-        projection=projection,
+        projection=projection.reshape(len(lanes), -1, *answer.shape[2:]),
         samples=(group.weight > 0).sum(axis=(1, 2)).astype(float),
         mode=of.estimate.local(of.prepared.record)[lanes][:, : layout.size],
         follow=-inverse @ coupling,
     )
+
+
+def principal_components(projection: Float[np.ndarray, "windows knots samples"]) -> Float[np.ndarray, "windows components samples"]:
+    """Principal components of the response to the random force: as many as matter in any of the windows."""
+    shares, axes = np.linalg.eigh(projection @ projection.transpose(0, 2, 1))
+    kept = int((shares > _NEGLIGIBLE).sum(axis=1).max(initial=0))
+    return axes[:, :, len(shares[0]) - kept :].transpose(0, 2, 1) @ projection
 
 
 def _weights(noise: Autoregression, run: np.ndarray, lags: int) -> np.ndarray:

@@ -16,6 +16,7 @@ from identification.least_squares.uncertainty import uncertainty
 from identification.likelihood.sampling import nuts
 from identification.likelihood.sampling.density import density
 from identification.likelihood.sampling.nuts import Nuts, check_extra
+from identification.likelihood.sampling.window_terms import principal_components
 from identification.windows.prepare import prepare
 from tests.identification.conftest import cropped
 from vibrojax.errors import InputError, NoConvergenceError
@@ -67,6 +68,27 @@ def test_it_is_nothing_outside_the_bounds(about):
     value = eqx.filter_jit(lambda z: narrow(z))
     assert float(value(jnp.ones(5))) == -np.inf
     assert np.isfinite(float(value(jnp.zeros(5))))
+
+
+def test_components_of_the_random_force_that_do_not_matter_are_left_out():
+    """Singular values of the response in two windows: as many are kept in both as matter in either."""
+    rng = np.random.default_rng(0)
+    responses = []
+    for values in ([0.9, 0.3, 1e-4], [0.5, 1e-5, 1e-6]):
+        left, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        right, _ = np.linalg.qr(rng.normal(size=(40, 3)))
+        responses.append(left @ np.diag(values) @ right.T)
+    found = principal_components(np.stack(responses))
+    assert found.shape == (2, 2, 40)
+    np.testing.assert_allclose(found.transpose(0, 2, 1) @ found, [one.T @ one for one in responses], atol=1e-7)
+
+
+def test_a_random_force_without_components_is_one_of_no_size(about):
+    found, _ = about
+    part = jax.tree.map(lambda leaf: leaf[0], found.groups[0])
+    rows = jax.random.normal(jax.random.key(0), (part.shown.shape[0], 3, *part.shown.shape[1:]))
+    none, small = (eqx.tree_at(lambda p: p.projection, part, one) for one in (part.projection[:, :0], jnp.zeros_like(part.projection)))
+    np.testing.assert_allclose(none.gram(rows), small.gram(rows))
 
 
 class Normal(eqx.Module):
