@@ -17,6 +17,7 @@ def test_power_is_the_power():
 def test_log_is_the_logarithm_and_its_derivative_the_inverse():
     x = np.concatenate([np.logspace(-307, 308, 2001), 1.0 + np.linspace(-0.5, 0.5, 2001)])
     np.testing.assert_allclose(smooth.log(jnp.asarray(x)), np.log(x), rtol=4e-16, atol=5e-16)
+    np.testing.assert_array_equal(smooth.log(jnp.asarray([np.inf, np.nan])), [np.inf, np.nan])
     np.testing.assert_allclose(jax.grad(smooth.log)(jnp.asarray(2e-4)), 1 / 2e-4, rtol=1e-15)
     np.testing.assert_allclose(smooth.log(jnp.asarray([1e-30, 0.7, 1e30], jnp.float32)), np.log([1e-30, 0.7, 1e30]), rtol=1e-6)
 

@@ -1,4 +1,4 @@
-"""How programs are compiled: soon, where they run too little to make up for a long compilation, or for long runs, with wide vectors."""
+"""Options of the compiler: for programs that run briefly, a short compilation; for programs that run long, wide vectors."""
 
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast

@@ -43,9 +43,10 @@ def power(base: Scalars, exponent: Number) -> Scalars:
 
 @jax.custom_jvp
 def log(x: Scalars) -> Scalars:
-    """Natural logarithm of numbers above 1e-307, to 5e-16: three times cheaper on CPU than the library's in float64, which it is elsewhere.
+    """Natural logarithm of numbers above 1e-307, to 5e-16: in float64 three times cheaper on CPU than the library's, else the library's.
 
-    With x = 2^e m and m in [sqrt(1/2), sqrt(2)), log x = e log 2 + 2 artanh((m - 1) / (m + 1)).
+    With x = 2^e m and m in [sqrt(1/2), sqrt(2)), log x = e log 2 + 2 artanh((m - 1) / (m + 1)). Infinity and NaN stay what they are;
+    smaller numbers, zero and negative ones give a finite number without meaning.
     """
     if x.dtype != jnp.float64:
         return jnp.log(x)
@@ -54,7 +55,7 @@ def log(x: Scalars) -> Scalars:
     m = lax.bitcast_convert_type(bits - (e << 52), jnp.float64)
     s = (m - 1.0) / (m + 1.0)
     square = s * s
-    return 2.0 * s * _series(_ARTANH, square) + e.astype(x.dtype) * _LOG_2
+    return jnp.where(x < jnp.inf, 2.0 * s * _series(_ARTANH, square) + e.astype(x.dtype) * _LOG_2, x)
 
 
 @log.defjvp

@@ -75,8 +75,8 @@ def measure(name: str, options: argparse.Namespace, console: Console) -> dict:
     )
     step = contact_cost(problem)
     console.print(
-        f"a contact step: {step['nanoseconds']:.0f} ns, {step['operations']:.0f} operations and {step['exponentials']:.0f} exponentials, "
-        f"{1e-9 * step['operations_per_second']:.1f} thousand million operations a second; bare arithmetic reaches "
+        f"a contact step: {step['nanoseconds']:.0f} ns, {step['operations']:.0f} operations, {step['exponentials_and_roots']:.0f} "
+        f"exponentials and roots, {1e-9 * step['operations_per_second']:.1f} thousand million operations a second; bare arithmetic reaches "
         f"{1e-9 * step['bare_operations_per_second']:.1f}"
     )
     return {

@@ -144,7 +144,7 @@ def _inside(layout: Layout, shared: np.ndarray) -> np.ndarray:
 def lengthened(of: Fitted) -> Fitted | None:
     """The model on windows of ordinary length, started from short ones; None if already ordinary, or if the fit is not near the motion."""
     experiment, model = of.prepared.experiment, of.model
-    nominal = prepare(experiment, law=model.law.name)
+    nominal = prepare(experiment, law=model.law.name, most_samples=of.prepared.most_samples)
     if len(nominal.record) >= len(of.prepared.record) or not is_near(of):
         return None
     own = len(of.prepared.layout.free_own)

@@ -40,7 +40,7 @@ from identification.result.result import (
 from identification.result.unrest import Unrest, unrest
 from identification.windows.declared_model import varying
 from identification.windows.layout import Active, Estimate
-from identification.windows.prepare import Prepared, prepare
+from identification.windows.prepare import MOST_SAMPLES, Prepared, prepare
 from vibrojax.errors import InputError
 
 Progress = Callable[[str], None]
@@ -86,7 +86,7 @@ def fit_experiment(
         raise InputError("the smoothed integrator integrates no effects: expected none beside it; fit them with the landing integrator")
     clock = _Clock()
     progress("reading first guesses from the records")
-    prepared = prepare(experiment, law=law, smoothing=smoothing)
+    prepared = prepare(experiment, law=law, smoothing=smoothing, most_samples=MOST_SAMPLES)
     clock.lap("prepare")
     begin = nominal_fit(prepared, starts=starts, seed=seed, progress=progress)
     clock.lap("fit")
@@ -116,7 +116,7 @@ def fit_experiment(
         starts=begin.starts,
         converged=found.converged,
         iterations=0 if begin.outcome is None else begin.outcome.iterations,
-        warnings=_warnings(found, restless, estimates["discretisation"], cost, estimates["posterior"], shortened=short),
+        warnings=_warnings(experiment, found, restless, estimates["discretisation"], cost, estimates["posterior"], shortened=short),
         unrest=restless,
         noise={name: SensorNoise(scale=one.std, order=one.order) for name, one in found.variances.noise.items()},
         seed=seed,
@@ -277,10 +277,19 @@ def _nuisance_errors(prepared: Prepared, spread: Uncertainty, active: Active) ->
 
 
 def _warnings(
-    of: Fitted, restless: Unrest | None, shift: float, cost: np.ndarray, sample: PosteriorSample | None, *, shortened: bool
+    experiment: Experiment,
+    of: Fitted,
+    restless: Unrest | None,
+    shift: float,
+    cost: np.ndarray,
+    sample: PosteriorSample | None,
+    *,
+    shortened: bool,
 ) -> tuple[str, ...]:
-    """Warnings beside the result: no convergence, lost or short windows, random force, step size, gaps, chains of the posterior."""
+    """Warnings beside the result: records left out, no convergence, lost or short windows, random force, step size, gaps, chains of the posterior."""
     found = []
+    if (few := len(of.prepared.experiment.records)) < (records := len(experiment.fitting.records)):
+        found.append(f"{few} of {records} records are fitted, an even selection of each kind with the same channels")
     if not of.converged:
         found.append("the iteration stopped before it had converged")
     if lost := int(np.sum(~np.isfinite(cost))):

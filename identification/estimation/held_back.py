@@ -49,7 +49,7 @@ def held_back_fits(
         return ()
     records = tuple(dataclasses.replace(record, held_back=False) for record in experiment.held_back)
     held = dataclasses.replace(experiment, records=records, parameters={})
-    prepared = prepare(held, law=model.law.name, window=window, smoothing=smoothing, most_samples=np.inf)
+    prepared = prepare(held, law=model.law.name, window=window, smoothing=smoothing)
     prepared = _under(prepared, model, weighed=experiment.mass_is_known)
     integrator = integrator_for(prepared)
     evaluate = evaluator(prepared, integrator, side_by_side=_SIDE_BY_SIDE)

@@ -69,8 +69,15 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
         relative_velocity=values["relative_velocity"],
         in_contact=values["in_contact"] > 0,
         window=values["window"].astype(int),
-        notices=record.notices,
+        notices=(*record.notices, *_left_out(inside)),
     )
+
+
+def _left_out(inside: np.ndarray) -> tuple[str, ...]:
+    """What is to be said where not all samples were fitted."""
+    if inside.all():
+        return ()
+    return (f"{inside.sum()} of {len(inside)} samples are fitted, in windows spread evenly; a part that `crop` chooses is fitted whole.",)
 
 
 def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[Nuisance, ...]:

@@ -83,7 +83,8 @@ def robust_estimate(prepared: Prepared) -> tuple[Prepared, Estimate]:
 
     Raises `NoConvergenceError` where none of them can be integrated.
     """
-    short = prepare(prepared.experiment, law=prepared.model.law.name, window=SHORT, smoothing=prepared.smoothing)
+    known = {"law": prepared.model.law.name, "smoothing": prepared.smoothing, "most_samples": prepared.most_samples}
+    short = prepare(prepared.experiment, window=SHORT, **known)
     evaluate, active, limits = evaluator(short, integrator_for(short)), free_unknowns(short), bounds(short)
     thin = windows_of(short, np.arange(0, len(short.record), _EVERY))
     evaluate_thin = evaluator(thin, integrator_for(short))

@@ -80,7 +80,9 @@ class Autoregression:
             window, time = np.nonzero(run == order + 1)
             part = values[window, ..., time]
             for lag in range(1, order + 1):
-                part = part - self.coefficients[order, lag - 1] * values[window, ..., time - lag]
+                before = values[window, ..., np.maximum(time - lag, 0)]
+                before[time < lag] = 0.0  # of a part of a window, before which all is zero
+                part = part - self.coefficients[order, lag - 1] * before
             found[window, ..., time] = part / self.innovation[order]
         found *= wide > 0
         return found

@@ -64,7 +64,7 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
 def _verdict(result: FitResult) -> Text:
     verdict = judge(result)
     text = Text("\n".join((verdict.sentence, *verdict.remarks)), style="bold" if verdict.level != GOOD else "")
-    samples = sum(len(record.time) for record in result.records)
+    samples = sum(record.samples for record in result.records)
     text.append(
         f"\n{result.experiment.name}: {len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom", "not bold"
     )

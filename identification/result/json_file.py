@@ -146,7 +146,7 @@ def _record(record: RecordFit) -> dict[str, Any]:
         "file": record.file,
         "kind": record.kind,
         "gap": record.gap,
-        "samples": len(record.time),
+        "samples": record.samples,
         "windows": record.windows,
         "nuisances": {n.name: {"value": n.value, "stderr": n.stderr, "unit": n.unit} for n in record.nuisances},
         "nrmse": record.nrmse,

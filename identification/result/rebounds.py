@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.result.record_view import Impact, impacts, merged
-from identification.result.result import RecordFit
+from identification.result.result import NO_WINDOW, RecordFit
 from vibrojax.contact.restitution import restitution
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
@@ -172,7 +172,7 @@ def _by_itself(record: RecordFit, downhill: float) -> _Course | None:
     """Displacement relative to a fall at a constant acceleration, m/s^2: only stop and load act. None where it was not recorded."""
     channel = _shows_the_hammer(record)
     since = record.time - record.time[0]
-    fallen, piece = 0.5 * downhill * since**2, np.zeros(len(since))
+    fallen, piece = 0.5 * downhill * since**2, record.window == NO_WINDOW
     return _Course(over=record.measured[channel] - fallen, velocity=downhill * since, piece=piece) if channel else None
 
 

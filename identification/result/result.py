@@ -64,6 +64,7 @@ class Nuisance:
 
 
 NO_WINDOW = -1
+"""In place of a window's index, where a sample was not fitted."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -108,6 +109,11 @@ class RecordFit:
     def windows(self) -> int:
         """How many windows were fitted."""
         return len(np.setdiff1d(self.window, NO_WINDOW))
+
+    @property
+    def samples(self) -> int:
+        """How many samples were fitted."""
+        return int(np.sum(self.window != NO_WINDOW))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """Preparation of a fit: windows, unknowns and first guesses of an experiment, before any integration."""
 
 import dataclasses
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -22,9 +23,9 @@ from vibrojax.excitation import SampledMotion
 from vibrojax.model import MASS, Model
 
 MOST_SAMPLES = 250e3
-"""Samples that are fitted, about: more says little more, and takes time and memory in proportion."""
+"""Samples that a fit takes, about: time and memory grow in proportion, standard errors fall with the square root only."""
 _MOST_RECORDS = 100
-"""Records of which these are; each has unknowns of its own."""
+"""Records that a fit takes where there are more samples, about: each has unknowns of its own."""
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
 
@@ -48,6 +49,8 @@ class Prepared:
     carts: tuple[SampledMotion | None, ...]
     """Per record: motion of the cart where it was measured and drives the model."""
     smoothing: float | None = None
+    most_samples: float = np.inf
+    """As in `prepare`."""
     """Width of the contact switch of a fit with the smoothed law, m; None for the exact contact."""
 
     @property
@@ -72,7 +75,7 @@ def prepare(
     law: str | None = None,
     window: WindowLength | None = None,
     smoothing: float | None = None,
-    most_samples: float = MOST_SAMPLES,
+    most_samples: float = np.inf,
 ) -> Prepared:
     """Cut the records into windows and derive first guesses.
 
@@ -84,7 +87,8 @@ def prepare(
         law: contact law by name; the experiment's own, else the nominal one, if None.
         window: length of the windows.
         smoothing: width of the contact switch, m; None for the exact contact.
-        most_samples: beyond which windows are thinned out.
+        most_samples: where there are more, windows spread evenly over the records, and a part of many records, are taken. Records that
+            are cropped are taken whole.
 
     Raises:
         ExperimentError: the experiment cannot be fitted.
@@ -118,12 +122,7 @@ def prepare(
 
     guesses = first_guesses(experiment, model, motions)
     values, gap_errors = next(iter(guesses.values()))
-    window = window or WindowLength()
-    cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
-    share = most_samples / max(1, sum(length for parts in cuts for _, length in parts))
-    kept = [thinned(record, parts, share) for record, parts in zip(records, cuts, strict=True)]
-    records, cuts = [record for record, _ in kept], [parts for _, parts in kept]
-    experiment = dataclasses.replace(experiment, records=tuple(records))
+    cuts = _cuts(records, motions, window or WindowLength(), most_samples)
     longest = 1 + max(length for parts in cuts for _, length in parts)  # one more sample for readings between samples
     longest += -longest % _PADDED_TO
     lanes = [
@@ -145,18 +144,33 @@ def prepare(
         motions=tuple(motions),
         carts=tuple(measured),
         smoothing=smoothing,
+        most_samples=most_samples,
     )
 
 
 def _some(records: tuple[Record, ...], most_samples: float) -> tuple[Record, ...]:
-    """The records, or an even selection where there are many and their samples too many; the first says so."""
+    """The records, or, where they are many and their samples too many, an even selection of each kind with the same channels."""
     if len(records) <= _MOST_RECORDS or sum(len(record.time) for record in records) <= most_samples:
         return records
-    first, *others = (records[index] for index in np.linspace(0, len(records) - 1, _MOST_RECORDS).round().astype(int))
-    notice = (
-        f"{_MOST_RECORDS} of {len(records)} records, spread evenly, are fitted: this one, and every {len(records) / _MOST_RECORDS:.3g}th."
-    )
-    return dataclasses.replace(first, notices=(*first.notices, notice)), *others
+    alike: dict[tuple[Any, ...], list[int]] = {}
+    for index, record in enumerate(records):
+        alike.setdefault((record.kind, record.preparation.crop is not None, *sorted(record.channels)), []).append(index)
+    chosen = set[int]()
+    for (_, cropped, *_), group in alike.items():
+        count = len(group) if cropped else max(1, round(_MOST_RECORDS * len(group) / len(records)))
+        chosen |= {group[place] for place in np.linspace(0, len(group) - 1, count).round().astype(int)}
+    return tuple(records[index] for index in sorted(chosen))
+
+
+def _cuts(
+    records: list[Record], motions: list[Kinematics | None], window: WindowLength, most_samples: float
+) -> list[list[tuple[int, int]]]:
+    """First sample and length of the windows of each record, thinned out to so many samples beside those of cropped records."""
+    cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, motions, strict=True)]
+    lengths, whole = [len(record.time) for record in records], [record.preparation.crop is not None for record in records]
+    taken = sum(length for length, cropped in zip(lengths, whole, strict=True) if cropped)
+    share = max(most_samples - taken, 0.0) / max(sum(lengths) - taken, 1)
+    return [parts if cropped else thinned(parts, share) for parts, cropped in zip(cuts, whole, strict=True)]
 
 
 def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:

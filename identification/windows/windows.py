@@ -98,19 +98,17 @@ def cut(record: Record, motion: Kinematics | None, samples: int) -> list[tuple[i
     return [(int(a), int(b - a)) for a, b in zip(borders[:-1], borders[1:], strict=True)]
 
 
-def thinned(record: Record, parts: list[tuple[int, int]], share: float) -> tuple[Record, list[tuple[int, int]]]:
-    """Windows spread evenly over a record, about a share of them, and the record with a notice that says so.
+def thinned(parts: list[tuple[int, int]], share: float) -> list[tuple[int, int]]:
+    """Windows spread evenly over a record: about a share of them, and the first and the last at least.
 
-    All windows of a record that is cropped in `experiment.toml`: its part was chosen.
+    Example:
+        >>> thinned([(0, 5), (5, 5), (10, 5), (15, 5)], 0.5)
+        [(0, 5), (15, 5)]
     """
-    if share >= 1.0 or record.preparation.crop is not None or len(parts) == 1:
-        return record, parts
+    if share >= 1.0 or len(parts) == 1:
+        return parts
     chosen = np.unique(np.linspace(0, len(parts) - 1, max(2, round(share * len(parts)))).round().astype(int))
-    used = sum(parts[index][1] for index in chosen)
-    notice = (
-        f"{len(chosen)} of {len(parts)} windows, spread evenly, are fitted ({used} of {len(record.time)} samples); `crop` chooses instead."
-    )
-    return dataclasses.replace(record, notices=(*record.notices, notice)), [parts[index] for index in chosen]
+    return [parts[index] for index in chosen]
 
 
 def _quietest(touching: np.ndarray, border: int, reach: int) -> int:

@@ -79,6 +79,8 @@ def test_no_cycle_no_grid_and_a_drift_are_refused(picture):
         checked_rig(drifting, 1, *GRID, POINT)
     with pytest.raises(InputError, match="on a picture that is no grid"):
         with_manifolds(picture.isel(u0=[3]), RIG, 1)
+    with pytest.raises(InputError, match="on a picture that is no grid: expected at least 2 evenly increasing"):
+        with_manifolds(picture.isel(u0=[0, 1, 3]), RIG, 1)
 
 
 def test_cells_near_a_curve_are_counted_where_it_is_not_broken():

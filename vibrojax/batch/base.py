@@ -71,7 +71,8 @@ class AbstractEngine(eqx.Module):
     name: eqx.AbstractClassVar[str]
     """Name in a data set's provenance."""
     in_kernel: ClassVar[bool] = False
-    """Whether `advance` is made of operations that Pallas lowers, so that a GPU can run it as one kernel (`vibrojax.batch.kernel`)."""
+    """Whether a GPU can run `advance` as one kernel (`vibrojax.batch.kernel`): Pallas lowers its operations, the tables have the next power
+    of two of rows, and the rigs have no effects."""
 
     @abc.abstractmethod
     def unfit(self, lanes: Lanes) -> str | None:

@@ -96,7 +96,8 @@ def integrate(
         span: how long; by default 300 cycles, of which 16 are recorded, or until the orbit has closed.
         engine: the method; by default `ExactFlight` where it fits the model, else `Stepping`. The answer says which.
         start: state of every lane at t = 0, in place of u0 and v0, such as that of an earlier batch.
-        chunk: lanes that are stepped side by side; by default 64, on a GPU all of them or 131,072.
+        chunk: lanes that are stepped side by side; by default 64. On a GPU all of them or 131,072, and always a multiple of 64; lanes
+            that are missing are computed as copies.
         threads: chunks at a time; by default one a core, on a GPU one.
         progress: called with the completed share of the lanes' cycles, between 0 and 1.
 
@@ -118,8 +119,9 @@ def integrate(
     if (reason := engine.unfit(lanes)) is not None:
         raise InputError(f"the engine {engine.name} does not integrate {reason}: leave the engine out, or choose stepping")
     if chunk is None:
-        chunk = min(MOST_LANES, -(-points.lanes // BLOCK) * BLOCK) if on_gpu else _SIDE_BY_SIDE
+        chunk = min(MOST_LANES, points.lanes) if on_gpu else _SIDE_BY_SIDE
     _check(span, chunk)
+    chunk = -(-chunk // BLOCK) * BLOCK if on_gpu else chunk
     threads = threads or (1 if on_gpu else len(os.sched_getaffinity(0)))
     begin = time.perf_counter()
     batch = _Batch(engine, lanes, initial if start is None else start, points.flat()["base_amplitude"], span, chunk)
@@ -244,7 +246,7 @@ def _compiled(
         after, what = in_one_kernel(engine, form, cycles, recorded, rigs, state)
         return after, _recorded(what, recorded)
 
-    if not engine.in_kernel or jax.default_backend() != "gpu" or lanes % BLOCK:
+    if not engine.in_kernel or jax.default_backend() != "gpu":
         return by_xla
     try:
         as_kernel.lower(*(jax.ShapeDtypeStruct((count, lanes), jnp.result_type(float)) for count in rows))

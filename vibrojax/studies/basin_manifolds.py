@@ -59,8 +59,10 @@ def checked_rig(model: Model, longest: int, u0: np.ndarray, v0: np.ndarray, sett
             f"manifolds are asked for, and {', '.join(names)} has a state of its own: expected a model whose state is u and u', since "
             "curves bound basins in a plane alone; leave the manifolds or the effect out"
         )
-    if min(u0.size, v0.size) < 2 or np.any(np.diff(u0) <= 0) or np.any(np.diff(v0) <= 0):
-        raise InputError("manifolds are asked for on a picture that is no grid: expected at least 2 increasing values of u0 and of v0")
+    if not all(side.size > 1 and side[1] > side[0] and np.allclose(np.diff(side), side[1] - side[0], rtol=1e-6) for side in (u0, v0)):
+        raise InputError(
+            "manifolds are asked for on a picture that is no grid: expected at least 2 evenly increasing values of u0 and of v0"
+        )
     rig = ForcedRig(model, gap=setting["gap"], base_amplitude=setting["base_amplitude"], frequency_hz=setting["frequency_hz"])
     check_settings(rig)
     return rig

@@ -59,7 +59,7 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         predicted=any(one.held_out is not None for one in diagnosis.considered),
         more=max(len(diagnosis.considered) - len(candidates), 0),
         warnings=rows.warnings(diagnosis),
-        samples=sum(len(record.time) for record in diagnosis.nominal.records),
+        samples=sum(record.samples for record in diagnosis.nominal.records),
     )
 
 

@@ -49,6 +49,17 @@ def test_whitened_products_are_those_of_the_inverse_covariance(valid, order):
         np.testing.assert_array_equal(whitened[window][:, ~flags], 0.0)
 
 
+@pytest.mark.parametrize("begin", [5, 6, 8, 21])
+@pytest.mark.parametrize("order", [1, 3, 4])
+def test_a_part_is_whitened_like_the_whole_that_is_zero_before_it(valid, order, begin):
+    """Also where it begins just behind a break."""
+    noise, _ = some_noise(order)
+    values = np.random.default_rng(order).normal(size=(2, 3, 30))
+    values[..., :begin] = 0.0
+    whole, part = noise.whitened(values, runs(valid)), noise.whitened(values[..., begin:], runs(valid)[:, begin:])
+    np.testing.assert_allclose(part, whole[..., begin:], rtol=1e-12, atol=1e-14)
+
+
 @pytest.mark.parametrize("order", [1, 3, 4])
 def test_log_scale_is_half_the_log_determinant(valid, order):
     noise, _ = some_noise(order)

@@ -52,18 +52,17 @@ def test_single_precision_is_refused_with_what_to_do(small):
 def test_more_samples_than_are_fitted_leave_windows_spread_over_each_record(small):
     window = WindowLength(impacts=1.0, longest=100)
     whole, cropped = prepare(small, window=window), dataclasses.replace(small.records[1], preparation=Preparation(crop=(0.0, 1.0)))
-    samples = sum(int(group.lengths.sum()) for group in whole.groups)
-    thin = prepare(dataclasses.replace(small, records=(small.records[0], cropped)), window=window, most_samples=0.4 * samples)
+    most = 0.4 * len(small.records[0].time) + len(cropped.time)
+    thin = prepare(dataclasses.replace(small, records=(small.records[0], cropped)), window=window, most_samples=most)
     first, of_first = (np.sort(np.concatenate([g.first[g.record == 0] for g in one.groups])) for one in (whole, thin))
     assert len(of_first) == max(2, round(0.4 * len(first)))
     assert set(of_first) < set(first)
     assert (of_first[0], of_first[-1]) == (first[0], first[-1])
     assert (thin.record == 1).sum() == (whole.record == 1).sum(), "what was cropped is fitted whole"
-    notices = [record.notices for record in thin.experiment.records]
-    assert "spread evenly, are fitted" in notices[0][-1]
-    assert not any("spread evenly" in notice for notice in notices[1])
-
-    fitted = record_fits(thin, integrator_for(thin), thin.start, np.full(thin.start.nuisances.shape, np.nan))[0]
+    fitted = record_fits(thin, integrator_for(thin), thin.start, np.full(thin.start.nuisances.shape, np.nan))
+    assert fitted[1].notices == cropped.notices
+    fitted = fitted[0]
+    assert f"{fitted.samples} of {len(fitted.time)} samples are fitted" in fitted.notices[-1]
     assert fitted.windows == len(of_first)
     assert np.isnan(fitted.predicted["hammer_displacement"][fitted.window == NO_WINDOW]).all()
     inside = fitted.window != NO_WINDOW
@@ -71,12 +70,15 @@ def test_more_samples_than_are_fitted_leave_windows_spread_over_each_record(smal
     assert fitted.nrmse["hammer_displacement"] == pytest.approx(np.sqrt(np.mean((measured - predicted) ** 2)) / measured.std())
 
 
-def test_of_many_records_with_too_many_samples_some_are_fitted(small):
-    drop = small.records[0]
-    many = tuple(dataclasses.replace(drop, file=f"drop{number:03d}.csv") for number in range(301))
-    experiment = dataclasses.replace(small, records=many)
-    some = prepare(experiment, most_samples=120.0 * len(drop.time)).experiment.records
-    assert [record.file for record in (some[0], some[1], some[-1])] == ["drop000.csv", "drop003.csv", "drop300.csv"]
-    assert len(some) == 100
-    assert "100 of 301 records, spread evenly, are fitted" in some[0].notices[-1]
-    assert len(prepare(experiment, most_samples=301.0 * len(drop.time)).experiment.records) == 301
+def test_of_many_records_with_too_many_samples_some_of_each_kind_are_fitted(small):
+    drop, cart = small.records[0], small.records[1]
+    many = [dataclasses.replace((drop, cart)[number % 2], file=f"record{number:03d}.csv") for number in range(300)]
+    without = {name: values for name, values in drop.channels.items() if name != "impact_force"}
+    many[6] = dataclasses.replace(drop, file="odd.csv", channels=without)
+    many[9] = dataclasses.replace(cart, file="cropped.csv", preparation=Preparation(crop=(0.0, 1.0)))
+    experiment, samples = dataclasses.replace(small, records=tuple(many)), sum(len(record.time) for record in many)
+    some = prepare(experiment, most_samples=0.4 * samples).experiment.records
+    assert 100 <= len(some) <= 102
+    assert {"odd.csv", "cropped.csv"} < {record.file for record in some}
+    assert sum(record.kind == drop.kind for record in some) in (50, 51)
+    assert len(prepare(experiment, most_samples=float(samples)).experiment.records) == 300
