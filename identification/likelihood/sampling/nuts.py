@@ -18,7 +18,7 @@ from jax import lax
 from vibrojax.errors import InputError, NoConvergenceError
 
 _TARGET = 0.9
-"""Wanted rate of acceptance: at 0.8 trajectories diverge where damping ratio and contact damping are known poorly."""
+"""Wanted rate of acceptance: at 0.8 chains reach too rarely into the narrow end of a curved density."""
 _DOUBLINGS = 7
 """Most doublings of a trajectory; the density is scaled by its covariance, so that fewer are usual."""
 _BLOCK = 5
