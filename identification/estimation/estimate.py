@@ -286,7 +286,7 @@ def _warnings(
     *,
     shortened: bool,
 ) -> tuple[str, ...]:
-    """Warnings beside the result: records left out, no convergence, lost or short windows, random force, step size, gaps, chains of the posterior."""
+    """Warnings beside the result, on records, convergence, windows, random force, step size, gaps and chains of the posterior."""
     found = []
     if (few := len(of.prepared.experiment.records)) < (records := len(experiment.fitting.records)):
         found.append(f"{few} of {records} records are fitted, an even selection of each kind with the same channels")
