@@ -100,6 +100,7 @@ def plain(value: Any) -> Any:
     """A value as plain JSON data: arrays become lists, NumPy and JAX numbers Python's, numbers that are not finite None.
 
     Example:
+        >>> import numpy as np
         >>> plain({"a": np.array([1.0, np.nan]), 2: (np.True_, np.int64(3))})
         {'a': [1.0, None], '2': [True, 3]}
     """
