@@ -18,8 +18,7 @@ from rich.table import Table
 
 from benchmarks.fit.command import cold_and_warm
 from benchmarks.machine import machine
-from benchmarks.simulator import draw_rig, kernel, standard_sensors
-from benchmarks.simulator.experiment import RecordPlan, initial_state, parameter_vector
+from benchmarks.simulator import RecordPlan, draw_rig, simulate, standard_sensors
 from benchmarks.simulator.folder import settings, write_table
 from benchmarks.simulator.rig import KINDS, Rig
 
@@ -56,8 +55,8 @@ SIZES = {
 def main() -> None:
     """Command line."""
     options = parser().parse_args()
-    console, found = Console(), {}
-    table = Table("experiment", "samples", "cold, s", "warm, s", "of processor, s", "peak memory, GB", "chi-square", "aim, s")
+    console, found = Console(width=120), {}
+    table = Table("experiment", "samples recorded", "cold, s", "warm, s", "of processor, s", "peak memory, GB", "chi-square", "aim, s")
     with tempfile.TemporaryDirectory(prefix="sizes-") as name:
         for key in options.sizes:
             size = SIZES[key]
@@ -89,9 +88,7 @@ def write(folder: Path, records: tuple[Records, ...], rng: np.random.Generator) 
     rig, sensors = draw_rig(rng, _KIND), standard_sensors()
     plans, samples = [], 0
     for plan, rate_hz in _plans(rig, records, rng):
-        signals = _signals(rig, plan, 1.0 / rate_hz)
-        readings = {"time": signals["time"]} | {one.channel: one.read(signals[one.channel], rng) for one in sensors}
-        write_table(folder / plan.file, readings, sensors)
+        write_table(folder / plan.file, simulate(rig, plan, sensors, rng, dt=1.0 / rate_hz), sensors)
         plans.append(plan)
         samples += plan.samples
     (folder / "experiment.toml").write_text(settings(folder.name, rig, tuple(plans), sensors), encoding="utf-8")
@@ -119,21 +116,6 @@ def _plans(rig: Rig, records: tuple[Records, ...], rng: np.random.Generator) -> 
                 base_phase=rng.uniform(-np.pi, np.pi),
             )
             yield plan, rate_hz
-
-
-def _signals(rig: Rig, plan: RecordPlan, dt: float) -> dict[str, np.ndarray]:
-    """True motion at the record's own rate."""
-    p = parameter_vector(rig, plan)
-    time = dt * np.arange(plan.samples)
-    base = np.array([kernel.base_motion(t, p) for t in time])
-    states, slopes, forces = kernel.sampled(0.0, dt, len(time), initial_state(plan, base[0], p), p)
-    return {
-        "time": time,
-        "hammer_displacement": states[:, kernel.X],
-        "cart_displacement": base[:, 0],
-        "hammer_acceleration": slopes[:, kernel.V],
-        "impact_force": forces,
-    }
 
 
 if __name__ == "__main__":

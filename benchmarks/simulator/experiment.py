@@ -97,10 +97,16 @@ def sealed_plans(
 
 
 def simulate(
-    rig: Rig, plan: RecordPlan, sensors: tuple[Sensor, ...], rng: np.random.Generator, hidden: Hidden = NOTHING
+    rig: Rig,
+    plan: RecordPlan,
+    sensors: tuple[Sensor, ...],
+    rng: np.random.Generator,
+    hidden: Hidden = NOTHING,
+    *,
+    dt: float = SAMPLING_STEP,
 ) -> dict[str, np.ndarray]:
-    """One record: time in s and every sensor's reading in SI."""
-    signals = motion(rig, plan, hidden)
+    """One record: time in s and every sensor's reading in SI, every `dt` s."""
+    signals = motion(rig, plan, hidden, dt=dt)
     recorded = slice(plan.transient, plan.transient + plan.samples)
     readings = {"time": signals["time"][recorded]}
     for sensor in sensors:
@@ -118,15 +124,17 @@ def true_signals(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> dict[s
     return {name: signal[recorded] for name, signal in motion(rig, plan, hidden).items()}
 
 
-def motion(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING, *, refinement: int = 1) -> dict[str, np.ndarray]:
+def motion(
+    rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING, *, refinement: int = 1, dt: float = SAMPLING_STEP
+) -> dict[str, np.ndarray]:
     """The same from the start of the motion to a little after the record's end; `refinement` divides the steps.
 
-    Raises `ArithmeticError` where the hammer runs away (a softening spring lets it).
+    A random force needs the usual `dt`. Raises `ArithmeticError` where the hammer runs away (a softening spring lets it).
     """
     p = parameter_vector(rig, plan, hidden)
-    time = SAMPLING_STEP * np.arange(-plan.transient, plan.samples + _AFTER)
+    time = dt * np.arange(-plan.transient, plan.samples + _AFTER)
     base = np.array([kernel.base_motion(t, p) for t in time])
-    states, slopes, forces = kernel.sampled(time[0], SAMPLING_STEP, len(time), initial_state(plan, base[0], p), p, refinement)
+    states, slopes, forces = kernel.sampled(time[0], dt, len(time), initial_state(plan, base[0], p), p, refinement)
     if not np.all(np.abs(states[:, kernel.X]) < _ROOM):
         raise ArithmeticError(f"the hammer runs away in {plan.file}: choose a weaker effect")
     if states.shape[1] > kernel.PLAIN:  # the cart's recoil

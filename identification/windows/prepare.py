@@ -24,8 +24,6 @@ from vibrojax.model import MASS, Model
 
 MOST_SAMPLES = 250e3
 """Samples that a fit takes, about: time and memory grow in proportion, standard errors fall with the square root only."""
-_MOST_RECORDS = 100
-"""Records that a fit takes where there are more samples, about: each has unknowns of its own."""
 _PADDED_TO = 256
 """Windows are padded to a multiple of this many samples, so that experiments of one kind share a compiled program."""
 
@@ -49,9 +47,9 @@ class Prepared:
     carts: tuple[SampledMotion | None, ...]
     """Per record: motion of the cart where it was measured and drives the model."""
     smoothing: float | None = None
+    """Width of the contact switch of a fit with the smoothed law, m; None for the exact contact."""
     most_samples: float = np.inf
     """As in `prepare`."""
-    """Width of the contact switch of a fit with the smoothed law, m; None for the exact contact."""
 
     @property
     def record(self) -> np.ndarray:
@@ -98,8 +96,9 @@ def prepare(
     model = nominal_model(experiment.fitting, law)
     check_smoothing(model.law, smoothing)
     check_clearance(experiment, model.law)
-    experiment = experiment.fitting
-    experiment = dataclasses.replace(experiment, records=tuple(from_release(record) for record in _some(experiment.records, most_samples)))
+    window = window or WindowLength()
+    records = [from_release(record) for record in _some(experiment.fitting.records, most_samples, window)]
+    experiment = dataclasses.replace(experiment, records=tuple(records))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     check_wishes(experiment, parameters)
     fixed = {name: option.start for name, option in experiment.parameters.items() if option.fixed and option.start is not None}
@@ -108,7 +107,6 @@ def prepare(
     files = tuple(record.file for record in experiment.records)
     layout = layout_of(model, *parameters[len(model.parameters) :], files=files, zeros=zeros, priors=priors(experiment))
     layout = dataclasses.replace(layout, parameters=within_bounds(experiment, layout.parameters))
-    records = list(experiment.records)
     bases = [harmonic_start(record) for record in records]
     inputs = [inputs_of(record) for record in records]
     measured = [each.cart for each in inputs]
@@ -122,7 +120,7 @@ def prepare(
 
     guesses = first_guesses(experiment, model, motions)
     values, gap_errors = next(iter(guesses.values()))
-    cuts = _cuts(records, motions, window or WindowLength(), most_samples)
+    cuts = _cuts(records, motions, window, most_samples)
     longest = 1 + max(length for parts in cuts for _, length in parts)  # one more sample for readings between samples
     longest += -longest % _PADDED_TO
     lanes = [
@@ -148,16 +146,17 @@ def prepare(
     )
 
 
-def _some(records: tuple[Record, ...], most_samples: float) -> tuple[Record, ...]:
-    """The records, or, where they are many and their samples too many, an even selection of each kind with the same channels."""
-    if len(records) <= _MOST_RECORDS or sum(len(record.time) for record in records) <= most_samples:
+def _some(records: tuple[Record, ...], most_samples: float, window: WindowLength) -> tuple[Record, ...]:
+    """The records, or an even selection of each kind with the same channels, where two windows of each would be too many samples."""
+    most = most_samples / (2 * window.longest)
+    if len(records) <= most or sum(len(record.time) for record in records) <= most_samples:
         return records
     alike: dict[tuple[Any, ...], list[int]] = {}
     for index, record in enumerate(records):
         alike.setdefault((record.kind, record.preparation.crop is not None, *sorted(record.channels)), []).append(index)
     chosen = set[int]()
     for (_, cropped, *_), group in alike.items():
-        count = len(group) if cropped else max(1, round(_MOST_RECORDS * len(group) / len(records)))
+        count = len(group) if cropped else max(1, round(most * len(group) / len(records)))
         chosen |= {group[place] for place in np.linspace(0, len(group) - 1, count).round().astype(int)}
     return tuple(records[index] for index in sorted(chosen))
 

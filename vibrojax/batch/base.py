@@ -65,6 +65,10 @@ class Cycles(NamedTuple):
     """Steps that the lanes took side by side."""
 
 
+TABLES = ("u", "v", "impacts", "peak_force", "impact_speed")
+"""Those of `Cycles` with a row a recorded cycle."""
+
+
 class AbstractEngine(eqx.Module):
     """A method that advances many lanes at once."""
 

@@ -10,13 +10,12 @@ import jax
 import jax.numpy as jnp
 from jax.experimental import pallas as pl
 
-from vibrojax.batch.base import AbstractEngine, Cycles, LaneState
+from vibrojax.batch.base import TABLES, AbstractEngine, Cycles, LaneState
 
 BLOCK = 64
 """Lanes in a block: two warps. The chunk is a multiple of it."""
 MOST_LANES = 2**17
 """In one chunk on a GPU: several times what an H100 keeps in its registers at a time."""
-_RECORDED = ("u", "v", "impacts", "peak_force", "impact_speed")
 
 
 def in_one_kernel(
@@ -50,7 +49,7 @@ def in_one_kernel(
         after, what = engine.advance(lanes_here, before, cycles, recorded)
         for row, values in enumerate(after[:6]):
             after_ref[row, :] = values.astype(dtype)
-        for into, name in zip((u, v, impacts, peak_force, impact_speed), _RECORDED, strict=True):
+        for into, name in zip((u, v, impacts, peak_force, impact_speed), TABLES, strict=True):
             into[...] = getattr(what, name)
         u_max[...], result[...] = what.u_max, what.result
         steps[...] = jnp.full((BLOCK,), what.steps)

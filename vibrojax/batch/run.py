@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.base import TABLES, AbstractEngine, Cycles, Lanes, LaneState
 from vibrojax.batch.closure import continued, repeats
 from vibrojax.batch.exact_flight import ExactFlight
 from vibrojax.batch.kernel import BLOCK, MOST_LANES, in_one_kernel
@@ -35,7 +35,6 @@ _SLACK = 1e3
 below the tolerance after two cycles before it does after one."""
 _STILL = 1e-3
 """m; what a closed orbit is measured by where the cart is at rest."""
-_RECORDED = ("u", "v", "impacts", "peak_force", "impact_speed")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -147,7 +146,7 @@ class _Batch:
         self.closing = np.zeros(count, dtype=bool)
         self.done = np.zeros(count, dtype=int)
         self.u_max = np.full(count, np.nan)
-        self.kept: dict[str, np.ndarray] = {name: np.zeros((kept, count)) for name in _RECORDED}
+        self.kept: dict[str, np.ndarray] = {name: np.zeros((kept, count)) for name in TABLES}
         self.scale_u = np.where(amplitude > 0, amplitude, _STILL)
         self.scale_v = self.scale_u * 2.0 * np.pi * np.asarray(lanes.frequency_hz)
 
@@ -163,7 +162,7 @@ class _Batch:
             name: np.concatenate(
                 [np.asarray(getattr(what, name))[..., : piece.size] for piece, (_, what) in zip(pieces, found, strict=True)], axis=-1
             )
-            for name in (*_RECORDED, "u_max", "result")
+            for name in (*TABLES, "u_max", "result")
         }
         self.state[:, index] = states
         self._note(index, cycles)
@@ -256,7 +255,7 @@ def _compiled(
 
 
 def _recorded(what: Cycles, recorded: int) -> Cycles:
-    return what._replace(**{name: getattr(what, name)[:recorded] for name in _RECORDED})
+    return what._replace(**{name: getattr(what, name)[:recorded] for name in TABLES})
 
 
 def _packed_array(state: LaneState) -> jax.Array:

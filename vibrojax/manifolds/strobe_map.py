@@ -14,6 +14,7 @@ from vibrojax.continuation.rig import ForcedRig
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.manifolds.base import AbstractPlaneMap, Place, Plane
+from vibrojax.model import Model
 
 _LANES = 64
 """Stepped side by side: those of `vibrojax.batch.integrate`."""
@@ -47,12 +48,7 @@ class StrobeMap(AbstractPlaneMap):
     cell: Place
 
     def __init__(self, rig: ForcedRig, cycles: int, origin: Place, cell: Place):
-        if rig.size > 2:
-            names = [effect.name for effect in rig.model.effects if effect.own_states]
-            raise InputError(
-                f"{', '.join(names)} has a state of its own: expected a rig whose state is u and u', since curves bound basins in a plane "
-                "alone; leave the manifolds or the effect out"
-            )
+        check_plane(rig.model)
         setting = {"frequency_hz": rig.frequency_hz, "gap": rig.gap, "base_amplitude": rig.base_amplitude}
         points = Points(coords={"lane": np.arange(float(_LANES))}, values=setting | {"u0": min(0.0, float(rig.gap))})
         self.rig, self.cycles, self.origin, self.cell = rig, cycles, origin, cell
@@ -97,6 +93,16 @@ class StrobeMap(AbstractPlaneMap):
             good = good & arrived
         reached = np.where(np.asarray(good)[:, None], np.stack([np.asarray(u), np.asarray(v)], axis=-1), np.nan)
         return reached[: len(state)]
+
+
+def check_plane(model: Model) -> None:
+    """Raise `InputError` where an effect has a state of its own, so that states are no plane."""
+    names = [effect.name for effect in model.rig.effects if effect.own_states]
+    if names:
+        raise InputError(
+            f"manifolds are asked for, and {', '.join(names)} has a state of its own: expected a model whose state is u and u', since "
+            "curves bound basins in a plane alone; leave the manifolds or the effect out"
+        )
 
 
 @compiled_for_long_runs

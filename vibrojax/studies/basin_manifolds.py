@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 from vibrojax.continuation.rig import ForcedRig, check_settings
 from vibrojax.errors import InputError
 from vibrojax.manifolds import Saddle, StrobeMap, saddles, stable_branch, unstable_branch
+from vibrojax.manifolds.strobe_map import check_plane
 from vibrojax.model import Model
 
 VARIABLES = ("manifold_u", "manifold_v", "manifold_saddle", "manifold_stable")
@@ -53,12 +54,7 @@ def checked_rig(model: Model, longest: int, u0: np.ndarray, v0: np.ndarray, sett
     """
     if longest < 1:
         raise InputError(f"saddles of up to {longest} cycles are asked for: expected at least 1; correct it")
-    names = [effect.name for effect in model.rig.effects if effect.own_states]
-    if names:
-        raise InputError(
-            f"manifolds are asked for, and {', '.join(names)} has a state of its own: expected a model whose state is u and u', since "
-            "curves bound basins in a plane alone; leave the manifolds or the effect out"
-        )
+    check_plane(model)
     if not all(side.size > 1 and side[1] > side[0] and np.allclose(np.diff(side), side[1] - side[0], rtol=1e-6) for side in (u0, v0)):
         raise InputError(
             "manifolds are asked for on a picture that is no grid: expected at least 2 evenly increasing values of u0 and of v0"

@@ -18,7 +18,7 @@ from vibrojax.model import Model
 _MOST_SAMPLES = 1500
 _MOST_CONTACTS = 1_000_000
 _OWNERS = 30
-"""Contacts, or records, that get a gap of their own."""
+"""Contacts, or records, whose gaps are estimated beside the law; of more, an even selection."""
 _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
 _DEEP, _DEEP_BESIDE = 0.3, 0.6
 """Over the largest indentation: depth above which samples give the stiffness; upper limit beside an effect that changes the law."""

@@ -77,7 +77,8 @@ def test_of_many_records_with_too_many_samples_some_of_each_kind_are_fitted(smal
     many[6] = dataclasses.replace(drop, file="odd.csv", channels=without)
     many[9] = dataclasses.replace(cart, file="cropped.csv", preparation=Preparation(crop=(0.0, 1.0)))
     experiment, samples = dataclasses.replace(small, records=tuple(many)), sum(len(record.time) for record in many)
-    some = prepare(experiment, most_samples=0.4 * samples).experiment.records
+    most = 100.0 * 2 * WindowLength().longest  # two windows of each of 100
+    some = prepare(experiment, most_samples=most).experiment.records
     assert 100 <= len(some) <= 102
     assert {"odd.csv", "cropped.csv"} < {record.file for record in some}
     assert sum(record.kind == drop.kind for record in some) in (50, 51)
