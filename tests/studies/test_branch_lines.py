@@ -1,10 +1,12 @@
 """Branches over a bifurcation diagram: sweeps side by side, and only from a table of a branch along the swept parameter."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from vibrojax.cli.drawn_over import Over
 from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
 from vibrojax.model import Model
@@ -59,3 +61,6 @@ def test_any_other_table_is_refused(swept, tmp_path, text):
     (tmp_path / "other.csv").write_text(text)
     with pytest.raises(InputError, match="is no table of a branch along frequency: expected a branch.csv"):
         with_branches(swept, [tmp_path / "other.csv"])
+    job = SimpleNamespace(settings={"parameter": "frequency_hz"})
+    with pytest.raises(InputError, match="is no table of a branch along frequency"):  # before anything is computed
+        Over(branches=(tmp_path / "other.csv",)).check([job])

@@ -26,10 +26,15 @@ class Over:
         """Refuse what cannot be drawn over the studies, before they are made.
 
         Raises:
-            InputError: several diagrams for branches of one rig, or basins that have no manifolds (`basin_manifolds.checked_rig`).
+            InputError: several diagrams for branches of one rig, files that are no branches, or basins that have no manifolds
+                (`basin_manifolds.checked_rig`).
         """
         if self.branches and len(jobs) > 1:
             raise InputError(f"--branches is given with {len(jobs)} diagrams: expected one, that of the branches; give one value of each")
+        if self.branches:
+            from vibrojax.studies.branch_lines import read_branches
+
+            read_branches(self.branches, jobs[0].settings["parameter"])
         if self.manifolds is not None:
             from vibrojax.studies.basin_manifolds import checked_rig
 

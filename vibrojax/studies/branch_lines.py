@@ -25,9 +25,13 @@ def with_branches(data: xr.Dataset, paths: Sequence[Path]) -> xr.Dataset:
     Raises:
         InputError: a file is no such table.
     """
-    parameter: str = json.loads(data.attrs["settings"])["parameter"]
+    return data.assign_attrs(branches=json.dumps(read_branches(paths, json.loads(data.attrs["settings"])["parameter"])))
+
+
+def read_branches(paths: Sequence[Path], parameter: str) -> list[dict[str, Any]]:
+    """The tables along a parameter of `bifurcation`, as `with_branches` keeps them; `InputError` for any other file."""
     named = {field: name for name, field in SETTINGS.items()}.get(parameter, parameter)
-    return data.assign_attrs(branches=json.dumps([_branch(path, named) for path in paths]))
+    return [_branch(path, named) for path in paths]
 
 
 def pieces(values: np.ndarray, stable: np.ndarray, chosen: int) -> np.ndarray:
@@ -60,6 +64,6 @@ def _branch(path: Path, parameter: str) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError, csv.Error):
         raise InputError(
             f"{path} is no table of a branch along {parameter}: expected a branch.csv that vibrojax continue --sweep {parameter}=A:B "
-            f"wrote; it has {parameter}, u_m and stable"
+            f"wrote, with the columns {parameter}, u_m and stable"
         ) from None
     return found
