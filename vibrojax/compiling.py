@@ -9,11 +9,11 @@ import jax
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 
-_TRIED = jax.__version_info__[:2] in ((0, 10), (0, 11))
-"""Whether this version of JAX is known to have the options; those that do not know an option refuse it."""
-_SOON = {"xla_cpu_use_fusion_emitters": False} if _TRIED else {}
+_VERSION = jax.__version_info__[:2]
+"""Of JAX; one that does not know an option refuses it."""
+_SOON = {"xla_cpu_use_fusion_emitters": False} if _VERSION == (0, 10) else {}
 """Every fused loop costs the newer emitters of XLA a pipeline of MLIR; the older one compiles sooner, and what it makes runs slower."""
-_LONG = {"xla_cpu_prefer_vector_width": 512} if _TRIED else {}
+_LONG = {"xla_cpu_prefer_vector_width": 512} if (0, 10) <= _VERSION <= (0, 12) else {}
 """XLA takes 256 bits by default; processors that have no 512 run two halves."""
 
 
