@@ -28,7 +28,7 @@ def likelihood_around(of: Fitted) -> Callable[[Estimate], Equations]:
     def evaluate(estimate: Estimate) -> Equations:
         step = estimate.local(record) - of.estimate.local(record)
         force, _ = estimated_force(of.point.inner, of.point.marginal, step)
-        at = point(of.prepared, dataclasses.replace(estimate, force=force), of.variances)
+        at = point(of.prepared, dataclasses.replace(estimate, force=force), of.variances, like=of.point)
         return equations(at.linear, at.marginal, of.variances.weight * at.at.finite)
 
     return evaluate

@@ -12,7 +12,7 @@ from identification.likelihood import robust
 from identification.likelihood.evidence import criterion
 from identification.likelihood.joint import JointMode, Point, point
 from identification.likelihood.linearised import linearised
-from identification.likelihood.random_force import RandomForce, knots
+from identification.likelihood.random_force import ForceResponse, RandomForce, knots
 from identification.likelihood.settling import settled
 from identification.likelihood.variances import Posterior, Variances, estimated, log_determinant, measured_noise
 from identification.windows.layout import Estimate
@@ -155,7 +155,7 @@ class Fitted:
 
     def lightened(self) -> "Fitted":
         """Without the windows' responses to the random force: large arrays that only a further fit needs."""
-        return dataclasses.replace(self, point=dataclasses.replace(self.point, answer=np.zeros((0, 0, 0))))
+        return dataclasses.replace(self, point=dataclasses.replace(self.point, answer=ForceResponse.whole(np.zeros((0, 0, 0, 0)))))
 
 
 def inertia(at: Point) -> float:

@@ -11,8 +11,8 @@ from identification.least_squares.fit import bounds, free_unknowns, integrator_f
 from identification.least_squares.levenberg_marquardt import off_the_bounds
 from identification.likelihood import robust
 from identification.likelihood.linearised import Linearised, linearised
-from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, over_noise, without_force
-from identification.likelihood.random_force import force_response, hats
+from identification.likelihood.marginal import Grams, Marginal, estimated_force, grams, marginal, without_force
+from identification.likelihood.random_force import ForceResponse, force_response, hats
 from identification.likelihood.response import force_responses
 from identification.likelihood.variances import Linear, Variances, equations
 from identification.windows.layout import Active, Estimate
@@ -30,8 +30,8 @@ class Point:
     estimate: Estimate
     at: Linearised
     """With residuals under the random force."""
-    answer: np.ndarray
-    """Response to the force at its knots, whitened by the noise; (windows, knots, samples)."""
+    answer: ForceResponse
+    """Response of the residuals to the force at its knots."""
     linear: Linear
     variances: Variances
     inner: Grams
@@ -157,22 +157,22 @@ def _free(prepared: Prepared) -> Bool[np.ndarray, " windows"]:
     return np.concatenate([np.full(len(group.record), group.prescribed is None) for group in prepared.groups])
 
 
-def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> Float[np.ndarray, "windows knots samples"]:
-    """Whitened response of the residuals to 1 N at each knot; zero where the hammer follows a prescribed motion."""
+def _answer(prepared: Prepared, at: Linearised, variances: Variances) -> ForceResponse:
+    """Response to the random force; zero where the hammer follows a prescribed motion."""
     found = force_response(at, float(prepared.model.mass), variances.places, variances.noise)
-    found[~_free(prepared)] = 0.0
-    return found
+    free = _free(prepared)
+    return dataclasses.replace(found, near=found.near * free[:, None, None, None], state=found.state * free[:, None, None])
 
 
 def _weighed(
-    prepared: Prepared, estimate: Estimate, at: Linearised, answer: np.ndarray, variances: Variances, known: np.ndarray | None
+    prepared: Prepared, estimate: Estimate, at: Linearised, answer: ForceResponse, variances: Variances, known: np.ndarray | None
 ) -> Point:
     """A point from its linearisation and the response to the force; `known`: inner products of that response, if available."""
     inner = without_force(grams(at, answer, variances.noise, known), estimate.force)
     found = marginal(inner, variances.root)
     white = np.linalg.solve(found.root, estimate.force.T).T
     deviation = np.where(
-        at.finite, np.sum(over_noise(at.residual, at, variances.noise) ** 2, axis=(1, 2)) + np.sum(white**2, axis=1), np.inf
+        at.finite, np.sum(at.over_noise(at.residual, variances.noise) ** 2, axis=(1, 2)) + np.sum(white**2, axis=1), np.inf
     )
     linear = Linear(layout=prepared.layout, estimate=estimate, active=free_unknowns(prepared), at=at)
     return Point(

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import os
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 import jax
@@ -13,7 +14,7 @@ from scipy.linalg import expm
 
 from identification.least_squares.fit import CHUNK, as_arrays, on_device
 from identification.least_squares.residual import lane_system, predict
-from identification.likelihood.noise import runs
+from identification.likelihood.noise import Autoregression, runs
 from identification.windows.lanes import chunked
 from identification.windows.layout import Estimate, Layout
 from identification.windows.prepare import Prepared
@@ -94,15 +95,22 @@ class Linearised:
         """Number of consecutive samples of each channel that end at each one, as `identification.likelihood.noise.runs` counts them."""
         return runs((self.weight > 0).transpose(0, 2, 1))
 
-    def since(self, sample: int) -> "Linearised":
-        """The windows from a sample on, for what acts from there only; derivatives stay those by the state at the start of the windows."""
+    def pieces(self, samples: Int[np.ndarray, "windows pieces width"]) -> "Linearised":
+        """Parts of the windows as windows of their own, without Jacobian, by their samples; derivatives stay by the windows' own start."""
+        windows, count, width = samples.shape
+        lane = np.arange(windows)[:, None, None]
+
+        def cut(values: np.ndarray, samples: np.ndarray = samples) -> np.ndarray:
+            return values[lane, samples].reshape(windows * count, samples.shape[-1], *values.shape[2:])
+
         along = ("ts", "weight", "residual", "u", "v", "acceleration", "push", "in_contact", "approach_speed", "own")
         along += ("fundamental", "push_by", "restoring", "cart_by", "flow", "kick")
-        cut = {name: getattr(self, name)[:, sample:] for name in along}
-        found = dataclasses.replace(self, jacobian=self.jacobian[:, :, sample:], **cut)
-        (before, after), (windows, steps) = self.quadrature, self.forgetful
-        known = {"runs": self.runs[..., sample:], "quadrature": (before[:, sample:], after[:, sample:])}
-        vars(found).update(known | {"forgetful": (windows, steps[:, sample:])})
+        by_window = {name: np.repeat(getattr(self, name), count, axis=0) for name in ("record", "first", "lengths", "finite")}
+        nothing = np.zeros((windows * count, 0, width, len(self.channels)))
+        found = dataclasses.replace(self, jacobian=nothing, **by_window, **{name: cut(getattr(self, name)) for name in along})
+        before, after = (cut(part, np.minimum(samples[..., :-1], part.shape[1] - 1)) for part in self.quadrature)
+        known = {"runs": cut(self.runs.transpose(0, 2, 1)).transpose(0, 2, 1), "quadrature": (before, after)}
+        vars(found).update(known | {"forgetful": (np.zeros(0, int), np.zeros((0, width - 1, *self.fundamental.shape[2:])))})
         return found
 
     @functools.cached_property
@@ -137,6 +145,15 @@ class Linearised:
         found, by_flow = whole[:, 1:] @ inverse[:, :-1], ~(known[:, :-1] & known[:, 1:])
         found[by_flow] = expm(0.5 * steps[windows, :-1, None, None][by_flow] * (flow[:, :-1] + flow[:, 1:])[by_flow])
         return windows, found
+
+    def over_noise(
+        self, values: Float[np.ndarray, "windows *rows time channels"], noise: Mapping[str, Autoregression]
+    ) -> Float[np.ndarray, "windows *rows channels time"]:
+        """Rows of residuals, each channel whitened by the covariance of its noise."""
+        found = np.empty((*values.shape[:-2], values.shape[-1], values.shape[-2]))
+        for c, name in enumerate(self.channels):
+            found[..., c, :] = noise[name].whitened(values[..., c], self.runs[:, c])
+        return found
 
     def of_record(self, values: Shaped[np.ndarray, "windows time ..."], record: int, samples: int) -> Shaped[np.ndarray, "samples ..."]:
         """Values along one record, assembled from its windows."""

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from identification.likelihood.linearised import Linearised
 from identification.likelihood.noise import Autoregression
+from identification.likelihood.random_force import ForceResponse
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -29,37 +30,22 @@ class Grams:
     log_scale: np.ndarray
 
 
-def over_noise(
-    values: Float[np.ndarray, "windows *rows time channels"], at: Linearised, noise: Mapping[str, Autoregression]
-) -> Float[np.ndarray, "windows *rows channels time"]:
-    """Rows of residuals, each channel whitened by the covariance of its noise."""
-    found = np.empty((*values.shape[:-2], values.shape[-1], values.shape[-2]))
-    for c, name in enumerate(at.channels):
-        found[..., c, :] = noise[name].whitened(values[..., c], at.runs[:, c])
-    return found
-
-
-def grams(
-    at: Linearised, answer: Float[np.ndarray, "windows knots samples"], noise: Mapping[str, Autoregression], force: np.ndarray | None = None
-) -> Grams:
+def grams(at: Linearised, answer: ForceResponse, noise: Mapping[str, Autoregression], force: np.ndarray | None = None) -> Grams:
     """Inner products of r, J and Z in every window.
 
     Args:
         at: residuals and Jacobian.
-        answer: response Z to the random force, whitened by the noise.
+        answer: response Z to the random force.
         noise: by channel.
         force: inner product of Z with itself, if available.
     """
-    rows = over_noise(np.concatenate([at.residual[:, None], at.jacobian], axis=1), at, noise)
-    flat = rows.reshape(*rows.shape[:2], -1)
-    flat[~at.finite] = 0.0
-    finite = at.finite[:, None, None]
-    if force is None:
-        force = answer @ answer.transpose(0, 2, 1)
+    rows = at.over_noise(np.concatenate([at.residual[:, None], at.jacobian], axis=1), noise)
+    rows[~at.finite] = 0.0
+    flat, finite = rows.reshape(*rows.shape[:2], -1), at.finite[:, None, None]
     return Grams(
         fit=flat @ flat.transpose(0, 2, 1),
-        force=np.where(finite, force, 0.0),
-        cross=answer @ flat.transpose(0, 2, 1),
+        force=np.where(finite, answer.gram if force is None else force, 0.0),
+        cross=answer.products(rows),
         samples=(at.runs > 0).sum(axis=(1, 2)) * at.finite,
         log_scale=sum(noise[name].log_scale(at.runs[:, c]) for c, name in enumerate(at.channels)) * at.finite,
     )

@@ -1,17 +1,14 @@
 """Random force on the hammer (process noise): a Gaussian process with exponential autocorrelation, given at knots."""
 
 import dataclasses
-import os
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from identification.likelihood.linearised import Linearised
-from identification.likelihood.marginal import over_noise
 from identification.likelihood.noise import Autoregression
-from identification.likelihood.response import force_responses
+from identification.likelihood.response import force_responses, passing_forces, state_responses
 
 KNOTS_PER_PERIOD = 28
 """Knots per period of the fastest vibration of the rig."""
@@ -19,8 +16,6 @@ MOST_KNOTS = 80
 """Largest number of knots in a window."""
 _LEAST_SAMPLES = 4
 """Fewest samples from one knot to the next."""
-_AT_ONCE = 4
-"""Knots processed together: few enough for the processor's cache."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -73,21 +68,139 @@ def hats(at: Linearised, places: Float[np.ndarray, " knots"], chosen: slice = sl
     return np.clip(1.0 - np.abs(since[:, None] - places[chosen][:, None]) / spacing, 0.0, None)
 
 
-def force_response(
-    at: Linearised, mass: float, places: Float[np.ndarray, " knots"], noise: Mapping[str, Autoregression]
-) -> Float[np.ndarray, "windows knots samples"]:
-    """First-order response Z of the residuals to each of the `hats`, whitened by the noise; a few knots at a time, on all cores."""
-    found = np.empty((len(at.u), len(places), *at.residual.shape[:0:-1]))
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ForceResponse:
+    """First-order response Z of the residuals to 1 N at each knot (`hats`), whitened by the noise.
 
-    def some(first: int) -> None:
-        chosen = slice(first, first + _AT_ONCE)
-        forces = hats(at, places, chosen)
-        begin = max(int(np.argmax(forces.any(axis=(0, 1)))) - 1, 0)  # nothing responds before
-        later = at.since(begin)
-        found[:, chosen, :, :begin] = 0.0
-        found[:, chosen, :, begin:] = over_noise(force_responses(later, mass, forces[..., begin:]), later, noise)
+    Once the force at a knot has acted, the motion is that of another initial state. So Z is kept sample by sample up to there, and by that
+    state afterwards: memory and inner products grow with the number of samples, not with samples times knots.
 
-    some(0)  # computes the cached quadrature before the threads share it
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
-        list(threads.map(some, range(_AT_ONCE, len(places), _AT_ONCE)))
-    return found.reshape(*found.shape[:2], -1)
+    Attributes:
+        near: while the force acts; (windows, knots, width, channels), zero from `last` on.
+        first: sample of the window at which that begins; (windows, knots).
+        last: sample from which the state tells the rest; (windows, knots).
+        state: change of the initial state with the same later motion; (windows, knots, states).
+        by_state: whitened response to each initial value; (windows, states, channels, time). No states: Z is kept as a whole in `near`.
+    """
+
+    near: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    state: np.ndarray
+    by_state: np.ndarray
+
+    @classmethod
+    def whole(cls, values: Float[np.ndarray, "windows knots channels time"]) -> "ForceResponse":
+        """All of Z, sample by sample."""
+        windows, knots, channels, time = values.shape
+        begin, none = np.zeros((windows, knots), int), np.zeros((windows, 0, channels, time))
+        near = np.ascontiguousarray(values.transpose(0, 1, 3, 2))
+        return cls(near=near, first=begin, last=begin + time, state=np.zeros((windows, knots, 0)), by_state=none)
+
+    def __getitem__(self, chosen: np.ndarray) -> "ForceResponse":
+        """Some of the windows."""
+        return ForceResponse(**{field.name: getattr(self, field.name)[chosen] for field in dataclasses.fields(self)})
+
+    @property
+    def dense(self) -> Float[np.ndarray, "windows knots channels time"]:
+        """All of Z, sample by sample."""
+        width, time = self.near.shape[2], np.arange(self.by_state.shape[-1])
+        since = time - self.first[..., None]
+        near = np.take_along_axis(self.near, np.clip(since, 0, width - 1)[..., None], axis=2)
+        near = np.where(((since >= 0) & (since < width))[..., None], near, 0.0)
+        later = np.einsum("lks,lsct->lkct", self.state, self.by_state)
+        return near.transpose(0, 1, 3, 2) + np.where((time >= self.last[..., None])[:, :, None], later, 0.0)
+
+    def products(self, rows: Float[np.ndarray, "windows rows channels time"]) -> Float[np.ndarray, "windows knots rows"]:
+        """Inner product of each knot's response with each of several whitened rows."""
+        if self.is_whole:
+            return np.asarray(_flat(self.near) @ rows.transpose(0, 3, 2, 1).reshape(len(rows), -1, rows.shape[1]))
+        later = _suffix_sums(np.einsum("lsct,lrct->lsrt", self.by_state, rows), self.last)
+        return self._near_products(rows) + np.einsum("lks,lksr->lkr", self.state, later)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of Z is in `near`."""
+        return self.by_state.shape[1] == 0
+
+    @property
+    def gram(self) -> Float[np.ndarray, "windows knots knots"]:
+        """Inner product of each knot's response with that of each other.
+
+        For knots k <= m it is that over the samples where m acts, and c_k' S c_m later, with c their states and S the products of
+        `by_state`. Where k does not act any more when m begins, its response is that of its state there as well.
+        """
+        if self.is_whole:
+            flat = _flat(self.near)
+            return np.asarray(flat @ flat.transpose(0, 2, 1))
+        knots, width = self.near.shape[1:3]
+        later = _suffix_sums(np.einsum("lsct,lrct->lsrt", self.by_state, self.by_state), self.last)
+        after = np.einsum("lksr,lkr->lks", later, self.state)
+        found = self.state @ (self._near_products(self.by_state) + after).transpose(0, 2, 1)
+        lane, at = np.arange(len(self.near))[:, None, None], self.first[..., None] + np.arange(width)
+        by_state = self.by_state.transpose(0, 3, 2, 1)[lane, np.minimum(at, self.by_state.shape[-1] - 1)]
+        together = int(np.max(np.sum(self.first[:, None] < self.last[..., None], axis=-1) - np.arange(knots), initial=1))
+        for apart in range(min(together, knots)):
+            k, m = slice(0, knots - apart), slice(apart, knots)
+            since = at[:, m] - self.first[:, k, None]
+            earlier = self.near[lane, np.arange(knots - apart)[:, None], np.minimum(since, width - 1)]
+            passed = (by_state[:, m] @ self.state[:, k, None, :, None])[..., 0]
+            seen = np.where((at[:, m] < self.last[:, k, None])[..., None], earlier, passed)
+            exact = np.einsum("lkwc,lkwc->lk", self.near[:, m], seen) + np.einsum("lks,lks->lk", self.state[:, k], after[:, m])
+            found[:, np.arange(knots - apart), np.arange(apart, knots)] = exact
+        return np.triu(found) + np.triu(found, 1).transpose(0, 2, 1)
+
+    def _near_products(self, rows: Float[np.ndarray, "windows rows channels time"]) -> Float[np.ndarray, "windows knots rows"]:
+        """The part of `products` from the samples where each knot acts; window by window, which fits the processor's cache."""
+        windows, count, _, time = rows.shape
+        knots, found = self.near.shape[1], np.empty((windows, self.near.shape[1], count))
+        samples = np.minimum(self.first[..., None] + np.arange(self.near.shape[2]), time - 1)
+        for window in range(windows):
+            there = np.ascontiguousarray(rows[window].T)[samples[window]].reshape(knots, -1, count)
+            found[window] = (self.near[window].reshape(knots, 1, -1) @ there)[:, 0]
+        return found
+
+
+def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knots"], noise: Mapping[str, Autoregression]) -> ForceResponse:
+    """Response of the residuals to the random force at its knots.
+
+    Args:
+        at: all windows.
+        mass: of the hammer, kg.
+        places: knots from the start of a window, s.
+        noise: by channel.
+    """
+    if len(at.forgetful[0]):  # what acts later does not follow from the initial state
+        parts = (at.over_noise(force_responses(at, mass, hats(at, places, slice(k, k + 1))), noise) for k in range(len(places)))
+        return ForceResponse.whole(np.concatenate(list(parts), axis=1))
+    since, time, spacing = at.ts - at.ts[:, :1], at.ts.shape[1], places[1] - places[0] if len(places) > 1 else np.inf
+    first = np.stack([np.searchsorted(one, places - spacing) for one in since])
+    last = np.stack([np.searchsorted(one, places + spacing) for one in since]) + max(one.order for one in noise.values())
+    first = np.clip(first - 1, 0, time - 1)
+    last = np.minimum(last, time)
+    samples = first[..., None] + np.arange(int((last - first).max()))
+    taken = np.minimum(samples, time - 1)
+    pieces = at.pieces(taken)
+    away = np.abs(np.take_along_axis(since, taken.reshape(len(since), -1), axis=1).reshape(samples.shape) - places[:, None])
+    acting = np.clip(1.0 - away / spacing, 0.0, None)
+    residual, state = passing_forces(pieces, mass, acting.reshape(-1, 1, acting.shape[-1]))
+    near = pieces.over_noise(residual, noise)[:, 0].transpose(0, 2, 1).reshape(*samples.shape, -1)
+    return ForceResponse(
+        near=near * (samples < last[..., None])[..., None],
+        first=first,
+        last=last,
+        state=state.reshape(*acting.shape[:2], -1),
+        by_state=at.over_noise(state_responses(at, mass), noise),
+    )
+
+
+def _flat(values: Float[np.ndarray, "windows rows time channels"]) -> Float[np.ndarray, "windows rows samples"]:
+    return values.reshape(*values.shape[:2], -1)
+
+
+def _suffix_sums(values: Float[np.ndarray, "windows i j time"], begin: Int[np.ndarray, "windows knots"]) -> np.ndarray:
+    """Sums from a sample on, for each of several; (windows, knots, i, j)."""
+    sums = np.cumsum(values[..., ::-1], axis=-1)[..., ::-1]
+    sums = np.concatenate([sums, np.zeros((*values.shape[:-1], 1))], axis=-1)
+    samples = np.minimum(begin, values.shape[-1])[:, None, None]
+    return np.take_along_axis(sums, samples, axis=-1).transpose(0, 3, 1, 2)

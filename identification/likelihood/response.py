@@ -35,7 +35,8 @@ def response(at: Linearised, mass: float, perturbation: Perturbation) -> Float[n
     force = p.force + moved_stop
     rates = at.kick * force[..., None]
     rates[..., 1] -= p.base_acceleration
-    shown = _shown(at, mass, rates[:, None], force[:, None])
+    rates = rates[:, None]
+    shown = _shown(at, mass, rates, force[:, None], _constants(at, rates))
     added = dict(p.readings)
     for name, one in (
         ("impact_force", -moved_stop),
@@ -52,28 +53,59 @@ def force_responses(
     at: Linearised, mass: float, forces: Float[np.ndarray, "windows forces time"]
 ) -> Float[np.ndarray, "windows forces time channels"]:
     """First-order change of the residual due to several forces on the hammer, N."""
-    return _residual(at, _shown(at, mass, at.kick[:, None] * forces[..., None], forces), forces.shape[1])
+    rates = at.kick[:, None] * forces[..., None]
+    return _residual(at, _shown(at, mass, rates, forces, _constants(at, rates)), forces.shape[1])
+
+
+def passing_forces(
+    at: Linearised, mass: float, forces: Float[np.ndarray, "windows forces time"]
+) -> tuple[Float[np.ndarray, "windows forces time channels"], Float[np.ndarray, "windows forces states"]]:
+    """As `force_responses`, and the change of a window's initial state with the same motion as the forces give once they have acted."""
+    rates = at.kick[:, None] * forces[..., None]
+    constants = _constants(at, rates)
+    shown = _shown(at, mass, rates, forces, constants)
+    return _residual(at, shown, forces.shape[1]), np.stack([one[..., -1] for one in constants], axis=-1)
+
+
+def state_responses(at: Linearised, mass: float) -> Float[np.ndarray, "windows states time channels"]:
+    """First-order change of the residual due to a unit change of each initial value of a window."""
+    moved = list(at.fundamental.transpose(2, 0, 3, 1))
+    return _residual(at, _channels(at, mass, moved, np.zeros((len(at.u), 1, at.u.shape[1]))), len(moved))
 
 
 def _shown(
-    at: Linearised, mass: float, rates: Float[np.ndarray, "windows rows time states"], force: Float[np.ndarray, "windows rows time"]
+    at: Linearised,
+    mass: float,
+    rates: Float[np.ndarray, "windows rows time states"],
+    force: Float[np.ndarray, "windows rows time"],
+    constants: Sequence[Float[np.ndarray, "windows rows time"]],
 ) -> dict[str, np.ndarray]:
     """First-order change of every recorded channel, (windows, rows or 1, time), due to added rates of the state.
 
-    The rates include those of `force`.
+    The rates include those of `force`; `constants` are theirs.
     """
     states = range(rates.shape[-1])
-    pushed = [j for j in states if rates[..., j].any()]
-    constants = [_integrated(at, rates, i, pushed) for i in states]
     moved = [np.asarray(sum(at.fundamental[:, None, :, i, j] * constants[j] for j in states)) for i in states]
     forgetful, transitions = at.forgetful
     if len(forgetful):
         stepped = _stepped(transitions, np.diff(at.ts[forgetful], axis=1), rates[forgetful])
         for i in states:
             moved[i][forgetful] = stepped[..., i]
+    return _channels(at, mass, moved, force)
+
+
+def _constants(at: Linearised, rates: Float[np.ndarray, "windows rows time states"]) -> list[Float[np.ndarray, "windows rows time"]]:
+    """Components of int X^-1 b dt from the start of each window; X its fundamental matrix, b the added rates."""
+    states = range(rates.shape[-1])
+    pushed = [j for j in states if rates[..., j].any()]
+    return [_integrated(at, rates, i, pushed) for i in states]
+
+
+def _channels(at: Linearised, mass: float, moved: Sequence[np.ndarray], force: np.ndarray) -> dict[str, np.ndarray]:
+    """Change of every recorded channel with that of every state and a force on the hammer; each (windows, rows or 1, time)."""
 
     def seen(by: Float[np.ndarray, "windows time states"]) -> np.ndarray:
-        parts = [by[:, None, :, i] * moved[i] for i in states if by[..., i].any()]
+        parts = [by[:, None, :, i] * one for i, one in enumerate(moved) if by[..., i].any()]
         return np.asarray(sum(parts)) if parts else np.zeros((len(by), 1, by.shape[1]))
 
     def acceleration() -> np.ndarray:

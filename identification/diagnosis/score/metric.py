@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float
 
 from identification.likelihood.joint import Point
 from identification.likelihood.linearised import Linearised
-from identification.likelihood.marginal import over_noise
 from identification.likelihood.noise import Autoregression
+from identification.likelihood.random_force import ForceResponse
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,8 @@ class Metric:
     Attributes:
         at: the windows.
         noise: by channel.
-        turned: from x to b; (windows, samples of all channels, knots).
+        answer: R^(-1/2) Z.
+        turned: from Z' R^(-1/2) x to b, in windows of the second kind from Q' x; (windows, knots, knots).
         split: indices of the windows of the second kind.
         basis: Q in these; (split, samples of all channels, knots).
         root_weight: w^(1/2); (windows,).
@@ -67,6 +68,7 @@ class Metric:
 
     at: Linearised
     noise: Mapping[str, Autoregression]
+    answer: ForceResponse
     turned: np.ndarray
     split: np.ndarray
     basis: np.ndarray
@@ -74,13 +76,15 @@ class Metric:
 
     def __call__(self, values: Float[np.ndarray, "windows rows time channels"]) -> Rows:
         """The rows in this metric; samples that do not count are left out."""
-        white = over_noise(values, self.at, self.noise)
+        white = self.at.over_noise(values, self.noise)
         white *= self.root_weight[:, None, None, None]
+        shown, sign = self.answer.products(white).transpose(0, 2, 1), np.full(len(white), -1.0)
         white = white.reshape(*white.shape[:2], -1)
-        along, sign = white @ self.turned, np.full(len(white), -1.0)
         if len(self.split):
             sign[self.split] = 1.0
-            white[self.split] -= (white[self.split] @ self.basis) @ self.basis.transpose(0, 2, 1)
+            shown[self.split] = white[self.split] @ self.basis
+            white[self.split] -= shown[self.split] @ self.basis.transpose(0, 2, 1)
+        along = shown @ self.turned
         return Rows(white=white, along=along, sign=sign)
 
 
@@ -88,14 +92,17 @@ def metric(point: Point) -> Metric:
     """Inner product of the likelihood at a point of the fit."""
     at, root = point.at, point.variances.root
     values, vectors = np.linalg.eigh(root.T @ point.inner.force @ root)
-    turned = point.answer.transpose(0, 2, 1) @ (root @ vectors / np.sqrt(1.0 + np.maximum(values, 0.0))[:, None])
+    turned = root @ vectors / np.sqrt(1.0 + np.maximum(values, 0.0))[:, None]
     split = np.flatnonzero(at.finite & (values[:, -1] > np.finfo(float).eps ** -0.5))  # the difference would lose half of the digits
-    basis, rest = np.linalg.qr(point.answer[split].transpose(0, 2, 1) @ root)
+    dense = point.answer[split].dense
+    flat = dense.reshape(*dense.shape[:2], dense.shape[2] * dense.shape[3])
+    basis, rest = np.linalg.qr(flat.transpose(0, 2, 1) @ root)
     left, size, _ = np.linalg.svd(rest)
-    turned[split] = basis @ (left / np.sqrt(1.0 + size**2)[:, None])
+    turned[split] = left / np.sqrt(1.0 + size**2)[:, None]
     return Metric(
         at=at,
         noise=point.variances.noise,
+        answer=point.answer,
         turned=turned,
         split=split,
         basis=basis,

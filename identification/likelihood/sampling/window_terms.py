@@ -76,7 +76,7 @@ def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
     noises = [variances.noise[name] for name in group.channels]
     lags = 1 + max(noise.order for noise in noises)
     whitening = np.stack([_weights(noise, length[..., c], lags) for c, noise in enumerate(noises)], axis=-1)
-    answer = of.point.answer[lanes].reshape(len(lanes), len(variances.places), len(at.channels), -1)[:, :, columns].transpose(0, 1, 3, 2)
+    answer = of.point.answer[lanes].dense[:, :, columns].transpose(0, 1, 3, 2)
     answer = np.pad(answer, [(0, 0), (0, 0), (0, samples - answer.shape[2]), (0, 0)])
     marginal = of.point.marginal
     flat = answer.reshape(*answer.shape[:2], -1)

@@ -8,9 +8,9 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from identification.likelihood.linearised import Linearised
-from identification.likelihood.marginal import grams, over_noise
+from identification.likelihood.marginal import grams
 from identification.likelihood.noise import Autoregression, autoregression
-from identification.likelihood.random_force import RandomForce
+from identification.likelihood.random_force import ForceResponse, RandomForce
 
 CHANNELS = ("hammer_displacement", "impact_force")
 RECORD = np.array([0, 0, 1, 1, 1])
@@ -75,7 +75,7 @@ def made_answer(at: Linearised, knots: int = len(PLACES), seed: int = 1) -> np.n
 
 def made_grams(at: Linearised, answer: np.ndarray, noise: Mapping[str, Autoregression] = NOISE):
     """As the package forms them."""
-    return grams(at, over_noise(answer, at, noise).reshape(*answer.shape[:2], -1), noise)
+    return grams(at, ForceResponse.whole(at.over_noise(answer, noise)), noise)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from identification.likelihood.marginal import Grams, estimated_force, grams, marginal, without_force
+from identification.likelihood.random_force import ForceResponse
 from tests.identification.likelihood.made_windows import (
     FORCE,
     NOISE,
@@ -72,7 +73,7 @@ def test_inner_products_are_those_over_the_noise(at, answer, exact):
 
 
 def test_known_products_of_the_answer_are_taken(at, answer, exact):
-    found = grams(at, made_answer(at).reshape(*answer.shape[:2], -1), NOISE, exact.force)
+    found = grams(at, ForceResponse.whole(np.moveaxis(made_answer(at), -1, -2)), NOISE, exact.force)
     np.testing.assert_array_equal(found.force, exact.force)
 
 

@@ -1,11 +1,16 @@
 """The covariance of the random force, and where its knots lie."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from identification.likelihood.linearised import Linearised
-from identification.likelihood.random_force import KNOTS_PER_PERIOD, MOST_KNOTS, RandomForce, knots
-from tests.identification.likelihood.made_windows import blank
+from identification.least_squares.fit import integrator_for
+from identification.likelihood.linearised import Linearised, linearised
+from identification.likelihood.random_force import KNOTS_PER_PERIOD, MOST_KNOTS, ForceResponse, RandomForce, force_response, hats, knots
+from identification.likelihood.response import force_responses
+from identification.windows.prepare import prepare
+from tests.identification.likelihood.made_windows import NOISE, blank
 
 DT = 1.0 / 4000.0
 
@@ -60,3 +65,69 @@ def test_no_knot_is_nearer_to_the_next_than_four_samples(fastest):
 def test_a_long_window_has_no_more_knots_than_allowed(samples, expected):
     """Spacings are whole samples, so that a few may be left over."""
     assert len(knots(windows(samples), 50.0)) == expected <= MOST_KNOTS
+
+
+MASS = 0.3
+"""kg; any, since both sides of a comparison take it."""
+
+
+@pytest.fixture(scope="module")
+def moving(small) -> Linearised:
+    """Windows of a drop test and a driven cart with impacts; one has a dropout, one is sampled at another rate."""
+    prepared = prepare(small)
+    at = linearised(prepared, integrator_for(prepared), prepared.start)
+    weight, ts = at.weight.copy(), at.ts.copy()
+    weight[0, 100:130, 0] = 0.0
+    ts[1] *= 1.7
+    return dataclasses.replace(at, weight=weight, ts=ts)
+
+
+@pytest.fixture(scope="module")
+def whitening(moving):
+    """Autoregressions of order two and three in turn."""
+    return {name: list(NOISE.values())[index % 2] for index, name in enumerate(moving.channels)}
+
+
+@pytest.fixture(scope="module")
+def responding(moving, whitening):
+    """The response to the random force, and the same sample by sample: every knot's force followed through the whole window."""
+    places = knots(moving, 20.0)
+    whole = np.stack(
+        [moving.over_noise(force_responses(moving, MASS, one[:, None])[:, 0], whitening) for one in hats_of(moving, places)], 1
+    )
+    return force_response(moving, MASS, places, whitening), whole
+
+
+def hats_of(at: Linearised, places: np.ndarray):
+    return hats(at, places).transpose(1, 0, 2)
+
+
+def close(found: np.ndarray, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_response_is_that_of_a_force_followed_through_the_window(responding):
+    found, whole = responding
+    assert found.near.shape[2] < whole.shape[-1] / 4 and found.state.any()
+    close(found.dense, whole)
+
+
+def test_inner_products_of_responses_are_those_of_all_samples(responding, moving, whitening):
+    found, whole = responding
+    rows = moving.over_noise(moving.jacobian, whitening)
+    flat = [values.reshape(*values.shape[:2], -1) for values in (whole, rows)]
+    close(found.products(rows), flat[0] @ flat[1].transpose(0, 2, 1))
+    close(found.gram, flat[0] @ flat[0].transpose(0, 2, 1))
+
+
+def test_responses_kept_as_a_whole_give_the_same(responding, moving, whitening):
+    found, whole = responding
+    other, rows = ForceResponse.whole(whole), moving.over_noise(moving.jacobian, whitening)
+    np.testing.assert_array_equal(other.dense, whole)
+    close(other.products(rows), found.products(rows))
+    close(other.gram, found.gram)
+
+
+def test_some_windows_of_a_response_are_theirs(responding):
+    found, whole = responding
+    close(found[np.array([1])].dense, whole[1:2])

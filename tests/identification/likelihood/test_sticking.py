@@ -45,6 +45,11 @@ def test_windows_that_forget_their_start_are_those_where_it_rests(rest):
     assert len(first_point(viscous, viscous.start).at.forgetful[0]) == 0
 
 
+def test_a_response_does_not_follow_from_the_initial_state_where_that_is_forgotten(rest):
+    """It is kept sample by sample."""
+    assert rest.answer.is_whole and np.abs(rest.answer.dense).max() > 0.0
+
+
 def test_the_gradient_by_the_random_force_is_right_where_the_hammer_rests(rest):
     """By central differences at every tenth knot; the derivative by the initial state alone gives the wrong sign there."""
     windows, _ = rest.at.forgetful

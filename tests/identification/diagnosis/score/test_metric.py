@@ -8,7 +8,7 @@ import pytest
 
 from identification.diagnosis.score.metric import metric
 from identification.likelihood.joint import Point
-from identification.likelihood.marginal import over_noise
+from identification.likelihood.random_force import ForceResponse
 from tests.identification.likelihood import made_windows as made
 
 
@@ -17,7 +17,7 @@ def rows_of(at, answer, values, weight):
     point = Mock(
         Point,
         at=at,
-        answer=over_noise(answer, at, made.NOISE).reshape(*answer.shape[:2], -1),
+        answer=ForceResponse.whole(at.over_noise(answer, made.NOISE)),
         inner=made.made_grams(at, answer),
         variances=SimpleNamespace(root=made.FORCE.root(made.PLACES), noise=made.NOISE),
         weight=weight,
