@@ -178,19 +178,21 @@ def declared_channels(prepared: Prepared) -> frozenset[str]:
 
 def first_point(prepared: Prepared, estimate: Estimate) -> Point:
     """Start of a fit under the full likelihood: zero random force with a small prior variance, noise estimated from the flights."""
-    at = linearised(prepared, integrator_for(prepared), estimate)
-    places = knots(at, fastest_hz(prepared, estimate))
+    groups, fastest = prepared.groups, fastest_hz(prepared, estimate)
+    places = knots(np.concatenate([group.ts for group in groups]), np.concatenate([group.lengths for group in groups]), fastest)
+    estimate = dataclasses.replace(estimate, force=np.zeros((len(prepared.record), len(places))))
+    at = linearised(prepared, integrator_for(prepared), estimate, places)
     flight = at.inside & ~at.in_contact & at.finite[:, None]
     accelerations = at.acceleration[flight]
     size = float(prepared.model.mass) * float(np.sqrt(np.mean(accelerations**2))) if accelerations.size else 1.0
     variances = Variances(
-        noise=measured_noise(at, places[1], fastest_hz(prepared, estimate), declared_channels(prepared)),
+        noise=measured_noise(at, places[1], fastest, declared_channels(prepared)),
         force=RandomForce(std=_FIRST_FORCE * max(size, 1e-300), memory=_FIRST_MEMORY * places[1]),
         places=places,
         weight=np.ones(len(at.record)),
         degrees=_FIRST_DEGREES,
     )
-    return point(prepared, dataclasses.replace(estimate, force=np.zeros((len(at.record), len(places)))), variances)
+    return point(prepared, estimate, variances, at=at)
 
 
 def fitted(start: Point, *, rounds: int = 5, measure_noise: bool = True, iterations: int = 12, settle: bool = True) -> Fitted:

@@ -134,17 +134,27 @@ class Point:
         return force_responses(self.at, float(self.prepared.model.mass), acting[:, None])[:, 0]
 
 
-def point(prepared: Prepared, estimate: Estimate, variances: Variances, *, like: "Point | None" = None, refinement: float = 1.0) -> Point:
+def point(
+    prepared: Prepared,
+    estimate: Estimate,
+    variances: Variances,
+    *,
+    at: Linearised | None = None,
+    like: "Point | None" = None,
+    refinement: float = 1.0,
+) -> Point:
     """Integrate all windows under the estimated force and linearise.
 
     Args:
         prepared: windows and model.
         estimate: with the force.
         variances: of noise and force.
+        at: the windows linearised under the estimated force, if available.
         like: a near point under the same noise, whose response to the force is reused.
         refinement: 2 halves every step of the integration.
     """
-    at = linearised(prepared, integrator_for(prepared, refinement=refinement), estimate, variances.places)
+    if at is None:
+        at = linearised(prepared, integrator_for(prepared, refinement=refinement), estimate, variances.places)
     if like is not None and like.variances.noise is variances.noise:
         answer, known = like.answer, like.inner.force if np.array_equal(like.at.finite, at.finite) else None
     else:

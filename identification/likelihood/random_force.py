@@ -46,16 +46,17 @@ class RandomForce:
         return found
 
 
-def knots(at: Linearised, fastest_hz: float) -> Float[np.ndarray, " knots"]:
+def knots(ts: Float[np.ndarray, "windows time"], lengths: Int[np.ndarray, " windows"], fastest_hz: float) -> Float[np.ndarray, " knots"]:
     """Knots of the random force, s from the start of a window, the same in all windows; at samples where all are sampled alike.
 
     Args:
-        at: all windows.
+        ts: times of all windows, s, padded.
+        lengths: counts of their samples.
         fastest_hz: highest of natural and excitation frequencies.
     """
-    dt = float(np.median(np.diff(at.ts[:, :2], axis=1)))
-    last = np.take_along_axis(at.ts, at.lengths[:, None] - 1, axis=1)[:, 0]
-    span = float((last - at.ts[:, 0]).max())
+    dt = float(np.median(np.diff(ts[:, :2], axis=1)))
+    last = np.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
+    span = float((last - ts[:, 0]).max())
     spacing = 1.0 / (KNOTS_PER_PERIOD * fastest_hz) if fastest_hz > 0 else 0.0
     spacing = max(spacing, _LEAST_SAMPLES * dt, span / (MOST_KNOTS - 1))
     spacing = dt * np.ceil(spacing / dt * (1.0 - 1e-12))

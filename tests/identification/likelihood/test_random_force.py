@@ -10,25 +10,14 @@ from identification.likelihood.linearised import Linearised, linearised
 from identification.likelihood.random_force import KNOTS_PER_PERIOD, MOST_KNOTS, ForceResponse, RandomForce, force_response, hats, knots
 from identification.likelihood.response import force_responses
 from identification.windows.prepare import prepare
-from tests.identification.likelihood.made_windows import NOISE, blank
+from tests.identification.likelihood.made_windows import NOISE
 
 DT = 1.0 / 4000.0
 
 
-def windows(samples: int) -> Linearised:
-    """Two windows of a record, the second shorter by half and padded."""
-    nothing = np.zeros((2, samples, 1))
-    lengths = np.array([samples, samples // 2])
-    ts = DT * (np.arange(samples) + np.array([[0], [samples]]))
-    return blank(
-        lengths=lengths,
-        ts=ts,
-        weight=nothing,
-        channels=("hammer_displacement",),
-        residual=nothing,
-        jacobian=nothing[:, None],
-        finite=np.ones(2, bool),
-    )
+def windows(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and lengths of two windows of a record, the second shorter by half and padded."""
+    return DT * (np.arange(samples) + np.array([[0], [samples]])), np.array([samples, samples // 2])
 
 
 @pytest.mark.parametrize("memory", [1e-4, 3e-3, 2.0])
@@ -43,7 +32,7 @@ def test_root_is_that_of_the_exponential_covariance(memory):
 
 
 def test_knots_are_even_and_reach_to_the_end_of_the_longest_window():
-    places = knots(windows(400), 20.0)
+    places = knots(*windows(400), 20.0)
     assert places[0] == 0.0
     np.testing.assert_allclose(np.diff(places), places[1], rtol=1e-12)
     assert places[-2] < 399 * DT <= places[-1] * (1 + 1e-12)
@@ -52,19 +41,19 @@ def test_knots_are_even_and_reach_to_the_end_of_the_longest_window():
 def test_spacing_follows_the_fastest_vibration_in_whole_samples():
     """A period holds 200 samples, and 28 knots would be 7.1 samples apart."""
     assert 7.0 < 1.0 / (20.0 * KNOTS_PER_PERIOD) / DT < 8.0
-    assert knots(windows(400), 20.0)[1] == pytest.approx(8 * DT, rel=1e-12)
+    assert knots(*windows(400), 20.0)[1] == pytest.approx(8 * DT, rel=1e-12)
 
 
 @pytest.mark.parametrize("fastest", [0.0, 1e4])
 def test_no_knot_is_nearer_to_the_next_than_four_samples(fastest):
     """Where nothing vibrates, and where it vibrates faster than the record shows."""
-    assert knots(windows(200), fastest)[1] == pytest.approx(4 * DT, rel=1e-12)
+    assert knots(*windows(200), fastest)[1] == pytest.approx(4 * DT, rel=1e-12)
 
 
 @pytest.mark.parametrize(("samples", "expected"), [(619, 79), (2000, 78), (20000, 80)])
 def test_a_long_window_has_no_more_knots_than_allowed(samples, expected):
     """Spacings are whole samples, so that a few may be left over."""
-    assert len(knots(windows(samples), 50.0)) == expected <= MOST_KNOTS
+    assert len(knots(*windows(samples), 50.0)) == expected <= MOST_KNOTS
 
 
 MASS = 0.3
@@ -91,7 +80,7 @@ def whitening(moving):
 @pytest.fixture(scope="module")
 def responding(moving, whitening):
     """The response to the random force, and the same sample by sample: every knot's force followed through the whole window."""
-    places = knots(moving, 20.0)
+    places = knots(moving.ts, moving.lengths, 20.0)
     whole = np.stack(
         [moving.over_noise(force_responses(moving, MASS, one[:, None])[:, 0], whitening) for one in hats_of(moving, places)], 1
     )
