@@ -13,6 +13,7 @@ from identification.estimation.profiles import likelihood_around, profiles
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
+from identification.estimation.unfitted import unfitted
 from identification.experiment import Experiment
 from identification.least_squares.block_arrow import Equations
 from identification.least_squares.fit import bounds, free_unknowns, integrator_for
@@ -92,7 +93,7 @@ def fit_experiment(
     clock.lap("fit")
     nominal = with_variations(_on_long_windows(prepared, begin, progress), varying(experiment), progress)
     found, added = (nominal, None) if extend is None else extend(nominal, progress)
-    short, of_least_squares = len(found.prepared.record) > len(prepared.record), prepared.layout
+    short, ordinary = len(found.prepared.record) > len(prepared.record), prepared
     first = prepared.layout.physical(prepared.start.shared)
     prepared, active = found.prepared, free_unknowns(found.prepared)
     clock.lap("likelihood")
@@ -102,6 +103,9 @@ def fit_experiment(
     degrees = degrees_of_freedom(prepared, active, np.isfinite(cost))
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
+    progress("predicting the windows that were not fitted")
+    rest = unfitted(ordinary, found, cost)
+    clock.lap("unfitted")
     model, restless = found.model, unrest(found, alpha=FORCE_BY_CHANCE)
     progress("predicting the held-back records and free vibrations")
     held_back = held_back_fits(experiment, model, smoothing=smoothing)
@@ -110,7 +114,7 @@ def fit_experiment(
     return FitResult(
         experiment=experiment,
         model=model,
-        chi2_reduced=2.0 * _cost(begin.outcome if prepared.layout == of_least_squares else None, cost) / max(degrees, 1),
+        chi2_reduced=2.0 * _cost(begin.outcome if prepared.layout == ordinary.layout else None, cost) / max(degrees, 1),
         degrees=degrees,
         records=records,
         starts=begin.starts,
@@ -124,6 +128,7 @@ def fit_experiment(
         held_back=held_back,
         ring_downs=decays,
         smoothing=smoothing,
+        unfitted=rest,
         added=added and _predicting(added, nominal, experiment, held_back),
         **estimates,
     )

@@ -57,6 +57,7 @@ def page(
         comparisons=rows.comparison_rows(comparisons),
         not_compared=unmatched(comparisons, reference) if reference is not None else (),
         records=[_record(record, result.experiment, images) for record in result.records],
+        unfitted=rows.unfitted_words(result),
         held_back=[_record(record, result.experiment, []) for record in result.held_back],
         samples=sum(record.samples for record in result.records),
         windows=sum(record.windows for record in result.records),

@@ -92,6 +92,18 @@ def wishes(result: FitResult) -> list[tuple[str, str]]:
     return [(symbol, text) for symbol, text in rows if text]
 
 
+def unfitted_words(result: FitResult) -> str:
+    """How windows that were not fitted are predicted, as one sentence; empty where all were fitted."""
+    rest = result.unfitted
+    if rest is None:
+        return ""
+    windows = f"{rest.windows} windows that were not fitted are" if rest.windows > 1 else "One window that was not fitted is"
+    return (
+        f"{windows} predicted with a median chi-square of {significant(rest.chi2_reduced, 3)} ({significant(rest.of_fitted, 3)} in the "
+        "fitted ones), with nothing but their initial states estimated."
+    )
+
+
 def alone_rows(result: FitResult) -> list[AloneRow]:
     """Parameters that several records identify, each record alone, in the order of the fit."""
     estimates = {one.spec.name: one for one in result.parameters}

@@ -18,6 +18,7 @@ from identification.report.rows import (
     posterior_rows,
     posterior_words,
     reasons,
+    unfitted_words,
     wishes,
 )
 from identification.report.verdict import GOOD, judge
@@ -50,6 +51,8 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     if result.posterior is not None:
         blocks += [_line(f"{posterior_words(result)}:"), _posterior(result)]
     blocks.append(_records(result.records, result.experiment))
+    if words := unfitted_words(result):
+        blocks.append(_line(words))
     if result.between_records:
         blocks += [_line("mean over the estimates of each record alone:"), _alone(result)]
     if result.held_back:

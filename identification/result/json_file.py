@@ -59,6 +59,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "integrator": {"name": "landing" if result.smoothing is None else "smoothed", "smoothing": result.smoothing},
         "posterior": None if result.posterior is None else result.posterior.document(),
         "profiles": None if result.profiles is None else dataclasses.asdict(result.profiles),
+        "unfitted": None if result.unfitted is None else dataclasses.asdict(result.unfitted),
         "unrest": None if result.unrest is None else result.unrest.document(),
         "between_records": {one.name: one.document() for one in result.between_records},
         "ring_downs": result.ring_downs.document(),

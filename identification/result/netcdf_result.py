@@ -35,6 +35,7 @@ NUMBERS = (
     "ring_downs",
     "smoothing",
     "profiles",
+    "unfitted",
 )
 _PREFIX = "record"
 

@@ -136,6 +136,23 @@ class StartOutcome:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Unfitted:
+    """Windows of the fitted records that the fit did not take.
+
+    Attributes:
+        windows: that were predicted; a part, spread evenly, where there are many.
+        samples: in these.
+        chi2_reduced: median over these of chi-square over degrees of freedom, with their initial states estimated and nothing else.
+        of_fitted: the same of the fitted windows.
+    """
+
+    windows: int
+    samples: int
+    chi2_reduced: float
+    of_fitted: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Added:
     """Effects added to the nominal model on request, and what they gain over it.
 
@@ -213,6 +230,7 @@ class FitResult:
         smoothing: width of the contact switch that was integrated, m; None for the exact contact.
         posterior: sample of the parameters' posterior; None where none was asked for.
         profiles: of the likelihood; None where none were asked for.
+        unfitted: prediction of windows that the fit did not take; None where it took all.
     """
 
     experiment: Experiment
@@ -240,3 +258,4 @@ class FitResult:
     smoothing: float | None = None
     posterior: PosteriorSample | None = None
     profiles: Profiles | None = None
+    unfitted: Unfitted | None = None

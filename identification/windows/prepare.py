@@ -1,6 +1,7 @@
 """Preparation of a fit: windows, unknowns and first guesses of an experiment, before any integration."""
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -12,7 +13,7 @@ from identification.windows.clearance import check_clearance
 from identification.windows.declared_model import check_smoothing, check_wishes, expected, nominal_model, priors, within_bounds
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics
-from identification.windows.lanes import grouped, initial_states, inputs_of, lane
+from identification.windows.lanes import Inputs, grouped, initial_states, inputs_of, lane
 from identification.windows.layout import Estimate, Layout, layout_of
 from identification.windows.release import from_release
 from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
@@ -121,12 +122,7 @@ def prepare(
     guesses = first_guesses(experiment, model, motions)
     values, gap_errors = next(iter(guesses.values()))
     cuts = _cuts(records, motions, window, most_samples)
-    longest = 1 + max(length for parts in cuts for _, length in parts)  # one more sample for readings between samples
-    longest += -longest % _PADDED_TO
-    lanes = [
-        lane(index, record, first, length, longest, inputs[index]) for index, record in enumerate(records) for first, length in cuts[index]
-    ]
-    groups = grouped(lanes)
+    groups = _groups(records, inputs, cuts)
     states = np.concatenate([initial_states(group, motions) for group in groups])
     nuisances = np.array([(amplitude, phase, error) for (amplitude, phase), error in zip(bases, gap_errors, strict=True)])
     nuisances = np.pad(nuisances, [(0, 0), (0, len(zeros))])
@@ -170,6 +166,34 @@ def _cuts(
     taken = sum(length for length, cropped in zip(lengths, whole, strict=True) if cropped)
     share = max(most_samples - taken, 0.0) / max(sum(lengths) - taken, 1)
     return [parts if cropped else thinned(parts, share) for parts, cropped in zip(cuts, whole, strict=True)]
+
+
+def _groups(records: Sequence[Record], inputs: Sequence[Inputs], cuts: list[list[tuple[int, int]]]) -> tuple[Windows, ...]:
+    """The windows of all records, padded to one length and stacked by kind of excitation."""
+    longest = 1 + max(length for parts in cuts for _, length in parts)  # one more sample for readings between samples
+    longest += -longest % _PADDED_TO
+    return grouped(
+        [
+            lane(index, record, first, length, longest, inputs[index])
+            for index, record in enumerate(records)
+            for first, length in cuts[index]
+        ]
+    )
+
+
+def left_out(prepared: Prepared) -> Prepared | None:
+    """Windows of the same records that `most_samples` left out: as many samples at most, spread evenly; None where none are left out."""
+    records, window = prepared.experiment.records, WindowLength()
+    fitted = set(zip(prepared.record.tolist(), np.concatenate([group.first for group in prepared.groups]).tolist(), strict=True))
+    cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, prepared.motions, strict=True)]
+    rest = [[part for part in parts if (index, part[0]) not in fitted] for index, parts in enumerate(cuts)]
+    samples = sum(length for parts in rest for _, length in parts)
+    if not samples:
+        return None
+    rest = [thinned(parts, prepared.most_samples / samples) if parts else [] for parts in rest]
+    groups = _groups(records, [inputs_of(record) for record in records], rest)
+    states = np.concatenate([initial_states(group, prepared.motions) for group in groups])
+    return dataclasses.replace(prepared, groups=groups, start=dataclasses.replace(prepared.start, states=states))
 
 
 def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:
