@@ -103,13 +103,11 @@ def fit_experiment(
     degrees = degrees_of_freedom(prepared, active, np.isfinite(cost))
     records = record_fits(prepared, integrator_for(prepared), shown, _nuisance_errors(prepared, spread, active))
     clock.lap("records")
-    progress("predicting the windows that were not fitted")
-    rest = unfitted(ordinary, found, cost)
-    clock.lap("unfitted")
     model, restless = found.model, unrest(found, alpha=FORCE_BY_CHANCE)
-    progress("predicting the held-back records and free vibrations")
+    progress("predicting held-back records, windows that were not fitted and free vibrations")
     held_back = held_back_fits(experiment, model, smoothing=smoothing)
     decays = ring_downs(experiment, (*records, *held_back), {"nominal": nominal.model} | ({"augmented": model} if extend else {}))
+    rest = unfitted(ordinary, found, cost)
     clock.lap("held back")
     return FitResult(
         experiment=experiment,
