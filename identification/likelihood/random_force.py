@@ -129,7 +129,8 @@ class ForceResponse:
         """Inner product of each knot's response with that of each other.
 
         For knots k <= m it is that over the samples where m acts, and c_k' S c_m later, with c their states and S the products of
-        `by_state`. Where k does not act any more when m begins, its response is that of its state there as well.
+        `by_state`. Where k does not act any more when m begins, its response is that of its state there as well. In a window that diverges
+        the terms of c_k' S c_m cancel: the diagonal is larger by their rounding, so that the matrix stays positive semi-definite.
         """
         if self.is_whole:
             flat = _flat(self.near)
@@ -149,7 +150,9 @@ class ForceResponse:
             seen = np.where((at[:, m] < self.last[:, k, None])[..., None], earlier, passed)
             exact = np.einsum("lkwc,lkwc->lk", self.near[:, m], seen) + np.einsum("lks,lks->lk", self.state[:, k], after[:, m])
             found[:, np.arange(knots - apart), np.arange(apart, knots)] = exact
-        return np.triu(found) + np.triu(found, 1).transpose(0, 2, 1)
+        terms = np.sum(np.abs(self.state) * np.sqrt(np.einsum("lkss->lks", later)), axis=-1) ** 2
+        rounding = knots * np.finfo(float).eps * terms[..., None] * np.eye(knots)
+        return np.triu(found) + np.triu(found, 1).transpose(0, 2, 1) + rounding
 
     def _near_products(self, rows: Float[np.ndarray, "windows rows channels time"]) -> Float[np.ndarray, "windows knots rows"]:
         """The part of `products` from the samples where each knot acts; window by window, which fits the processor's cache."""

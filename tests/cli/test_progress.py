@@ -1,6 +1,7 @@
 """What stays on a terminal while a command works."""
 
 import functools
+import time
 
 import pytest
 from rich.console import Console
@@ -19,6 +20,15 @@ def test_a_terminal_keeps_a_warning_and_no_stage(monkeypatch, capsys, stage, sta
 
 def test_a_log_file_holds_both(monkeypatch, capsys):
     with progress.stages(quiet=False) as say:
-        say(WarningLine("the gap is odd"))
-        say("fitting")
-    assert [line.split(" s  ")[1] for line in capsys.readouterr().err.splitlines()] == ["the gap is odd", "fitting"]
+        say(WarningLine("set sign = -1 in [sensors.impact_force]"))
+        say("fitting [all]")
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(" s  ")[1] for line in lines] == ["set sign = -1 in [sensors.impact_force]", "fitting [all]"]
+
+
+def test_a_terminal_shows_names_in_brackets(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "Console", functools.partial(Console, force_terminal=True, width=80))
+    with progress.stages(quiet=False) as say:
+        say("fitting [all]")
+        time.sleep(0.3)  # the spinner is drawn by a thread
+    assert "fitting [all]" in capsys.readouterr().err

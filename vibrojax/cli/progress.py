@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 from rich.text import Text
@@ -26,7 +27,7 @@ def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
     """
     console, start = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter() if since is None else since
     if not console.is_terminal:
-        yield lambda stage: console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True)
+        yield lambda stage: console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True, markup=False)
         return
     with at_end(console.show_cursor), console.status("starting") as status:
 
@@ -34,7 +35,7 @@ def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
             if isinstance(stage, WarningLine):
                 console.print(stage, soft_wrap=True, markup=False)
             else:
-                status.update(f"{stage}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
+                status.update(f"{escape(stage)}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
 
         yield said
 

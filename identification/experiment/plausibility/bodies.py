@@ -4,7 +4,9 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment.errors import DoubtError, shown
+from identification.experiment.plausibility.drive import MOST
 from identification.experiment.plausibility.impulses import Impact
+from identification.experiment.plausibility.sine import fit_sine
 from identification.experiment.record import Record
 from identification.experiment.settings.scales import NEAR, motion_ratio
 
@@ -13,6 +15,8 @@ AT_REST = ("drop-test", "free-decay")
 SHOW_CONTACT = frozenset(("impact_force", "hammer_acceleration"))
 SURE = 5.0
 """Standard errors beyond which a coefficient of many samples has a sign."""
+DRIVEN = 0.1
+"""Motion of the cart over that of the hammer below which it may be the recoil of a yielding frame."""
 EXCHANGE = "exchange the two in 'columns' of the record"
 
 
@@ -38,7 +42,7 @@ def check_bodies(record: Record, impacts: list[Impact]) -> None:
 
 
 def _check_rest(record: Record) -> None:
-    """In a record whose cart rests, the hammer moves more than the cart, noise aside."""
+    """In a record whose cart rests, the hammer moves more than the cart, noise aside, and the cart's motion is no sine of such a size."""
     for quantity in ("displacement", "acceleration"):
         hammer, cart = (record.channels.get(f"{body}_{quantity}") for body in ("hammer", "cart"))
         if hammer is None or cart is None:
@@ -49,6 +53,12 @@ def _check_rest(record: Record) -> None:
             raise DoubtError(
                 f"in record {shown(record.file)} cart_{quantity} moves more than hammer_{quantity} (standard deviations {rested:.3g} and "
                 f'{moved:.3g} beyond the noise): expected a cart at rest in a {record.kind}; {EXCHANGE}, or set kind = "cart-excitation"'
+            )
+        sine = fit_sine(record.time, cart) if rested > DRIVEN * moved else None
+        if sine is not None and sine.share > MOST:
+            raise DoubtError(
+                f"in record {shown(record.file)} cart_{quantity} is a sine of {sine.rounded:.6g} Hz: expected a cart at rest in a "
+                f'{record.kind}; set kind = "cart-excitation" and excitation_frequency = {sine.rounded:.6g}'
             )
 
 

@@ -70,6 +70,10 @@ def said(old: str, new: str) -> str:
     return EXPERIMENT.replace(old, new)
 
 
+DRIVE = 'kind = "cart-excitation"\ngap = 0.0005\nexcitation_frequency = 6.5 # Hz, as set; the cart\'s amplitude and phase are estimated\n'
+AS_DROP_TEST = said(DRIVE, 'kind = "drop-test"\ngap = 0.0005\n')
+
+
 MISTAKES: dict[str, tuple[str, Change, tuple[str, ...], str]] = {
     "frequency": (
         said("= 6.5 #", "= 7.5 #"),
@@ -91,6 +95,12 @@ MISTAKES: dict[str, tuple[str, Change, tuple[str, ...], str]] = {
         exchanged,
         CELL + ACC,
         r"in record 'drop.npz' cart_displacement moves more .*exchange the two in 'columns'",
+    ),
+    "kind of a driven cart": (
+        AS_DROP_TEST,
+        nothing,
+        (),
+        r"in record 'cart1.npz' cart_displacement is a sine of 6.5 Hz: .*set kind = \"cart-excitation\" and excitation_frequency = 6.5$",
     ),
     "channels exchanged, load cell": (
         ONLY_CARTS,
@@ -170,6 +180,7 @@ MISTAKES: dict[str, tuple[str, Change, tuple[str, ...], str]] = {
 
 DOUBTED = {
     "frequency",
+    "kind of a driven cart",
     "channels exchanged",
     "channels exchanged, load cell",
     "channels exchanged, accelerometer",

@@ -120,3 +120,16 @@ def test_responses_kept_as_a_whole_give_the_same(responding, moving, whitening):
 def test_some_windows_of_a_response_are_theirs(responding):
     found, whole = responding
     close(found[np.array([1])].dense, whole[1:2])
+
+
+def test_inner_products_stay_positive_where_a_window_diverges(moving, whitening):
+    """The motion grows by twelve orders along one direction and shrinks along the other, so that the terms of a product cancel."""
+    growth = np.exp(40.0 * (moving.ts - moving.ts[:, :1]))
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    stretch = np.zeros((*growth.shape, 2, 2))
+    stretch[..., 0, 0], stretch[..., 1, 1] = growth, 1.0 / growth
+    at = dataclasses.replace(moving, fundamental=turn @ stretch @ turn.T, flow=np.zeros_like(moving.flow))
+    gram = force_response(at, MASS, knots(at.ts, at.lengths, 20.0), whitening).gram
+    scale = np.sqrt(np.einsum("lkk->lk", gram))
+    lowest = np.linalg.eigvalsh(gram / np.maximum(scale[:, :, None] * scale[:, None, :], 1e-300)).min(axis=1)
+    assert growth.max() > 1e8 and np.all(lowest > -1e-13)
