@@ -1,5 +1,7 @@
 """Density of the shared parameters, with nuisances, window states and random force integrated out, as one compiled function."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -200,20 +202,26 @@ def density(of: Fitted, sampled: Bool[np.ndarray, " parameters"], covariance: Fl
         slope=jnp.zeros(count),
         bend=jnp.zeros((count, count)),
     )
-    slope, bend = _rest_of_the_gradient(found, count)
+    evaluate = eqx.filter_jit(lambda z: found.value_and_gradient(z))
+    slope, bend = rest_of_gradient(evaluate, count)
     return eqx.tree_at(lambda one: (one.slope, one.bend), found, (jnp.asarray(slope), jnp.asarray(bend)))
 
 
-def _rest_of_the_gradient(of: Density, count: int) -> tuple[Float[np.ndarray, " sampled"], Float[np.ndarray, "sampled sampled"]]:
-    """Gradient at the mode, and its derivative, of the density less the part that its own gradient explains (trapezoidal rule).
+def rest_of_gradient(
+    evaluate: Callable[[Float[Array, " sampled"]], tuple[Array, Array]], count: int
+) -> tuple[Float[np.ndarray, " sampled"], Float[np.ndarray, "sampled sampled"]]:
+    """Gradient at the mode, and its derivative, of a density less the part that its own gradient explains (trapezoidal rule).
 
     By differences of one standard error along every axis and every pair of axes; zero where the density is not finite.
+
+    Args:
+        evaluate: density and gradient at z, in standard errors from the mode.
+        count: of its variables.
     """
-    evaluate = eqx.filter_jit(lambda density, z: density.value_and_gradient(z))
-    at_mode, begin = (np.asarray(part) for part in evaluate(of, jnp.zeros(count)))
+    at_mode, begin = (np.asarray(part) for part in evaluate(jnp.zeros(count)))
 
     def rest(z: Float[np.ndarray, " sampled"]) -> float:
-        value, gradient = (np.asarray(part) for part in evaluate(of, jnp.asarray(z)))
+        value, gradient = (np.asarray(part) for part in evaluate(jnp.asarray(z)))
         left = float(value - at_mode - 0.5 * (begin + gradient) @ z)
         return left if np.isfinite(left) else 0.0
 
