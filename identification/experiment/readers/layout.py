@@ -120,10 +120,23 @@ def find_layout(lines: list[str]) -> Layout:
 
 
 def _numbers(lines: list[str], usable: list[int]) -> tuple[str, str, int, frozenset[int]] | None:
-    """Delimiter, decimal mark, cells in a row and the columns of numbers, or one column of bare numbers; None where there are none."""
-    half = usable[len(usable) // 2 :]
-    sample = [lines[index] for index in half[:: max(1, len(half) // SAMPLED_ROWS)]]
-    best, chosen = (0.0, 0), None
+    """Delimiter, decimal mark, cells in a row and the columns of numbers, or one column of bare numbers; None where there are none.
+
+    They are looked for in the file's second half; where a long head leaves few rows of samples, in ever shorter parts of its end, most of
+    whose cells must then be numbers.
+    """
+    part = usable[len(usable) // 2 :]
+    found = _numbers_of(lines, part, least=0.0)
+    while found is None and len(part) > 1:
+        part = part[len(part) // 2 :]
+        found = _numbers_of(lines, part, least=0.5)
+    return found
+
+
+def _numbers_of(lines: list[str], part: list[int], *, least: float) -> tuple[str, str, int, frozenset[int]] | None:
+    """The same for one part of the file, where more than the least share of cells are numbers."""
+    sample = [lines[index] for index in part[:: max(1, len(part) // SAMPLED_ROWS)]]
+    best, chosen = (least, 0), None
     for delimiter in DELIMITERS:
         rows = [split(line, delimiter) for line in sample]
         width, count = Counter(len(row) for row in rows).most_common(1)[0]
