@@ -4,7 +4,7 @@ import csv
 import io
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.readers.numerals import DECIMALS, is_number
@@ -32,6 +32,7 @@ class Layout:
         units: by column name, where a row of units or the preamble states them.
         first: index of the first line of samples; None where there is none.
         preamble: what stands above the header row.
+        own_times: name of the column of time by channel, where each channel has one of its own.
     """
 
     delimiter: str
@@ -41,6 +42,13 @@ class Layout:
     units: dict[str, str]
     first: int | None
     preamble: Preamble = NO_PREAMBLE
+    own_times: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns that the file offers: of the columns of time that channels have of their own, the first stands for all."""
+        further = list(dict.fromkeys(self.own_times.values()))[1:]
+        return tuple(name for _, name in self.columns if name not in further)
 
 
 def skipped(line: str) -> bool:
