@@ -9,6 +9,7 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME, means_time
 from identification.experiment.readers.base import AbstractReader, Columns
 from identification.experiment.readers.cells import parse_cells
+from identification.experiment.readers.labview import common_time, find_labview
 from identification.experiment.readers.layout import BLANKS, Layout, find_layout
 from identification.experiment.readers.limits import check_samples
 from identification.experiment.readers.text import read_lines
@@ -28,8 +29,8 @@ class DelimitedReader(AbstractReader):
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""
         lines, notice = read_lines(path)
-        layout = find_layout(lines)
-        names = tuple(name for _, name in layout.columns)
+        layout, lines = find_labview(lines) or (find_layout(lines), lines)
+        names = layout.names
         notices = (notice,) if notice else ()
         if layout.first is None:
             return Columns(names=names, values={name: np.empty(0) for name in names if name in wanted}, notices=notices)
@@ -37,9 +38,12 @@ class DelimitedReader(AbstractReader):
         rate = layout.preamble.rate
         blank = [name for name in names if means_time(name)] if rate is not None else []
         asked = (wanted & set(names)) | set(blank) | ({names[0]} if rate is not None else set())
+        asked |= {own for name, own in layout.own_times.items() if name in wanted}
         values = _fast(lines[layout.first :], layout, asked)
         if values is None:
             values = parse_cells(lines, layout, asked)
+        if joined := common_time(values, layout.own_times):
+            values[joined[0]] = joined[1]
         stamped = [name for name in blank if np.isfinite(values[name]).any()]
         units = {name: unit for name, unit in layout.units.items() if name in wanted}
         if rate is not None and not stamped and TIME not in names:

@@ -4,7 +4,7 @@ import csv
 import io
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.readers.numerals import DECIMALS, is_number
@@ -32,6 +32,7 @@ class Layout:
         units: by column name, where a row of units or the preamble states them.
         first: index of the first line of samples; None where there is none.
         preamble: what stands above the header row.
+        own_times: name of the column of time by channel, where each channel has one of its own.
     """
 
     delimiter: str
@@ -41,6 +42,13 @@ class Layout:
     units: dict[str, str]
     first: int | None
     preamble: Preamble = NO_PREAMBLE
+    own_times: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns that the file offers: of the columns of time that channels have of their own, the first stands for all."""
+        further = list(dict.fromkeys(self.own_times.values()))[1:]
+        return tuple(name for _, name in self.columns if name not in further)
 
 
 def skipped(line: str) -> bool:
@@ -120,10 +128,23 @@ def find_layout(lines: list[str]) -> Layout:
 
 
 def _numbers(lines: list[str], usable: list[int]) -> tuple[str, str, int, frozenset[int]] | None:
-    """Delimiter, decimal mark, cells in a row and the columns of numbers, or one column of bare numbers; None where there are none."""
-    half = usable[len(usable) // 2 :]
-    sample = [lines[index] for index in half[:: max(1, len(half) // SAMPLED_ROWS)]]
-    best, chosen = (0.0, 0), None
+    """Delimiter, decimal mark, cells in a row and the columns of numbers, or one column of bare numbers; None where there are none.
+
+    They are looked for in the file's second half; where a long head leaves few rows of samples, in ever shorter parts of its end, most of
+    whose cells must then be numbers.
+    """
+    part = usable[len(usable) // 2 :]
+    found = _numbers_of(lines, part, least=0.0)
+    while found is None and len(part) > 1:
+        part = part[len(part) // 2 :]
+        found = _numbers_of(lines, part, least=0.5)
+    return found
+
+
+def _numbers_of(lines: list[str], part: list[int], *, least: float) -> tuple[str, str, int, frozenset[int]] | None:
+    """The same for one part of the file, where more than the least share of cells are numbers."""
+    sample = [lines[index] for index in part[:: max(1, len(part) // SAMPLED_ROWS)]]
+    best, chosen = (least, 0), None
     for delimiter in DELIMITERS:
         rows = [split(line, delimiter) for line in sample]
         width, count = Counter(len(row) for row in rows).most_common(1)[0]

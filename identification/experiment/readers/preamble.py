@@ -29,8 +29,6 @@ ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<val
 VALUE = re.compile(r"[-+\d.,eE]+")
 # Qualisys Track Manager, which writes millimetres.
 QUALISYS, MARKERS, FREQUENCY, AXES = "no of frames", "marker names", "frequency", ("X", "Y", "Z")
-# LabVIEW measurement files.
-UNIT_LABELS, ABSCISSA = "y unit label", "x_value"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +63,6 @@ class Preamble:
         """Units of the columns, empty where nothing is said."""
         if QUALISYS in self.entries:
             return tuple("mm" if name.endswith(tuple(f" {axis}" for axis in AXES)) else "s" if name == "Time" else "" for name in names)
-        if labels := self.entries.get(UNIT_LABELS):
-            channels = iter(labels)
-            return tuple("s" if name.lower() == ABSCISSA else next(channels, "") for name in names)
         return ()
 
 

@@ -99,7 +99,7 @@ def _common_time(channels: Sequence[RecorderChannel]) -> tuple[Float64[np.ndarra
         another = _time_of(other)
         if another.size != time.size or other.time_unit != first.time_unit or np.abs(another - time).max(initial=0.0) > TOLERANCE * step:
             raise ExperimentError(
-                f"channels {shown(first.name)} ({_axis(time)}) and {shown(other.name)} ({_axis(another)}) are sampled differently: "
+                f"channels {shown(first.name)} ({axis(time)}) and {shown(other.name)} ({axis(another)}) are sampled differently: "
                 "expected one time axis for all channels of a record; resample them to one rate and export again"
             )
     return time, first.time_unit
@@ -115,8 +115,19 @@ def _time_of(channel: RecorderChannel) -> Float64[np.ndarray, " samples"]:
     return as_column(channel.time(), TIME)
 
 
-def _axis(time: Float64[np.ndarray, " samples"]) -> str:
-    """Describe a time axis in a message."""
+def axis(time: Float64[np.ndarray, " samples"]) -> str:
+    """Describe a time axis in a message.
+
+    Args:
+        time: s, shape (samples,).
+
+    Returns:
+        Its number of samples, first stamp and step.
+
+    Example:
+        >>> axis(np.array([0.0, 0.5, 1.0]))
+        '3 samples from 0 at steps of 0.5'
+    """
     if time.size < 2:
         return listed([f"{time.size} samples"])
     return f"{time.size} samples from {time[0]:.6g} at steps of {float(np.median(np.diff(time))):.6g}"

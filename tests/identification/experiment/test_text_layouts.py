@@ -47,6 +47,13 @@ def test_a_header_that_does_not_suit_the_samples(tmp_path):
         read(tmp_path, "t,F\n0,1,2\n1,2,3\n", "t", "F")
 
 
+@pytest.mark.parametrize("samples", [1, 2, 5])
+def test_few_samples_below_a_long_head_are_no_header(tmp_path, samples):
+    rows = [f"{k},5;{k}" for k in range(samples)]
+    found = read(tmp_path, "\n".join([*(f"Remark {k}: nothing" for k in "abcdefghijklmnopqrst"), "t;F", *rows, ""]), "t", "F")
+    assert (found.names, found.values["t"].tolist()) == (("t", "F"), [k + 0.5 for k in range(samples)])
+
+
 def test_empty_rows_and_columns_of_a_spreadsheet_are_passed_over(tmp_path):
     found = read(tmp_path, "t;F;;\n0;1;;\n;;;\n1;;;\n;;;\n", "t", "F")
     assert found.names == ("t", "F")

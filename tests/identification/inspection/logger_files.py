@@ -91,6 +91,21 @@ def labview_without_abscissa(path: Path) -> None:
     path.write_text("\n".join([*lines[:begin], *body]).replace("X_Columns\tOne", "X_Columns\tNo"), encoding="cp1252")
 
 
+def labview_with_abscissae(path: Path) -> None:
+    """The same with an abscissa for each channel: an empty cell between the entries of two channels, and a comment in the first row."""
+    labview(path)
+    lines = path.read_text(encoding="cp1252").replace("X_Columns\tOne", "X_Columns\tMulti").split("\n")
+    begin = next(place for place, line in enumerate(lines) if line.startswith("X_Value"))
+    block = next(place for place, line in enumerate(lines) if line.startswith("Samples"))
+    head = [line.replace("\t", "\t\t").replace("\t\t", "\t", 1) for line in lines[block:begin]]
+    name, *names, comment = lines[begin].split("\t")
+    cells = [line.split("\t") for line in lines[begin + 1 :] if line.strip()]
+    body = ["\t".join(f"{time}\t{value}" for value in values) for time, *values in cells]
+    body[0] += "\tRun 1"
+    lines = [*lines[:block], *head, "\t".join(f"{name}\t{one}" for one in names) + f"\t{comment}", *body, ""]
+    path.write_text("\n".join(lines), encoding="cp1252")
+
+
 def catman(path: Path) -> None:
     """Text export of HBM catman: tabs, Windows-1252, names, units, and a row on the sampling."""
     head = [
@@ -167,6 +182,7 @@ LAYOUTS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "units below the header": ("a.txt", units_below),
     "LabVIEW": ("a.lvm", labview),
     "LabVIEW without abscissa": ("a.lvm", labview_without_abscissa),
+    "LabVIEW with an abscissa for each channel": ("a.lvm", labview_with_abscissae),
     "HBM catman": ("a.asc", catman),
     "Dewesoft": ("a.txt", dewesoft),
     "National Instruments": ("a.csv", flexlogger),

@@ -1,0 +1,171 @@
+"""LabVIEW measurement files: entries on the file, entries on the channels, a header row, then samples with a comment in some rows."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float64
+
+from identification.experiment.channels import TIME
+from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.readers.layout import EMPTY, SAMPLED_ROWS, Layout, skipped, split
+from identification.experiment.readers.numerals import DECIMALS, is_number
+from identification.experiment.readers.preamble import read_preamble
+from identification.experiment.readers.recorder import TOLERANCE, axis
+
+FILE_BEGIN, HEADER_END = "LabVIEW Measurement", "***End_of_Header***"
+HEADER_ROW = re.compile(r"X_Value *(?P<delimiter>[\t,;])")
+ABSCISSA, COMMENT = "X_Value", "Comment"
+DECIMAL, COUNTS, UNITS = "Decimal_Separator", "Samples", "Y_Unit_Label"
+
+
+def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
+    """Find header row, channels and samples of a LabVIEW measurement file, whatever its rows of samples hold.
+
+    Args:
+        lines: the whole file.
+
+    Returns:
+        The layout, and the lines with the comments of the rows of samples cut off; None where the file is none of LabVIEW's with a header.
+
+    Raises:
+        ExperimentError: the file holds several segments.
+    """
+    headers = _header_rows(lines)
+    if not headers:
+        return None
+    if len(headers) > 1:
+        raise ExperimentError(
+            f"the file holds {len(headers)} segments, the second begins at line {_segment_begin(lines, headers) + 1}: expected one, "
+            "since each segment has a time axis of its own; export each segment as a file of its own, or cut the file there"
+        )
+    ((header, delimiter),) = headers
+    cells = split(lines[header].rstrip(EMPTY), delimiter)
+    commented = cells[-1] == COMMENT
+    cells = cells[:-1] if commented else cells
+    entries = {row[0]: row[1:] for row in (split(line, delimiter) for line in lines[:header])}
+    decimal = _decimal(lines[header + 1 :], delimiter, len(cells), "".join(entries.get(DECIMAL, ())))
+    body = [_without_comment(line, delimiter, decimal, len(cells)) for line in lines[header + 1 :]] if commented else lines[header + 1 :]
+    names = _names(cells)
+    layout = Layout(
+        delimiter=delimiter,
+        decimal=decimal,
+        width=len(cells),
+        columns=tuple(enumerate(names)),
+        units=_units(cells, names, entries),
+        first=None if all(map(skipped, body)) else header + 1,
+        preamble=read_preamble([line for line in lines[:header] if line.strip()], delimiter),
+        own_times=_own_times(cells, names),
+    )
+    return layout, lines[: header + 1] + body
+
+
+def common_time(
+    values: dict[str, Float64[np.ndarray, " samples"]], own_times: dict[str, str]
+) -> tuple[str, Float64[np.ndarray, " samples"]] | None:
+    """Make one column of time of those that channels have of their own.
+
+    Args:
+        values: columns that were read, shape (samples,) each.
+        own_times: name of the column of time, by channel.
+
+    Returns:
+        Name of the column that stands for all, and s, shape (samples,): where one column has an empty cell, the stamp of another. None
+        where no channel was read together with its time.
+
+    Raises:
+        ExperimentError: the columns of two channels differ by more than rounding.
+    """
+    read = {channel: values[column] for channel, column in own_times.items() if channel in values and column in values}
+    if not read:
+        return None
+    first, *others = read
+    time = read[first]
+    steps = np.diff(time[np.isfinite(time)])
+    allowed = TOLERANCE * float(np.median(steps)) if steps.size else 0.0
+    for other in others:
+        another = read[other]
+        if (np.abs(another - time) > allowed).any():
+            raise ExperimentError(
+                f"channels {shown(first)} ({_axis(read[first])}) and {shown(other)} ({_axis(another)}) have different X_Value columns: "
+                "expected one time axis for all channels of a record; resample them to one rate, or export them to files of their own"
+            )
+        time = np.where(np.isfinite(time), time, another)
+    return next(iter(own_times.values())), time
+
+
+def _header_rows(lines: list[str]) -> list[tuple[int, str]]:
+    """Index and delimiter of the header row of each segment: the first line with text below the end of a header."""
+    ends = [index for index, line in enumerate(lines) if line.startswith(HEADER_END)]
+    below = [next((index for index in range(end + 1, len(lines)) if lines[index].strip(EMPTY)), end) for end in ends]
+    found = [(index, HEADER_ROW.match(lines[index])) for index in below]
+    return [(index, row["delimiter"]) for index, row in found if row]
+
+
+def _segment_begin(lines: list[str], headers: Sequence[tuple[int, str]]) -> int:
+    """Index of the first line of the second segment: the first of its entries, or the file's own entries where they stand there again."""
+    (first, _), (second, delimiter) = headers[:2]
+    again = next((index for index in range(first, second) if lines[index].startswith(FILE_BEGIN)), None)
+    if again is not None:
+        return again
+    begin = second
+    while begin - 1 > first and _is_entry(lines[begin - 1], delimiter):
+        begin -= 1
+    return begin
+
+
+def _is_entry(line: str, delimiter: str) -> bool:
+    """Whether a line begins with a key, not with a number or an empty cell as a row of samples does."""
+    key = split(line, delimiter)[0]
+    return bool(key) and not any(is_number(key, decimal) for decimal in DECIMALS)
+
+
+def _decimal(rows: list[str], delimiter: str, width: int, stated: str) -> str:
+    """The decimal mark under which most cells of the samples are numbers; the stated one where several would do, else a point."""
+    marks = [mark for mark in (stated, *DECIMALS) if mark in DECIMALS and mark != delimiter]
+    sample = [cell for row in rows[:: max(1, len(rows) // SAMPLED_ROWS)] for cell in split(row, delimiter)[:width]]
+    return max(marks, key=lambda mark: sum(is_number(cell, mark) for cell in sample))
+
+
+def _without_comment(line: str, delimiter: str, decimal: str, width: int) -> str:
+    """A row of samples without its comment, which may hold delimiters; one with too many numbers stays, for the parser to refuse."""
+    if line.count(delimiter) < width:
+        return line
+    cells = line.split(delimiter)
+    if len(cells) > width + 1 and is_number(cells[width].strip(), decimal):
+        return line
+    return delimiter.join(cells[:width])
+
+
+def _names(cells: list[str]) -> list[str]:
+    """Names of all columns, numbered where several bear one; of several X_Value columns, the first is offered as "time" for all."""
+    names = [name or f"column {place + 1}" for place, name in enumerate(cells)]
+    unique = [f"{name} (column {place + 1})" if names.count(name) > 1 else name for place, name in enumerate(names)]
+    return [TIME, *unique[1:]] if cells.count(ABSCISSA) > 1 and TIME not in names else unique
+
+
+def _own_times(cells: list[str], names: list[str]) -> dict[str, str]:
+    """The column of time before each channel, by the channel's name; none where one column serves all channels."""
+    if cells.count(ABSCISSA) < 2:
+        return {}
+    before = [max(at for at in range(place + 1) if cells[at] == ABSCISSA) for place in range(len(cells))]
+    return {name: names[before[place]] for place, name in enumerate(names) if cells[place] != ABSCISSA}
+
+
+def _units(cells: list[str], names: list[str], entries: dict[str, list[str]]) -> dict[str, str]:
+    """Units by column name.
+
+    The entries of a line belong to the channels in their order. Where an X_Value stands between two channels, an empty cell stands between
+    their entries: the counts of samples, which no channel lacks, tell which cells are the channels'.
+    """
+    channels = [place for place, cell in enumerate(cells) if cell != ABSCISSA]
+    filled = [place for place, count in enumerate(entries.get(COUNTS, ())) if count]
+    at = filled if len(filled) == len(channels) else [place - 1 for place in channels]
+    labels = entries.get(UNITS, ())
+    found = {names[place]: labels[cell] for place, cell in zip(channels, at, strict=True) if cell < len(labels) and labels[cell]}
+    return {name: "s" for name, cell in zip(names, cells, strict=True) if cell == ABSCISSA} | found
+
+
+def _axis(time: Float64[np.ndarray, " samples"]) -> str:
+    """Describe the filled part of a column of time."""
+    return axis(time[np.isfinite(time)])
