@@ -100,7 +100,8 @@ def judge(result: FitResult) -> Verdict:
     overall = f"reduced chi-square {significant(result.chi2_reduced)}"
     remarks = (*(() if result.added is None else (added_sentence(result.added),)), *_remarks(result, found))
     if result.unrest is not None:
-        sentence, level, worst = f"The model explains the records to a random force on the hammer ({overall} without it)", PARTLY, None
+        sentence = f"Beside the model a random force of {result.unrest.size} acts on the hammer; without it the misfit is "
+        sentence, level, worst = f"{sentence}{_times(times)} the noise ({overall})", PARTLY, None
     elif not result.chi2_reduced <= chi2_limit(result.degrees, OVERALL):
         sentence = f"The model does NOT explain the records: the misfit is {_times(times)} the noise ({overall})"
         level = POOR

@@ -46,12 +46,14 @@ class Unrest:
             "share_of": self.reference,
         }
 
+    @property
+    def size(self) -> str:
+        """Its size in words."""
+        return f"{significant(self.force_rms[0], 2)} N rms ({percent(self.share, 1.0)} of {self.reference})"
+
     def sentence(self) -> str:
         """Sentence on the random force for a report."""
-        return (
-            f"The random force on the hammer is {significant(self.force_rms[0], 2)} N rms ({percent(self.share, 1.0)} of {self.reference})"
-            f" with a correlation time of {significant(1e3 * self.memory[0], 2)} ms."
-        )
+        return f"The random force on the hammer is {self.size} with a correlation time of {significant(1e3 * self.memory[0], 2)} ms."
 
 
 def unrest(fitted: Fitted, *, alpha: float) -> Unrest | None:

@@ -13,6 +13,8 @@ MISTAKEN = {
     60.0: "as if it were in revolutions per minute; excitation_frequency is in Hz",
     1e3: 'as if its time stamps were in ms; add time_unit = "ms" to the record',
     1e6: 'as if its time stamps were in us; add time_unit = "us" to the record',
+    1e-3: 'as if its time stamps were in s and not in ms; set time_unit = "s" in the record',
+    1e-6: 'as if its time stamps were in s and not in us; set time_unit = "s" in the record',
 }
 """What a set frequency may be that is so many times that of the cart."""
 

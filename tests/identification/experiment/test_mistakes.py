@@ -89,6 +89,7 @@ MISTAKES: dict[str, tuple[str, Change, tuple[str, ...], str]] = {
     ),
     "frequency in rpm": (said("= 6.5 #", "= 390 #"), nothing, (), r"is 390 Hz: .*it is 60 times .*as if it were in revolutions per minute"),
     "time in ms": (EXPERIMENT, times("time", 1e3), (), r"is 6.5 Hz, and its samples come at 4 Hz: .*add time_unit = \"ms\" to the record"),
+    "time in s, read as ms": (EXPERIMENT, times("time", 1e-3), (), r"is a sine of 6500 Hz.* set time_unit = \"s\" in the record"),
     "time of a drop test in ms": (ONLY_DROP, times("time", 1e3), ACC, r"is 1.1e-06 times the impulse .*as it is if time were in ms; "),
     "channels exchanged": (
         EXPERIMENT,

@@ -5,6 +5,7 @@ import pytest
 
 from identification.report.verdict import GOOD, PARTLY, POOR, judge
 from identification.result.result import Nuisance
+from tests.identification.diagnosis.made_diagnosis import UNREST
 from tests.identification.made_result import made_result
 
 
@@ -21,6 +22,15 @@ def test_a_wrong_model_is_reported_with_its_worst_record_and_channel(poor):
     assert "worst is impact force in contact of cart1.csv" in verdict.sentence
     assert verdict.worst.times_noise > 5
     assert any("not white" in remark for remark in verdict.remarks)
+
+
+def test_a_random_force_is_stated_with_the_misfit_that_it_takes_up(good):
+    verdict = judge(dataclasses.replace(good, chi2_reduced=36.0, unrest=UNREST))
+    assert verdict.level == PARTLY
+    assert verdict.sentence == (
+        "Beside the model a random force of 0.021 N rms (1.2 % of the spring's force) acts on the hammer; "
+        "without it the misfit is 6.0 times the noise (reduced chi-square 36.0)."
+    )
 
 
 def test_a_record_that_alone_misfits_is_named_with_what_it_alone_has(poor, good):
