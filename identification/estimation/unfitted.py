@@ -22,9 +22,9 @@ def unfitted(prepared: Prepared, of: Fitted, cost: Float[np.ndarray, " windows"]
         cost: of its own windows without random force, half chi-square.
 
     Returns:
-        None where all windows are fitted, or none of the others can be integrated.
+        None where all windows are fitted, where the fit is one of shorter windows, or where none of the others can be integrated.
     """
-    rest = left_out(prepared)
+    rest = left_out(prepared) if len(of.prepared.record) == len(prepared.record) else None
     if rest is None:
         return None
     estimate, layout = of.estimate, of.prepared.layout
@@ -36,6 +36,7 @@ def unfitted(prepared: Prepared, of: Fitted, cost: Float[np.ndarray, " windows"]
         return None
     return Unfitted(
         windows=len(others),
+        failed=int(np.sum(~np.isfinite(others))),
         samples=int(sum(group.lengths.sum() for group in rest.groups)),
         chi2_reduced=_median_chi2(rest, others),
         of_fitted=_median_chi2(of.prepared, cost),
@@ -43,6 +44,6 @@ def unfitted(prepared: Prepared, of: Fitted, cost: Float[np.ndarray, " windows"]
 
 
 def _median_chi2(prepared: Prepared, cost: Float[np.ndarray, " windows"]) -> float:
-    """Median over the windows of chi-square over the degrees of freedom that a window's states leave; failed windows count as infinite."""
+    """Median, over the windows that were integrated, of chi-square over the degrees of freedom that a window's states leave."""
     counts = np.concatenate([(group.weight > 0).sum(axis=(1, 2)) for group in prepared.groups])
-    return float(np.median(2.0 * np.where(np.isfinite(cost), cost, np.inf) / np.maximum(counts - prepared.layout.states, 1)))
+    return float(np.nanmedian(np.where(np.isfinite(cost), 2.0 * cost / np.maximum(counts - prepared.layout.states, 1), np.nan)))

@@ -95,17 +95,20 @@ class Linearised:
         """Number of consecutive samples of each channel that end at each one, as `identification.likelihood.noise.runs` counts them."""
         return runs((self.weight > 0).transpose(0, 2, 1))
 
-    def pieces(self, samples: Int[np.ndarray, "windows pieces width"]) -> "Linearised":
-        """Parts of the windows as windows of their own, without Jacobian, by their samples; derivatives stay by the windows' own start."""
+    def pieces(self, chosen: Int[np.ndarray, " chosen"], samples: Int[np.ndarray, "chosen pieces width"]) -> "Linearised":
+        """Parts of some windows, by their samples, side by side along the first axis, without Jacobian.
+
+        Derivatives stay those by the state at the start of the windows, and `first` and `lengths` are theirs.
+        """
         windows, count, width = samples.shape
-        lane = np.arange(windows)[:, None, None]
+        lane = chosen[:, None, None]
 
         def cut(values: np.ndarray, samples: np.ndarray = samples) -> np.ndarray:
             return values[lane, samples].reshape(windows * count, samples.shape[-1], *values.shape[2:])
 
         along = ("ts", "weight", "residual", "u", "v", "acceleration", "push", "in_contact", "approach_speed", "own")
         along += ("fundamental", "push_by", "restoring", "cart_by", "flow", "kick")
-        by_window = {name: np.repeat(getattr(self, name), count, axis=0) for name in ("record", "first", "lengths", "finite")}
+        by_window = {name: np.repeat(getattr(self, name)[chosen], count, axis=0) for name in ("record", "first", "lengths", "finite")}
         nothing = np.zeros((windows * count, 0, width, len(self.channels)))
         found = dataclasses.replace(self, jacobian=nothing, **by_window, **{name: cut(getattr(self, name)) for name in along})
         before, after = (cut(part, np.minimum(samples[..., :-1], part.shape[1] - 1)) for part in self.quadrature)

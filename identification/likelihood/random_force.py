@@ -16,6 +16,8 @@ MOST_KNOTS = 80
 """Largest number of knots in a window."""
 _LEAST_SAMPLES = 4
 """Fewest samples from one knot to the next."""
+_AT_ONCE = 2**18
+"""Samples about knots that are processed together: some hundred megabytes."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -65,7 +67,7 @@ def knots(ts: Float[np.ndarray, "windows time"], lengths: Int[np.ndarray, " wind
 
 def hats(at: Linearised, places: Float[np.ndarray, " knots"], chosen: slice = slice(None)) -> Float[np.ndarray, "windows chosen time"]:
     """Forces of 1 N at each of some knots, falling linearly to 0 at the next ones."""
-    since, spacing = at.ts - at.ts[:, :1], places[1] - places[0] if len(places) > 1 else 1.0
+    since, spacing = at.ts - at.ts[:, :1], places[1] - places[0]
     return np.clip(1.0 - np.abs(since[:, None] - places[chosen][:, None]) / spacing, 0.0, None)
 
 
@@ -74,12 +76,12 @@ class ForceResponse:
     """First-order response Z of the residuals to 1 N at each knot (`hats`), whitened by the noise.
 
     Once the force at a knot has acted, the motion is that of another initial state. So Z is kept sample by sample up to there, and by that
-    state afterwards: memory and inner products grow with the number of samples, not with samples times knots.
+    state afterwards: where all windows are sampled alike, memory grows with the number of samples, not with samples times knots.
 
     Attributes:
         near: while the force acts; (windows, knots, width, channels), zero from `last` on.
         first: sample of the window at which that begins; (windows, knots).
-        last: sample from which the state tells the rest; (windows, knots).
+        last: sample from which the response is that of the state; (windows, knots).
         state: change of the initial state with the same later motion; (windows, knots, states).
         by_state: whitened response to each initial value; (windows, states, channels, time). No states: Z is kept as a whole in `near`.
     """
@@ -177,23 +179,30 @@ def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knot
     if len(at.forgetful[0]):  # what acts later does not follow from the initial state
         parts = (at.over_noise(force_responses(at, mass, hats(at, places, slice(k, k + 1))), noise) for k in range(len(places)))
         return ForceResponse.whole(np.concatenate(list(parts), axis=1))
-    since, time, spacing = at.ts - at.ts[:, :1], at.ts.shape[1], places[1] - places[0] if len(places) > 1 else np.inf
+    since, time, spacing = at.ts - at.ts[:, :1], at.ts.shape[1], places[1] - places[0]
     first = np.stack([np.searchsorted(one, places - spacing) for one in since])
     last = np.stack([np.searchsorted(one, places + spacing) for one in since]) + max(one.order for one in noise.values())
-    first = np.clip(first - 1, 0, time - 1)
-    last = np.minimum(last, time)
-    samples = first[..., None] + np.arange(int((last - first).max()))
-    taken = np.minimum(samples, time - 1)
-    pieces = at.pieces(taken)
-    away = np.abs(np.take_along_axis(since, taken.reshape(len(since), -1), axis=1).reshape(samples.shape) - places[:, None])
-    acting = np.clip(1.0 - away / spacing, 0.0, None)
-    residual, state = passing_forces(pieces, mass, acting.reshape(-1, 1, acting.shape[-1]))
-    near = pieces.over_noise(residual, noise)[:, 0].transpose(0, 2, 1).reshape(*samples.shape, -1)
+    first, last = np.clip(first - 1, 0, time - 1), np.minimum(last, time)
+    widths = (last - first).max(axis=1) + 1  # the state takes in the step that ends at `last`
+    near = np.zeros((*first.shape, int(widths.max()), len(at.channels)))
+    state = np.zeros((*first.shape, at.fundamental.shape[-1]))
+    order = np.argsort(widths, kind="stable")
+    while len(order):
+        some = order[: max(1, int(_AT_ONCE / (len(places) * widths[order[0]])))]
+        samples = np.minimum(first[some][..., None] + np.arange(int(widths[some].max())), time - 1)
+        away = np.abs(np.take_along_axis(since[some], samples.reshape(len(some), -1), axis=1).reshape(samples.shape) - places[:, None])
+        acting = np.clip(1.0 - away / spacing, 0.0, None)
+        pieces = at.pieces(some, samples)
+        residual, left = passing_forces(pieces, mass, acting.reshape(-1, 1, acting.shape[-1]))
+        near[some, :, : samples.shape[-1]] = pieces.over_noise(residual, noise)[:, 0].transpose(0, 2, 1).reshape(*samples.shape, -1)
+        state[some] = left.reshape(*acting.shape[:2], -1)
+        order = order[len(some) :]
+    acts = first[..., None] + np.arange(near.shape[2]) < last[..., None]
     return ForceResponse(
-        near=near * (samples < last[..., None])[..., None],
+        near=near * acts[..., None],
         first=first,
         last=last,
-        state=state.reshape(*acting.shape[:2], -1),
+        state=state,
         by_state=at.over_noise(state_responses(at, mass), noise),
     )
 
@@ -206,5 +215,4 @@ def _suffix_sums(values: Float[np.ndarray, "windows i j time"], begin: Int[np.nd
     """Sums from a sample on, for each of several; (windows, knots, i, j)."""
     sums = np.cumsum(values[..., ::-1], axis=-1)[..., ::-1]
     sums = np.concatenate([sums, np.zeros((*values.shape[:-1], 1))], axis=-1)
-    samples = np.minimum(begin, values.shape[-1])[:, None, None]
-    return np.take_along_axis(sums, samples, axis=-1).transpose(0, 3, 1, 2)
+    return np.take_along_axis(sums, begin[:, None, None], axis=-1).transpose(0, 3, 1, 2)

@@ -100,7 +100,7 @@ def unfitted_words(result: FitResult) -> str:
     windows = f"{rest.windows} windows that were not fitted are" if rest.windows > 1 else "One window that was not fitted is"
     return (
         f"{windows} predicted with a median chi-square of {significant(rest.chi2_reduced, 3)} ({significant(rest.of_fitted, 3)} in the "
-        "fitted ones), with nothing but their initial states estimated."
+        f"fitted ones), with nothing but their initial states estimated{f'; {rest.failed} could not be integrated' if rest.failed else ''}."
     )
 
 

@@ -141,12 +141,14 @@ class Unfitted:
 
     Attributes:
         windows: that were predicted; a part, spread evenly, where there are many.
-        samples: in these.
+        failed: of these, which could not be integrated.
+        samples: in all of these.
         chi2_reduced: median over these of chi-square over degrees of freedom, with their initial states estimated and nothing else.
         of_fitted: the same of the fitted windows.
     """
 
     windows: int
+    failed: int
     samples: int
     chi2_reduced: float
     of_fitted: float

@@ -49,8 +49,9 @@ class Prepared:
     """Per record: motion of the cart where it was measured and drives the model."""
     smoothing: float | None = None
     """Width of the contact switch of a fit with the smoothed law, m; None for the exact contact."""
+    window: WindowLength = WindowLength()
     most_samples: float = np.inf
-    """As in `prepare`."""
+    """Both as in `prepare`."""
 
     @property
     def record(self) -> np.ndarray:
@@ -138,6 +139,7 @@ def prepare(
         motions=tuple(motions),
         carts=tuple(measured),
         smoothing=smoothing,
+        window=window,
         most_samples=most_samples,
     )
 
@@ -182,8 +184,8 @@ def _groups(records: Sequence[Record], inputs: Sequence[Inputs], cuts: list[list
 
 
 def left_out(prepared: Prepared) -> Prepared | None:
-    """Windows of the same records that `most_samples` left out: as many samples at most, spread evenly; None where none are left out."""
-    records, window = prepared.experiment.records, WindowLength()
+    """Windows of the same records that `most_samples` left out, thinned out like those; None where none are left out."""
+    records, window = prepared.experiment.records, prepared.window
     fitted = set(zip(prepared.record.tolist(), np.concatenate([group.first for group in prepared.groups]).tolist(), strict=True))
     cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, prepared.motions, strict=True)]
     rest = [[part for part in parts if (index, part[0]) not in fitted] for index, parts in enumerate(cuts)]

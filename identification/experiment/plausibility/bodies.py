@@ -4,9 +4,9 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment.errors import DoubtError, shown
-from identification.experiment.plausibility.drive import MOST
+from identification.experiment.plausibility.drive import MOSTLY_SINE
 from identification.experiment.plausibility.impulses import Impact
-from identification.experiment.plausibility.sine import fit_sine
+from identification.experiment.plausibility.sine import amplitude_at, fit_sine
 from identification.experiment.record import Record
 from identification.experiment.settings.scales import NEAR, motion_ratio
 
@@ -17,6 +17,8 @@ SURE = 5.0
 """Standard errors beyond which a coefficient of many samples has a sign."""
 DRIVEN = 0.1
 """Motion of the cart over that of the hammer below which it may be the recoil of a yielding frame."""
+STEADY = 0.02
+"""Relative difference of amplitude between the thirds of a record within which a motion is driven, and no ringing of a frame."""
 EXCHANGE = "exchange the two in 'columns' of the record"
 
 
@@ -42,7 +44,7 @@ def check_bodies(record: Record, impacts: list[Impact]) -> None:
 
 
 def _check_rest(record: Record) -> None:
-    """In a record whose cart rests, the hammer moves more than the cart, noise aside, and the cart's motion is no sine of such a size."""
+    """In a record whose cart rests, the hammer moves more than the cart, noise aside, and the cart is not driven."""
     for quantity in ("displacement", "acceleration"):
         hammer, cart = (record.channels.get(f"{body}_{quantity}") for body in ("hammer", "cart"))
         if hammer is None or cart is None:
@@ -55,11 +57,21 @@ def _check_rest(record: Record) -> None:
                 f'{moved:.3g} beyond the noise): expected a cart at rest in a {record.kind}; {EXCHANGE}, or set kind = "cart-excitation"'
             )
         sine = fit_sine(record.time, cart) if rested > DRIVEN * moved else None
-        if sine is not None and sine.share > MOST:
+        if sine is not None and sine.share > MOSTLY_SINE and _is_steady(record.time, cart, sine.frequency):
             raise DoubtError(
                 f"in record {shown(record.file)} cart_{quantity} is a sine of {sine.rounded:.6g} Hz: expected a cart at rest in a "
                 f'{record.kind}; set kind = "cart-excitation" and excitation_frequency = {sine.rounded:.6g}'
             )
+
+
+def _is_steady(time: Float[np.ndarray, " samples"], values: Float[np.ndarray, " samples"], frequency: float) -> bool:
+    """Whether a sine has one amplitude in all thirds of the record; False where a third is shorter than two periods."""
+    third = time.size // 3
+    if third < 16 or frequency * float(time[third] - time[0]) < 2.0:
+        return False
+    parts = (slice(third), slice(third, -third), slice(-third, None))
+    amplitudes = [amplitude_at(time[part], values[part], frequency) for part in parts]
+    return max(amplitudes) < (1.0 + STEADY) * min(amplitudes)
 
 
 def _check_accelerometer(record: Record) -> None:

@@ -7,7 +7,8 @@ from identification.experiment.errors import DoubtError, ExperimentError, shown
 from identification.experiment.plausibility.sine import fit_sine, share_at
 from identification.experiment.record import Record
 
-MOST = 0.5
+MOSTLY_SINE = 0.5
+"""Share of a channel's variance beyond which a sine explains most of it."""
 MISTAKEN = {
     2.0 * np.pi: "as if it were in rad/s; excitation_frequency is in Hz",
     60.0: "as if it were in revolutions per minute; excitation_frequency is in Hz",
@@ -42,7 +43,7 @@ def check_drive_frequency(record: Record) -> None:
     if whole is None or first is None or second is None:
         return
     resolved, apart = 1.0 / float(time[-1] - time[0]), abs(whole.frequency - asked)
-    explained = whole.share > MOST and share_at(time, values, asked) < MOST
+    explained = whole.share > MOSTLY_SINE and share_at(time, values, asked) < MOSTLY_SINE
     if not explained or apart <= 2.0 * abs(second.frequency - first.frequency):
         return
     hint = next((words for ratio, words in MISTAKEN.items() if abs(asked / ratio - whole.frequency) < resolved), "")

@@ -96,6 +96,27 @@ def share_at(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, 
     return max(0.0, 1.0 - float(np.var(v - basis @ solution) / np.var(v)))
 
 
+def amplitude_at(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, " samples"], frequency: float) -> float:
+    """Amplitude of the sine of a given frequency that fits a channel best.
+
+    Args:
+        time: s, shape (samples,).
+        values: any unit; NaN where not usable, shape (samples,).
+        frequency: Hz.
+
+    Returns:
+        In the unit of the channel.
+
+    Example:
+        >>> t = np.arange(2000) / 500.0
+        >>> round(amplitude_at(t, 3.0 + 0.7 * np.sin(2 * np.pi * 6.25 * t), 6.25), 6)
+        0.7
+    """
+    usable = np.isfinite(values)
+    (sine, cosine, _), *_ = np.linalg.lstsq(_basis(time[usable] - time.mean(), frequency), values[usable], rcond=None)
+    return float(np.hypot(sine, cosine))
+
+
 def _basis(t: np.ndarray, frequency: float) -> np.ndarray:
     """Sine, cosine and offset."""
     angle = 2.0 * np.pi * frequency * t

@@ -32,7 +32,7 @@ class Density(eqx.Module):
     the normal ones that the operator gives.
 
     At every z the records are integrated anew. States and nuisances follow z to first order from the mode; one Gauss-Newton step from
-    there takes them to their optimum. The gradient is exact but for the determinants and for what that one step leaves: their gradient is
+    there takes them to their optimum. The gradient leaves out the determinants and what that one step leaves: their gradient is
     taken as affine in z, from differences one standard error about the mode. A sampler stays exact with such a gradient: trajectories are
     reversible with any force that depends on the position alone.
 
@@ -56,8 +56,8 @@ class Density(eqx.Module):
     degrees: Float[Array, ""]
     """Of freedom of the windows' t distribution."""
     slope: Float[Array, " sampled"]
-    """Gradient at the mode of what the exact part leaves."""
-    bend: Float[Array, "sampled sampled"]
+    """Residual gradient at the mode: of what the gradient of `terms` leaves out."""
+    curvature: Float[Array, "sampled sampled"]
     """Its derivative."""
 
     def __call__(self, z: Float[Array, " sampled"]) -> Float[Array, ""]:
@@ -68,7 +68,7 @@ class Density(eqx.Module):
     def value_and_gradient(self, z: Float[Array, " sampled"]) -> tuple[Float[Array, ""], Float[Array, " sampled"]]:
         """ln p(z) and its gradient; -inf outside the bounds and where a window cannot be integrated."""
         profile, volume, gradient = self.terms(z)
-        return profile + volume, gradient + self.slope + self.bend @ z
+        return profile + volume, gradient + self.slope + self.curvature @ z
 
     def terms(self, z: Float[Array, " sampled"]) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, " sampled"]]:
         """ln p(z) as its value at the optimum of nuisances and states and the logarithm of their volume; and the gradient of the first."""
@@ -200,19 +200,19 @@ def density(of: Fitted, sampled: Bool[np.ndarray, " parameters"], covariance: Fl
         follow=jnp.asarray(follow),
         degrees=jnp.asarray(float(of.variances.degrees)),
         slope=jnp.zeros(count),
-        bend=jnp.zeros((count, count)),
+        curvature=jnp.zeros((count, count)),
     )
     evaluate = eqx.filter_jit(lambda z: found.value_and_gradient(z))
-    slope, bend = rest_of_gradient(evaluate, count)
-    return eqx.tree_at(lambda one: (one.slope, one.bend), found, (jnp.asarray(slope), jnp.asarray(bend)))
+    slope, curvature = residual_gradient(evaluate, count)
+    return eqx.tree_at(lambda one: (one.slope, one.curvature), found, (jnp.asarray(slope), jnp.asarray(curvature)))
 
 
-def rest_of_gradient(
+def residual_gradient(
     evaluate: Callable[[Float[Array, " sampled"]], tuple[Array, Array]], count: int
 ) -> tuple[Float[np.ndarray, " sampled"], Float[np.ndarray, "sampled sampled"]]:
     """Gradient at the mode, and its derivative, of a density less the part that its own gradient explains (trapezoidal rule).
 
-    By differences of one standard error along every axis and every pair of axes; zero where the density is not finite.
+    By differences of one standard error along every axis and every pair of axes; those that reach where there is no density are left out.
 
     Args:
         evaluate: density and gradient at z, in standard errors from the mode.
@@ -223,15 +223,18 @@ def rest_of_gradient(
     def rest(z: Float[np.ndarray, " sampled"]) -> float:
         value, gradient = (np.asarray(part) for part in evaluate(jnp.asarray(z)))
         left = float(value - at_mode - 0.5 * (begin + gradient) @ z)
-        return left if np.isfinite(left) else 0.0
+        return left if np.isfinite(left) else np.nan
 
     axes = np.eye(count)
     up, down = np.array([rest(axis) for axis in axes]), np.array([rest(-axis) for axis in axes])
-    bend = np.diag(up + down)
+    sides = np.stack([up, -down])
+    seen = np.isfinite(sides)
+    slope = np.where(seen, sides, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    curvature = np.diag(np.nan_to_num(up + down))
     for i in range(count):
         for j in range(i):
-            bend[i, j] = bend[j, i] = rest(axes[i] + axes[j]) - up[i] - up[j]
-    return 0.5 * (up - down), bend
+            curvature[i, j] = curvature[j, i] = np.nan_to_num(rest(axes[i] + axes[j]) - up[i] - up[j])
+    return slope, curvature
 
 
 def _inverse(blocks: Float[Array, "stack n n"]) -> tuple[Float[Array, "stack n n"], Float[Array, " stack"]]:

@@ -21,8 +21,8 @@ _TARGET = 0.9
 """Wanted rate of acceptance: at 0.8 chains reach too rarely into the narrow end of a curved density."""
 _DOUBLINGS = 7
 """Most doublings of a trajectory; the density is scaled by its covariance, so that fewer are usual."""
-_SHORTEST = 0.5
-"""Shortest step, in standard errors: where impacts that graze make the density rough, shorter steps are not accepted more often."""
+_SHORTEST = 0.25
+"""Shortest step, in standard errors: where impacts that graze make the density rough, shorter ones are accepted no more often."""
 _BLOCK = 5
 """Draws between two looks at whether to stop."""
 _SPREAD = 2.0

@@ -10,6 +10,7 @@ from identification.estimation.unfitted import unfitted
 from identification.least_squares.settling import settled_without_force
 from identification.likelihood.fitted import Fitted
 from identification.windows.prepare import left_out, prepare
+from identification.windows.windows import WindowLength
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,9 @@ def test_nothing_is_left_out_where_all_is_fitted(two):
 
 def test_at_most_as_many_samples_are_checked_as_were_wanted_for_the_fit(two):
     few = prepare(two, most_samples=0.3 * sum(len(record.time) for record in two.records))
-    assert sum(parts_of(left_out(few)).values()) < 1.3 * few.most_samples
+    fitted, rest = parts_of(few), parts_of(left_out(few))
+    assert sum(rest.values()) < 1.3 * few.most_samples
+    assert len(rest) < len(parts_of(prepare(two))) - len(fitted)
 
 
 def test_the_right_model_predicts_the_rest_as_well_as_its_own_windows(part):
@@ -69,3 +72,10 @@ def test_a_wrong_model_predicts_the_rest_badly(part):
 
 def test_windows_that_cannot_be_integrated_are_no_check(part):
     assert checked(part, f_n=np.nan) is None
+
+
+def test_shorter_windows_are_not_compared(part, two):
+    short = prepare(two, window=WindowLength(impacts=0.5))
+    cost = np.ones(len(short.record))
+    assert len(short.record) > len(part.record)
+    assert unfitted(part, Mock(Fitted, estimate=short.start, prepared=short), cost) is None

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, Record, load_experiment
+from identification.experiment.plausibility.bodies import check_bodies
 from identification.experiment.plausibility.check import check_plausible
 from vibrojax.data_files import data_path
 
@@ -277,3 +278,16 @@ def test_a_factor_that_changes_between_records_is_no_calibration(tables, tmp_pat
         columns["hammer_acceleration"] = next(factors) * columns["hammer_acceleration"]
 
     assert load_experiment(written(tmp_path, tables, EXPERIMENT, other_each_time, leave_out=CELL)).warnings == ()
+
+
+@pytest.mark.parametrize("zeta", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("seconds", [1.5, 4.0])
+@pytest.mark.parametrize("begin", [0.0, 0.3])
+def test_a_frame_that_yields_is_no_driven_cart(zeta, seconds, begin):
+    """It rings at the hammer's frequency from the start, or from an impact on."""
+    time = np.arange(round(2000 * seconds)) / 2000.0
+    since = np.clip(time - begin, 0.0, None)
+    ringing = np.exp(-zeta * 2.0 * np.pi * 6.0 * since) * np.sin(2.0 * np.pi * 6.0 * since)
+    noise = np.random.default_rng(0).normal(0.0, 1e-6, (2, time.size))
+    channels = {"hammer_displacement": 1e-3 * ringing + noise[0], "cart_displacement": 3e-4 * ringing + noise[1]}
+    check_bodies(Record(file="a.csv", kind="free-decay", gap=0.0, time=time, channels=channels), [])

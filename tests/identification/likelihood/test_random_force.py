@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from identification.least_squares.fit import integrator_for
+from identification.likelihood import random_force
 from identification.likelihood.linearised import Linearised, linearised
+from identification.likelihood.noise import white
 from identification.likelihood.random_force import KNOTS_PER_PERIOD, MOST_KNOTS, ForceResponse, RandomForce, force_response, hats, knots
 from identification.likelihood.response import force_responses
 from identification.windows.prepare import prepare
@@ -62,19 +64,21 @@ MASS = 0.3
 
 @pytest.fixture(scope="module")
 def moving(small) -> Linearised:
-    """Windows of a drop test and a driven cart with impacts; one has a dropout, one is sampled at another rate."""
+    """Windows of a drop test and a driven cart with impacts, sampled at exact steps; one has a dropout, one is sampled at another rate."""
     prepared = prepare(small)
     at = linearised(prepared, integrator_for(prepared), prepared.start)
-    weight, ts = at.weight.copy(), at.ts.copy()
+    weight = at.weight.copy()
+    ts = np.broadcast_to(np.arange(at.ts.shape[1]) / 4096.0, at.ts.shape).copy()
     weight[0, 100:130, 0] = 0.0
-    ts[1] *= 1.7
+    ts[1] *= 4.0
     return dataclasses.replace(at, weight=weight, ts=ts)
 
 
-@pytest.fixture(scope="module")
-def whitening(moving):
-    """Autoregressions of order two and three in turn."""
-    return {name: list(NOISE.values())[index % 2] for index, name in enumerate(moving.channels)}
+@pytest.fixture(scope="module", params=["white", "coloured"])
+def whitening(request, moving):
+    """White noise, or autoregressions of order two and three in turn."""
+    coloured = list(NOISE.values())
+    return {name: white() if request.param == "white" else coloured[index % 2] for index, name in enumerate(moving.channels)}
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +103,13 @@ def test_a_response_is_that_of_a_force_followed_through_the_window(responding):
     found, whole = responding
     assert found.near.shape[2] < whole.shape[-1] / 4 and found.state.any()
     close(found.dense, whole)
+
+
+def test_pieces_in_small_parts_give_the_same(responding, moving, whitening, monkeypatch):
+    monkeypatch.setattr(random_force, "_AT_ONCE", 1)
+    found = force_response(moving, MASS, knots(moving.ts, moving.lengths, 20.0), whitening)
+    close(found.dense, responding[0].dense)
+    close(found.gram, responding[0].gram)
 
 
 def test_inner_products_of_responses_are_those_of_all_samples(responding, moving, whitening):
