@@ -184,7 +184,8 @@ def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knot
     last = np.stack([np.searchsorted(one, places + spacing) for one in since]) + max(one.order for one in noise.values())
     first, last = np.clip(first - 1, 0, time - 1), np.minimum(last, time)
     widths = (last - first).max(axis=1) + 1  # the state takes in the step that ends at `last`
-    near = np.zeros((*first.shape, int(widths.max()), len(at.channels)))
+    width = int(widths.max())
+    near = np.zeros((*first.shape, width, len(at.channels)))
     state = np.zeros((*first.shape, at.fundamental.shape[-1]))
     order = np.argsort(widths, kind="stable")
     while len(order):
@@ -197,7 +198,7 @@ def force_response(at: Linearised, mass: float, places: Float[np.ndarray, " knot
         near[some, :, : samples.shape[-1]] = pieces.over_noise(residual, noise)[:, 0].transpose(0, 2, 1).reshape(*samples.shape, -1)
         state[some] = left.reshape(*acting.shape[:2], -1)
         order = order[len(some) :]
-    acts = first[..., None] + np.arange(near.shape[2]) < last[..., None]
+    acts = first[..., None] + np.arange(width) < last[..., None]
     return ForceResponse(
         near=near * acts[..., None],
         first=first,
