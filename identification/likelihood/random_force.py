@@ -76,7 +76,8 @@ class ForceResponse:
     """First-order response Z of the residuals to 1 N at each knot (`hats`), whitened by the noise.
 
     Once the force at a knot has acted, the motion is that of another initial state. So Z is kept sample by sample up to there, and by that
-    state afterwards: where all windows are sampled alike, memory grows with the number of samples, not with samples times knots.
+    state afterwards: where all windows are sampled alike and none sticks, memory grows with the number of samples, not with samples times
+    knots.
 
     Attributes:
         near: while the force acts; (windows, knots, width, channels), zero from `last` on.

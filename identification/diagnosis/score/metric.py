@@ -60,8 +60,8 @@ class Metric:
         at: the windows.
         noise: by channel.
         answer: R^(-1/2) Z.
-        turned: from Z' R^(-1/2) x to b, in windows of the second kind from Q' x; (windows, knots, knots).
-        split: indices of the windows of the second kind.
+        turned: from (R^(-1/2) Z)' R^(-1/2) x to b, in the windows of `split` from Q' R^(-1/2) x; (windows, knots, knots).
+        split: indices of the windows in which x is split.
         basis: Q in these; (split, samples of all channels, knots).
         root_weight: w^(1/2); (windows,).
     """

@@ -90,31 +90,28 @@ def share_at(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, 
         >>> round(share_at(t, 3.0 + np.sin(2 * np.pi * 6.25 * t), 6.25), 6), round(share_at(t, np.sin(2 * np.pi * 6.25 * t), 6.5), 2)
         (1.0, 0.0)
     """
-    usable = np.isfinite(values)
-    v, basis = values[usable], _basis(time[usable] - time.mean(), frequency)
-    solution, *_ = np.linalg.lstsq(basis, v, rcond=None)
-    return max(0.0, 1.0 - float(np.var(v - basis @ solution) / np.var(v)))
+    _, left, v = _fit_at(time, values, frequency)
+    return max(0.0, 1.0 - float(np.var(left) / np.var(v)))
 
 
 def amplitude_at(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, " samples"], frequency: float) -> float:
-    """Amplitude of the sine of a given frequency that fits a channel best.
-
-    Args:
-        time: s, shape (samples,).
-        values: any unit; NaN where not usable, shape (samples,).
-        frequency: Hz.
-
-    Returns:
-        In the unit of the channel.
+    """Amplitude of that sine, in the unit of the channel; arguments as for `share_at`.
 
     Example:
         >>> t = np.arange(2000) / 500.0
         >>> round(amplitude_at(t, 3.0 + 0.7 * np.sin(2 * np.pi * 6.25 * t), 6.25), 6)
         0.7
     """
-    usable = np.isfinite(values)
-    (sine, cosine, _), *_ = np.linalg.lstsq(_basis(time[usable] - time.mean(), frequency), values[usable], rcond=None)
+    (sine, cosine, _), *_ = _fit_at(time, values, frequency)
     return float(np.hypot(sine, cosine))
+
+
+def _fit_at(time: np.ndarray, values: np.ndarray, frequency: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coefficients of sine, cosine and offset, what they leave, and the usable values."""
+    usable = np.isfinite(values)
+    v, basis = values[usable], _basis(time[usable] - time.mean(), frequency)
+    solution, *_ = np.linalg.lstsq(basis, v, rcond=None)
+    return solution, v - basis @ solution, v
 
 
 def _basis(t: np.ndarray, frequency: float) -> np.ndarray:

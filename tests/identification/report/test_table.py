@@ -1,9 +1,11 @@
+import dataclasses
 import io
 
 from rich.console import Console
 
 from identification.report import fit_summary
 from identification.result.reference import read_reference
+from identification.result.result import Unfitted
 from tests.identification.made_result import with_unknown
 from vibrojax.data_files import data_path
 
@@ -36,6 +38,17 @@ def test_what_an_experimenter_needs_is_there(good):
 def test_a_missing_error_has_its_reason_and_brackets_are_no_markup(good, poor):
     assert "ζ: not identifiable from these records: nothing <moves> it" in printed(with_unknown(good, "zeta"))
     assert "drop.csv: impact_force: one <odd> sample" in printed(poor)
+
+
+def test_windows_that_were_not_fitted_are_stated_with_those_that_failed(good):
+    rest = Unfitted(windows=12, failed=0, samples=9000, chi2_reduced=1.04, of_fitted=0.99)
+    said = (
+        "12 windows that were not fitted are predicted with a median chi-square of 1.04 (0.990 in the fitted ones), with nothing but their "
+    )
+    assert f"{said}initial states estimated." in printed(dataclasses.replace(good, unfitted=rest), width=200)
+    rest = dataclasses.replace(rest, failed=1)
+    assert "states estimated; 1 could not be integrated." in printed(dataclasses.replace(good, unfitted=rest), width=200)
+    assert "not fitted are" not in printed(good)
 
 
 def test_it_stands_beside_a_reference(good):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from identification.result.json_file import fit_json, plain, write_fit_json
+from identification.result.result import Unfitted
 from identification.result.unrest import Unrest
 from tests.identification.made_result import made_result, with_unknown
 
@@ -45,6 +46,13 @@ def test_noise_and_random_force_are_those_that_were_found(result):
         "share": 0.012,
         "share_of": "the spring's force",
     }
+
+
+def test_windows_that_were_not_fitted_are_stated(result):
+    rest = Unfitted(windows=12, failed=1, samples=9000, chi2_reduced=1.04, of_fitted=0.99)
+    found = fit_json(dataclasses.replace(result, unfitted=rest))["unfitted"]
+    assert found == {"windows": 12, "failed": 1, "samples": 9000, "chi2_reduced": 1.04, "of_fitted": 0.99}
+    assert fit_json(result)["unfitted"] is None
 
 
 def test_provenance_holds_versions_inputs_seed_and_time(result):

@@ -12,7 +12,7 @@ from identification.report import write_report
 from identification.result.netcdf_result import StoredFit, read_result, write_result
 from identification.result.plain_dataclass import from_plain, to_plain
 from identification.result.reference import read_reference
-from identification.result.result import Added
+from identification.result.result import Added, Unfitted
 from identification.result.stored_records import SERIES
 from identification.result.unrest import Unrest
 from tests.identification.made_result import made_result, with_unknown
@@ -32,7 +32,8 @@ def stored(tmp_path_factory):
     apart = dataclasses.replace(result.records[1], file="märz/späteres.csv", nrmse={"impact_force": float("nan")})
     result = dataclasses.replace(result, records=(gappy, result.records[1]), held_back=(apart,), warnings=("look out",))
     added = Added(names=("coulomb_friction",), places=("",), gain=12.5, chance=1e-6, bic=-3.25, held_back=(0.14, 0.0625))
-    result = dataclasses.replace(result, added=added)
+    rest = Unfitted(windows=12, failed=1, samples=9000, chi2_reduced=1.04, of_fitted=0.99)
+    result = dataclasses.replace(result, added=added, unfitted=rest)
     reference = read_reference(data_path("thesis", "figure_3_3.toml"))
     stored = StoredFit(result=result, reference=reference, provenance=PROVENANCE)
     folder = tmp_path_factory.mktemp("fit")
