@@ -1,7 +1,5 @@
 """Density of the shared parameters, with nuisances, window states and random force integrated out, as one compiled function."""
 
-from collections.abc import Callable
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -31,10 +29,9 @@ class Density(eqx.Module):
     random force integrated out along the motion. Parameters have a flat prior in the coordinates of the fit, within their bounds, times
     the normal ones that the operator gives.
 
-    At every z the records are integrated anew. States and nuisances follow z to first order from the mode; one Gauss-Newton step from
-    there takes them to their optimum. The gradient leaves out the determinants and what that one step leaves: their gradient is
-    taken as affine in z, from differences one standard error about the mode. A sampler stays exact with such a gradient: trajectories are
-    reversible with any force that depends on the position alone.
+    At every z the records are integrated anew. Nuisances, states and random force follow z to first order from the mode; one Gauss-Newton
+    step from there takes them to their optimum. The gradient leaves out the determinants. A sampler stays exact with such a gradient:
+    trajectories are reversible with any force that depends on the position alone.
 
     Source: L. Tierney, J. B. Kadane, JASA 81 (1986) 82-86 (marginal densities by Laplace's method).
     """
@@ -55,10 +52,6 @@ class Density(eqx.Module):
     """First-order change of the nuisances' optimum with the parameters."""
     degrees: Float[Array, ""]
     """Of freedom of the windows' t distribution."""
-    slope: Float[Array, " sampled"]
-    """Residual gradient at the mode: of what the gradient of `terms` leaves out."""
-    curvature: Float[Array, "sampled sampled"]
-    """Its derivative."""
 
     def __call__(self, z: Float[Array, " sampled"]) -> Float[Array, ""]:
         """ln p(z), whose derivative in reverse mode is the gradient of the class."""
@@ -68,7 +61,7 @@ class Density(eqx.Module):
     def value_and_gradient(self, z: Float[Array, " sampled"]) -> tuple[Float[Array, ""], Float[Array, " sampled"]]:
         """ln p(z) and its gradient; -inf outside the bounds and where a window cannot be integrated."""
         profile, volume, gradient = self.terms(z)
-        return profile + volume, gradient + self.slope + self.curvature @ z
+        return profile + volume, gradient
 
     def terms(self, z: Float[Array, " sampled"]) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, " sampled"]]:
         """ln p(z) as its value at the optimum of nuisances and states and the logarithm of their volume; and the gradient of the first."""
@@ -103,16 +96,18 @@ class Density(eqx.Module):
         moved = x - part.mode[:, :count]
         begin = part.mode[:, count:] + jnp.einsum("lsi,li->ls", part.follow, moved)
         local = jnp.concatenate([x, begin], axis=1)
+        force = part.force_at(local)
+        windows = eqx.tree_at(lambda one: one.disturbance.values, part.windows, force)
 
         def motion(vector):
-            residual, trajectory = weighted_residual(self.model, layout, self.integrator, part.windows, vector)
+            residual, trajectory = weighted_residual(self.model, layout, self.integrator, windows, vector)
             return residual, trajectory.result
 
         def along(direction):
             return jax.jvp(motion, (local,), (jnp.broadcast_to(direction, local.shape),), has_aux=True)
 
         residual, jacobian, result = jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(layout.size))
-        gram = part.gram(jnp.concatenate([residual[:, None], jacobian], axis=1))
+        gram = part.gram(jnp.concatenate([residual[:, None], jacobian], axis=1), force)
         scales = np.array([np.inf] * (states - len(layout.free_own)) + [layout.own_states[i].scale for i in layout.free_own])
         precision = jnp.asarray(scales**-2.0)[None]
         weight = (self.degrees + part.samples) / (self.degrees + gram[:, 0, 0])
@@ -186,8 +181,7 @@ def density(of: Fitted, sampled: Bool[np.ndarray, " parameters"], covariance: Fl
     scale = np.zeros((parameters, int(sampled.sum())))
     scale[sampled] = np.linalg.cholesky(covariance[np.ix_(sampled, sampled)])
     low, high = bounds(prepared)
-    count = int(sampled.sum())
-    found = Density(
+    return Density(
         model=as_arrays(prepared.model),
         layout=layout,
         integrator=integrator_for(prepared),
@@ -199,42 +193,7 @@ def density(of: Fitted, sampled: Bool[np.ndarray, " parameters"], covariance: Fl
         active=jnp.asarray(active, float),
         follow=jnp.asarray(follow),
         degrees=jnp.asarray(float(of.variances.degrees)),
-        slope=jnp.zeros(count),
-        curvature=jnp.zeros((count, count)),
     )
-    evaluate = eqx.filter_jit(lambda z: found.value_and_gradient(z))
-    slope, curvature = residual_gradient(evaluate, count)
-    return eqx.tree_at(lambda one: (one.slope, one.curvature), found, (jnp.asarray(slope), jnp.asarray(curvature)))
-
-
-def residual_gradient(
-    evaluate: Callable[[Float[Array, " sampled"]], tuple[Array, Array]], count: int
-) -> tuple[Float[np.ndarray, " sampled"], Float[np.ndarray, "sampled sampled"]]:
-    """Gradient at the mode, and its derivative, of a density less the part that its own gradient explains (trapezoidal rule).
-
-    By differences of one standard error along every axis and every pair of axes; those that reach where there is no density are left out.
-
-    Args:
-        evaluate: density and gradient at z, in standard errors from the mode.
-        count: of its variables.
-    """
-    at_mode, begin = (np.asarray(part) for part in evaluate(jnp.zeros(count)))
-
-    def rest(z: Float[np.ndarray, " sampled"]) -> float:
-        value, gradient = (np.asarray(part) for part in evaluate(jnp.asarray(z)))
-        left = float(value - at_mode - 0.5 * (begin + gradient) @ z)
-        return left if np.isfinite(left) else np.nan
-
-    axes = np.eye(count)
-    up, down = np.array([rest(axis) for axis in axes]), np.array([rest(-axis) for axis in axes])
-    sides = np.stack([up, -down])
-    seen = np.isfinite(sides)
-    slope = np.where(seen, sides, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
-    curvature = np.diag(np.nan_to_num(up + down))
-    for i in range(count):
-        for j in range(i):
-            curvature[i, j] = curvature[j, i] = np.nan_to_num(rest(axes[i] + axes[j]) - up[i] - up[j])
-    return slope, curvature
 
 
 def _inverse(blocks: Float[Array, "stack n n"]) -> tuple[Float[Array, "stack n n"], Float[Array, " stack"]]:

@@ -21,8 +21,6 @@ _TARGET = 0.9
 """Wanted rate of acceptance: at 0.8 chains reach too rarely into the narrow end of a curved density."""
 _DOUBLINGS = 7
 """Most doublings of a trajectory; the density is scaled by its covariance, so that fewer are usual."""
-_SHORTEST = 0.25
-"""Shortest step, in standard errors: where impacts that graze make the density rough, shorter ones are accepted no more often."""
 _BLOCK = 5
 """Draws between two looks at whether to stop."""
 _SPREAD = 2.0
@@ -185,7 +183,7 @@ def _advance(density: Callable, key: jax.Array, state: Any, steps: Any, adapts: 
 
     def draw(carry, key):
         state, steps = carry
-        length = jnp.maximum(jnp.exp(jnp.where(adapts, steps.log_step_size, steps.log_step_size_avg)), _SHORTEST)
+        length = jnp.exp(jnp.where(adapts, steps.log_step_size, steps.log_step_size_avg))
         state, about = kernel(key, state, density, length, metric, _DOUBLINGS)
         next_steps = jax.tree.map(
             lambda new, old: jnp.where(adapts, jnp.asarray(new, old.dtype), old), update(steps, about.acceptance_rate), steps

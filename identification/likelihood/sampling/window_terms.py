@@ -22,26 +22,35 @@ class WindowTerms(eqx.Module):
     """False for a repetition that fills up a chunk, and for a window that the fit could not integrate."""
     whitening: Hosted
     """Weights of a sample and of those before it in the whitened one, 1; (..., lag, time, channels)."""
-    shown: Hosted
-    """What the whitened residual shows of the estimated random force; (..., time, channels)."""
     projection: Hosted
     """Whitened response to the random force, such that gram = R R' - (R P')(R P')'; (..., components, time, channels)."""
+    components: Hosted
+    """Weights of the force at its knots, 1/N, in P; (..., components, knots)."""
     samples: Hosted
     """Number of samples that count."""
     mode: Hosted
     """Vector of every window at the mode of the fit."""
     follow: Hosted
     """First-order change of the states' optimum with all else; (..., states, other)."""
+    force: Hosted
+    """Random force at its knots at the mode, N; (..., knots)."""
+    force_follow: Hosted
+    """First-order change of the force's optimum with the vector of the window; (..., knots, size)."""
 
-    def gram(self, rows: Float[Array, "lanes rows time channels"]) -> Float[Array, "lanes rows rows"]:
-        """Products of residual (first row) and Jacobian in the metric of noise and random force, as without the estimated force."""
+    def force_at(self, vector: Float[Array, "lanes size"]) -> Float[Array, "lanes knots"]:
+        """Optimum of the random force, N, to first order."""
+        return self.force + jnp.einsum("lks,ls->lk", self.force_follow, vector - self.mode)
+
+    def gram(self, rows: Float[Array, "lanes rows time channels"], force: Float[Array, "lanes knots"]) -> Float[Array, "lanes rows rows"]:
+        """Products of residual (first row) and Jacobian in the metric of noise and random force, as without the force that acts."""
         white = jnp.zeros_like(rows)
         for lag in range(self.whitening.shape[1]):
             shifted = jnp.pad(rows, ((0, 0), (0, 0), (lag, 0), (0, 0)))[:, :, : rows.shape[2]]
             white = white + self.whitening[:, None, lag] * shifted
-        white = white.at[:, 0].add(-self.shown)
         flat = white.reshape(*white.shape[:2], -1)
-        forced = jnp.einsum("lrt,lkt->lrk", flat, self.projection.reshape(*self.projection.shape[:2], flat.shape[-1]))
+        projection = self.projection.reshape(*self.projection.shape[:2], flat.shape[-1])
+        flat = flat.at[:, 0].add(-jnp.einsum("lmk,lk,lmt->lt", self.components, force, projection))
+        forced = jnp.einsum("lrt,lkt->lrk", flat, projection)
         return jnp.einsum("lit,ljt->lij", flat, flat) - jnp.einsum("lik,ljk->lij", forced, forced)
 
 
@@ -80,25 +89,29 @@ def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
     answer = np.pad(answer, [(0, 0), (0, 0), (0, samples - answer.shape[2]), (0, 0)])
     marginal = of.point.marginal
     flat = answer.reshape(*answer.shape[:2], -1)
-    projection = principal_components(np.linalg.solve(marginal.factor[lanes], marginal.root.T @ flat))
+    factor = marginal.factor[lanes]
+    axes = principal_axes(projection := np.linalg.solve(factor, marginal.root.T @ flat))
     inverse, coupling = (part[lanes] for part in of.posterior.reduced.eliminated)
+    conditional = marginal.root @ np.linalg.inv(factor).transpose(0, 2, 1)
     return WindowTerms(
         windows=group,
         counted=at.finite[lanes],
         whitening=whitening,
-        shown=np.einsum("lk,lktc->ltc", of.estimate.force[lanes], answer),
-        projection=projection.reshape(len(lanes), -1, *answer.shape[2:]),
+        projection=(axes.transpose(0, 2, 1) @ projection).reshape(len(lanes), -1, *answer.shape[2:]),
+        components=(factor @ axes).transpose(0, 2, 1) @ np.linalg.inv(marginal.root),
         samples=(group.weight > 0).sum(axis=(1, 2)).astype(float),
         mode=of.estimate.local(of.prepared.record)[lanes][:, : layout.size],
         follow=-inverse @ coupling,
+        force=of.estimate.force[lanes],
+        force_follow=-conditional @ (conditional.transpose(0, 2, 1) @ of.point.inner.cross[lanes, :, 1:]),
     )
 
 
-def principal_components(projection: Float[np.ndarray, "windows knots samples"]) -> Float[np.ndarray, "windows components samples"]:
-    """Principal components of the response to the random force: as many as matter in any of the windows."""
+def principal_axes(projection: Float[np.ndarray, "windows knots samples"]) -> Float[np.ndarray, "windows knots components"]:
+    """Principal axes of the response to the random force: as many as matter in any of the windows."""
     shares, axes = np.linalg.eigh(projection @ projection.transpose(0, 2, 1))
     kept = int((shares > _NEGLIGIBLE).sum(axis=1).max(initial=0))
-    return axes[:, :, len(shares[0]) - kept :].transpose(0, 2, 1) @ projection
+    return axes[:, :, shares.shape[1] - kept :]
 
 
 def _weights(noise: Autoregression, run: np.ndarray, lags: int) -> np.ndarray:

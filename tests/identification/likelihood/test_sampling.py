@@ -12,11 +12,15 @@ import pytest
 from identification.estimation.nominal import nominal_fit
 from identification.experiment import ParameterOption, Prior
 from identification.least_squares.fit import free_unknowns
+from identification.least_squares.residual import weighted_residual
 from identification.least_squares.uncertainty import uncertainty
+from identification.likelihood.fitted import Fitted
+from identification.likelihood.marginal import estimated_force
 from identification.likelihood.sampling import nuts
-from identification.likelihood.sampling.density import density, residual_gradient
+from identification.likelihood.sampling.density import density
 from identification.likelihood.sampling.nuts import Nuts, check_extra
-from identification.likelihood.sampling.window_terms import principal_components
+from identification.likelihood.sampling.window_terms import principal_axes
+from identification.likelihood.variances import posterior
 from identification.windows.prepare import prepare
 from tests.identification.conftest import cropped
 from vibrojax.errors import InputError, NoConvergenceError
@@ -59,30 +63,44 @@ def test_its_gradient_is_that_of_the_value(about):
     *_, gradient = evaluate(here)
     central = [(evaluate(here + step * e)[0] - evaluate(here - step * e)[0]) / (2 * step) for e in jnp.eye(5)]
     np.testing.assert_allclose(gradient, central, atol=0.01)
-    whole = gradient + found.slope + found.curvature @ here
-    np.testing.assert_allclose(eqx.filter_jit(jax.grad(lambda z: found(z)))(here), whole, rtol=1e-9)
+    np.testing.assert_allclose(eqx.filter_jit(jax.grad(lambda z: found(z)))(here), gradient, rtol=1e-9)
 
 
-def test_what_a_gradient_leaves_is_found_where_it_is_affine():
-    slope, bend = np.array([0.3, -0.1, 0.2]), np.array([[0.2, 0.1, 0.0], [0.1, -0.3, 0.05], [0.0, 0.05, 0.4]])
+def test_the_random_force_follows_its_optimum(fitted, about):
+    """Away from the mode the force that is integrated is the one that the fit would estimate there, to first order."""
+    found, _ = about
+    part = jax.tree.map(lambda leaf: leaf[0], found.groups[0])
+    lanes, size = part.mode.shape
+    step = 1e-3 * jax.random.normal(jax.random.key(0), (lanes, size))
+    order = np.argsort(fitted.prepared.groups[0].lengths, kind="stable")[:lanes]
+    steps = np.zeros((len(fitted.prepared.record), size))
+    steps[order] = step
+    expected, _ = estimated_force(fitted.point.inner, fitted.point.marginal, steps)
+    at_mode, _ = estimated_force(fitted.point.inner, fitted.point.marginal, np.zeros_like(steps))
+    moved = part.force_at(part.mode + step) - part.force_at(part.mode)
+    assert float(jnp.abs(moved).max()) > 0
+    np.testing.assert_allclose(moved, (expected - at_mode)[order], rtol=1e-6, atol=1e-9 * float(jnp.abs(moved).max()))
 
-    def evaluate(z):
-        return -0.5 * z @ z + slope @ z + 0.5 * z @ bend @ z, -z
 
-    found = residual_gradient(evaluate, 3)
-    np.testing.assert_allclose(found[0], slope, atol=1e-12)
-    np.testing.assert_allclose(found[1], bend, atol=1e-12)
+def test_what_a_force_adds_to_the_residual_is_taken_off_again(fitted):
+    """To first order, products do not depend on the force under which a window is integrated."""
+    point, variances = fitted.point, fitted.variances
+    restless = dataclasses.replace(variances, force=dataclasses.replace(variances.force, std=1e-4))
+    at = Fitted(point=point.under(restless), posterior=posterior(point.linear, point.inner, restless), to_go=0.0)
+    found = density(at, np.ones(5, bool), np.eye(5))
+    part = jax.tree.map(lambda leaf: leaf[0], found.groups[0])
+    local = part.mode
+    force = part.force + 1e-3 * jax.random.normal(jax.random.key(1), part.force.shape)
 
+    def residual(values):
+        windows = eqx.tree_at(lambda one: one.disturbance.values, part.windows, values)
+        return weighted_residual(found.model, found.layout, found.integrator, windows, local)[0][:, None]
 
-def test_differences_that_reach_where_there_is_no_density_are_left_out():
-    slope = np.array([0.4, 0.3])
-
-    def evaluate(z):
-        return jnp.where(z[0] > 0.5, -jnp.inf, -0.5 * z @ z + slope @ z), -z
-
-    found = residual_gradient(evaluate, 2)
-    np.testing.assert_allclose(found[0], slope, atol=1e-12)
-    np.testing.assert_allclose(found[1], 0.0, atol=1e-12)
+    before, moved = residual(part.force), residual(force)
+    at_mode, taken_off, left_in = (part.gram(*one)[:, 0, 0] for one in ((before, part.force), (moved, force), (moved, part.force)))
+    counted = np.asarray(part.counted)
+    assert counted.any()
+    assert np.all(np.abs(taken_off - at_mode)[counted] < 0.02 * np.abs(left_in - at_mode)[counted])
 
 
 def test_it_is_nothing_outside_the_bounds(about):
@@ -101,17 +119,20 @@ def test_components_of_the_random_force_that_do_not_matter_are_left_out():
         left, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         right, _ = np.linalg.qr(rng.normal(size=(40, 3)))
         responses.append(left @ np.diag(values) @ right.T)
-    found = principal_components(np.stack(responses))
-    assert found.shape == (2, 2, 40)
+    axes = principal_axes(np.stack(responses))
+    assert axes.shape == (2, 3, 2)
+    found = axes.transpose(0, 2, 1) @ np.stack(responses)
     np.testing.assert_allclose(found.transpose(0, 2, 1) @ found, [one.T @ one for one in responses], atol=1e-7)
 
 
 def test_a_random_force_without_components_is_one_of_no_size(about):
     found, _ = about
     part = jax.tree.map(lambda leaf: leaf[0], found.groups[0])
-    rows = jax.random.normal(jax.random.key(0), (part.shown.shape[0], 3, *part.shown.shape[1:]))
-    none, small = (eqx.tree_at(lambda p: p.projection, part, one) for one in (part.projection[:, :0], jnp.zeros_like(part.projection)))
-    np.testing.assert_allclose(none.gram(rows), small.gram(rows))
+    rows = jax.random.normal(jax.random.key(0), (part.projection.shape[0], 3, *part.projection.shape[2:]))
+    empty = (part.projection[:, :0], part.components[:, :0])
+    none = eqx.tree_at(lambda p: (p.projection, p.components), part, empty)
+    small = eqx.tree_at(lambda p: p.projection, part, jnp.zeros_like(part.projection))
+    np.testing.assert_allclose(none.gram(rows, part.force), small.gram(rows, part.force))
 
 
 class Normal(eqx.Module):
