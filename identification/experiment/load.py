@@ -58,7 +58,8 @@ experiment.toml; check the path
         check_fittable(records, mass_is_known=mass_is_known)
     records = with_noise(records, sensors, needed=need_files)
     law = tables["contact"].string("law")
-    units = [{channel: each.units.get(channel, sensor.unit) for channel, sensor in sensors.items()} for each in settings]
+    measured = {channel: sensor for channel, sensor in sensors.items() if sensor.sensitivity is None}
+    units = [dict.fromkeys(sensors) | {name: each.units.get(name, one.unit) for name, one in measured.items()} for each in settings]
     warnings = check_plausible(records, units, sensors, mass=mass if mass_is_known else None, law=law) if need_files else ()
     return Experiment(
         name=check_printable(tables["experiment"].string("name") or file.parent.resolve().name, "the name of the experiment"),

@@ -1,5 +1,6 @@
 """Units that a record may be written in, and their factors to SI."""
 
+import re
 import unicodedata
 from math import pi
 
@@ -29,12 +30,15 @@ FACTORS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "V": 1.0},
 }
+OUTPUTS: dict[str, dict[str, float]] = {
+    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6},
+    "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6, "µA": 1e-6},
+}
+"""Of sensors, which a `Sensitivity` turns into what they measure."""
 SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N"}
 
 # Of columns that are no channel.
-OTHERS = frozenset(
-    ("mV", "A", "mA", "Hz", "kHz", "%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "rpm", "1/min", "1", "um/m", "m/s", "mm/s")
-)
+OTHERS = frozenset(("Hz", "kHz", "%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "rpm", "1/min", "1", "um/m", "m/s", "mm/s"))
 # As programs of National Instruments and makers of front ends write them out.
 ALIASES = {
     "Meters": "m",
@@ -54,6 +58,9 @@ ALIASES = {
 }
 
 
+_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+
+
 def factor_to_si(unit: str, dimension: str, where: str) -> float:
     """Find the factor that turns numbers in `unit` into SI.
 
@@ -61,11 +68,11 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
 
     Args:
         unit: as written in the experiment file.
-        dimension: "displacement", "time", "acceleration", "angle" or "force".
+        dimension: "displacement", "time", "acceleration", "angle" or "force"; "voltage" or "current" of a sensor's output.
         where: the place in the experiment file, for the message.
 
     Returns:
-        SI value of one `unit` (m, s, m/s^2, rad or N).
+        SI value of one `unit` (m, s, m/s^2, rad, N, V or A).
 
     Raises:
         ExperimentError: the unit is unknown or of another dimension; the message names the accepted ones.
@@ -74,14 +81,15 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
         >>> factor_to_si("mm", "displacement", "[sensors.hammer_displacement]")
         0.001
     """
-    accepted = FACTORS[dimension]
+    accepted = (FACTORS | OUTPUTS)[dimension]
     wanted = _canonical(unit)
     for name, factor in accepted.items():
         if _canonical(name) == wanted:
             return factor
-    others = [other for other, table in FACTORS.items() if other != dimension and wanted in map(_canonical, table)]
+    others = [other for other, table in (OUTPUTS | FACTORS).items() if other != dimension and wanted in map(_canonical, table)]
     what = f"a unit of {others[0]}" if others else "not a known unit"
-    raise ExperimentError(f"unit {shown(unit)} in {where} is {what}: expected one of {dimension}, that is {listed(accepted)}")
+    remedy = "; where the numbers are a sensor's output, give its sensitivity, such as 11.2 mV/N" if output_of(unit) else ""
+    raise ExperimentError(f"unit {shown(unit)} in {where} is {what}: expected one of {dimension}, that is {listed(accepted)}{remedy}")
 
 
 def same_unit(unit: str, other: str, dimension: str) -> bool:
@@ -101,7 +109,7 @@ def same_unit(unit: str, other: str, dimension: str) -> bool:
         >>> same_unit("m/s2", "m/s^2", "acceleration"), same_unit("V", "m", "displacement")
         (True, False)
     """
-    factors = {_canonical(name): factor for name, factor in FACTORS[dimension].items()}
+    factors = {_canonical(name): factor for name, factor in (FACTORS | OUTPUTS)[dimension].items()}
     one, two = _canonical(unit), _canonical(other)
     if not {one, two} <= factors.keys():
         return False
@@ -121,7 +129,28 @@ def is_unit(text: str) -> bool:
         >>> is_unit("mm"), is_unit("°C"), is_unit("Force")
         (True, True, False)
     """
-    return _canonical(text) in {_canonical(unit) for table in FACTORS.values() for unit in table} | OTHERS
+    return _canonical(text) in {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table} | OTHERS
+
+
+def output_of(unit: str) -> str | None:
+    """What a sensor gives out in this unit, "voltage" or "current"; None for any other text.
+
+    Example:
+        >>> output_of("mV"), output_of("N")
+        ('voltage', None)
+    """
+    return next((kind for kind, table in OUTPUTS.items() if _canonical(unit) in map(_canonical, table)), None)
+
+
+def unit_in_name(name: str) -> str | None:
+    """The known unit in brackets at the end of a column's name; None where there is none.
+
+    Example:
+        >>> unit_in_name("LVDT 2 [mm]"), unit_in_name("Force (raw)")
+        ('mm', None)
+    """
+    found = _IN_NAME.search(name)
+    return found.group(1) if found and is_unit(found.group(1)) else None
 
 
 def is_stand_in(unit: str | None) -> bool:

@@ -1,6 +1,5 @@
 """All columns of a file, read leniently: what cannot be used is named with its reason."""
 
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,9 +10,8 @@ from identification.experiment.channels import TIME, means_time
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers import read_columns
 from identification.experiment.readers.apart import TooCostlyError
-from identification.experiment.units import FACTORS, factor_to_si, same_unit
+from identification.experiment.units import FACTORS, factor_to_si, same_unit, unit_in_name
 
-UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 SAME_TIME = 0.01
 LONG_STEP = 0.05
 """s: a median step above is more likely written in a smaller unit, for an impact lasts milliseconds."""
@@ -26,7 +24,7 @@ class Column:
     Attributes:
         name: in the file.
         unit: as the file or the name's end states it ("LVDT 2 [mm]"); empty where neither does.
-        in_file: whether the file itself states the unit, not only the name.
+        in_file: whether the file itself states the unit, beside the name.
         values: as recorded, shape (samples,).
     """
 
@@ -132,8 +130,7 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
 
 def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
     """A column with its unit."""
-    in_name = UNIT_IN_NAME.search(name)
-    return Column(name=name, unit=units.get(name) or (in_name.group(1) if in_name else ""), in_file=name in units, values=values)
+    return Column(name=name, unit=units.get(name) or unit_in_name(name) or "", in_file=name in units, values=values)
 
 
 def _time_column(columns: list[Column]) -> Column:

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.experiment.channels import CHANNELS, si_unit
 from identification.experiment.settings.scales import PAIRS, mistaken_unit, motion_ratio
-from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, same_unit
+from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, output_of, same_unit
 from identification.inspection.columns import Column
 
 # Parts of names in English, German and Portuguese, in lower case and without accents.
@@ -44,7 +44,7 @@ class Mapped:
     Attributes:
         channel: its name.
         column: the column.
-        unit: of its numbers, known to the program.
+        unit: of its numbers, known to the program: of what is measured, or of the sensor's output.
         guessed: why the unit is a guess; empty where it was stated.
         exact: whether the column bears the channel's name.
     """
@@ -57,8 +57,18 @@ class Mapped:
 
     @property
     def factor(self) -> float:
-        """SI value of one unit."""
-        return factor_to_si(self.unit, CHANNELS[self.channel], self.channel)
+        """SI value of one unit, of a sensor's output in V or A."""
+        return factor_to_si(self.unit, self.dimension, self.channel)
+
+    @property
+    def is_output(self) -> bool:
+        """Whether the numbers are a sensor's output, in volts or amperes."""
+        return output_of(self.unit) is not None
+
+    @property
+    def dimension(self) -> str:
+        """Of the unit."""
+        return output_of(self.unit) or CHANNELS[self.channel]
 
 
 def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
@@ -175,6 +185,8 @@ def _known(unit: str, dimension: str) -> bool:
 def _mapped(channel: str, column: Column, *, turned: bool) -> Mapped:
     """Add the unit: that of the file if it is known, else a guess; `turned` where a moment beside it says that it is an angle."""
     dimension, guessed = CHANNELS[channel], ""
+    if output_of(column.unit):
+        return Mapped(channel=channel, column=column, unit=column.unit, guessed="", exact=column.name == channel)
     unit = next((known for known in FACTORS[dimension] if column.unit and same_unit(column.unit, known, dimension)), None)
     if unit is None:
         unit = si_unit(channel)

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from identification.experiment.channels import CHANNELS, TIME, si_unit
 from identification.experiment.readers import stem_of
-from identification.experiment.units import factor_to_si, same_unit
+from identification.experiment.sensitivity import EXAMPLES
+from identification.experiment.units import is_stand_in, same_unit
 from identification.inspection.inspect import Inspected, Inspection
 from identification.inspection.mapping import Mapped, is_angle
 from vibrojax.errors import printable
@@ -108,6 +109,8 @@ def _sensor(each: Mapped, one: Inspected) -> str:
     """The table of a channel, as its first record has it."""
     file = printable(one.found.file)
     unit = f"# guess: {each.guessed}" if each.guessed else f"# as {file} states"
+    if each.is_output:
+        return "\n".join([f"[sensors.{each.channel}]", *_output(each, file)]) + "\n"
     lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}']
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
     si = si_unit(each.channel)
@@ -118,6 +121,15 @@ def _sensor(each: Mapped, one: Inspected) -> str:
         low, high = (-ends[0], ends[0]) if len(ends) == 1 and ends[0] > 0 else (ends[0], ends[-1] if len(ends) > 1 else -ends[0])
         lines.append(f"# range = [{low:.6g}, {high:.6g}] # {si}; {file} seems to saturate: samples beyond are then left out")
     return "\n".join(lines) + "\n"
+
+
+def _output(each: Mapped, file: str) -> list[str]:
+    """What a sensor needs whose output was recorded."""
+    said = f"from its calibration sheet, for {file} is in {each.unit}"
+    lines = [f'# sensitivity = "{EXAMPLES[CHANNELS[each.channel]]}" # TO FILL IN: {said}']
+    if is_stand_in(each.unit) and CHANNELS[each.channel] != "acceleration":
+        lines.append(f'# unit = "{each.unit}" # in its place, where the volt stands for the quantity itself, as in an electronic analogue')
+    return lines
 
 
 def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[str, Mapped], stopless: bool) -> str:
@@ -165,11 +177,10 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
 
 def _differs(each: Mapped, declared: Mapped) -> bool:
     """Whether a file's unit is not the declared one, or the file states one that is not to be believed."""
-    dimension = CHANNELS[each.channel]
     if each.guessed and not each.column.in_file:
         return False
-    stated = each.column.in_file and not same_unit(each.column.unit, each.unit, dimension)
-    return stated or factor_to_si(each.unit, dimension, each.channel) != declared.factor
+    stated = each.column.in_file and not same_unit(each.column.unit, each.unit, each.dimension)
+    return stated or (each.factor != declared.factor and (not each.is_output or each.column.in_file))
 
 
 def _text(value: str) -> str:

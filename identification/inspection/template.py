@@ -37,6 +37,8 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 # One table for each channel that was recorded; leave out what was not. Any channel but the time may be missing.
 # unit:  of the recorded numbers, converted on reading: m mm um cm in ft, m/s^2 g, N kN mN lbf kip. A recorder's file that states the
 #        unit itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
+# sensitivity: of a sensor whose output was recorded, in V, mV or mA, from its calibration sheet: "11.2 mV/N", "100 mV/g", "0.8 V/mm".
+#        The unit is then that of the output, left out where it is that of the sensitivity.
 # sign: -1 where the sensor is mounted the other way round; its readings are multiplied by it.
 # noise: standard deviation of the sensor in SI, whatever the unit; left out, it is estimated from each record.
 # range: lowest and highest value in SI that the sensor can show; samples at or beyond it are left out.
@@ -59,7 +61,7 @@ unit = "N"
 #unit = "mm"
 
 #[sensors.hammer_acceleration] # m/s^2, absolute; same direction as the displacement
-#unit = "g"
+#sensitivity = "100 mV/g" # of a file in mV; a file in g or m/s^2 has a unit in its place
 
 #[sensors.cart_acceleration] # m/s^2
 #unit = "m/s^2"

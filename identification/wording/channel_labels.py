@@ -45,10 +45,10 @@ def spoken(channel: str) -> str:
 
 
 def label(channel: str, experiment: Experiment) -> Label:
-    """Displacements in mm, everything else in SI; volts and angles stay what they are."""
+    """Displacements in mm, everything else in SI; angles, and volts that stand for a quantity, stay what they are."""
     words, symbol = spoken(channel), _WORDS.get(channel, ("", channel))[1]
     sensor = experiment.sensors.get(channel)
-    if sensor is not None and sensor.unit in ("V", "rad", "deg"):
+    if sensor is not None and sensor.sensitivity is None and sensor.unit in ("V", "rad", "deg"):
         return Label(words=words, symbol=symbol, factor=1.0 / factor_to_si(sensor.unit, CHANNELS[channel], channel), unit=sensor.unit)
     unit = si_unit(channel)
     return Label(words=words, symbol=symbol, factor=1e3 if unit == "m" else 1.0, unit="mm" if unit == "m" else unit)

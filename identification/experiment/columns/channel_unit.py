@@ -1,17 +1,41 @@
 """In which unit the numbers of one channel of one record are written: the experiment file, the record file, or both may say so."""
 
+from collections.abc import Mapping
+
 from identification.experiment.channels import CHANNELS, TIME, si_unit
 from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.sensitivity import EXAMPLES
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.record_settings import RecordSettings
-from identification.experiment.units import factor_to_si, same_unit
+from identification.experiment.units import factor_to_si, output_of, same_unit, unit_in_name
+
+
+def stated_unit(channel: str, sensor: Sensor, column: str, units: Mapping[str, str]) -> tuple[str | None, tuple[str, ...]]:
+    """The unit that a file states for a channel, and what is odd about it.
+
+    Brackets behind a column's name count as its statement, but for a unit of the channel's dimension that the sensor's table contradicts:
+    names are often copied from another table.
+
+    Args:
+        channel: its name.
+        sensor: its table.
+        column: name of its column.
+        units: that the file states beside the names, by column.
+    """
+    if column in units:
+        return units[column], ()
+    named = unit_in_name(column)
+    if named is None or sensor.unit is None or output_of(named) or same_unit(named, sensor.unit, CHANNELS[channel]):
+        return named, ()
+    return None, (f"The name of column {shown(column)} says {named}, [sensors.{channel}] says {sensor.unit}, which counts.",)
 
 
 def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, stated: str | None) -> float:
     """Find the factor that turns the recorded numbers of a channel into SI.
 
     `units` of the record overrules everything, for a file whose own statement is wrong. Else the unit that the file states and that of the
-    sensor's table must agree, and one of them must be there.
+    sensor's table must agree, and one of them must be there. A sensor with a sensitivity has units of its output, by default that of its
+    sensitivity.
 
     Args:
         channel: its name.
@@ -26,25 +50,37 @@ def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, state
         ExperimentError: no unit, two that differ, or one that is unknown or of another dimension.
     """
     dimension, table = CHANNELS[channel], f"[sensors.{channel}]"
+
+    def factor(unit: str, where: str) -> float:
+        return factor_to_si(unit, dimension, where) if sensor.sensitivity is None else sensor.sensitivity.factor(unit, where)
+
     if channel in settings.units:
-        return factor_to_si(settings.units[channel], dimension, f"units of {settings.where}")
+        return factor(settings.units[channel], f"units of {settings.where}")
+    if sensor.sensitivity is not None and stated is None:
+        return factor(sensor.unit or sensor.sensitivity.unit, table)
     overrule = f'units = {{ {channel} = "{sensor.unit or si_unit(channel)}" }} in the record overrules the file'
     if stated is None and sensor.unit is None:
         raise ExperimentError(
             f"unit is missing in {table}, and the file of {settings.where} states none: expected one of {dimension}; "
             f"add a line 'unit = \"{si_unit(channel)}\"'"
         )
+    if stated is not None and sensor.unit is None and sensor.sensitivity is None and output_of(stated):
+        raise ExperimentError(
+            f"{settings.where} states {channel} in {shown(stated)}: expected the sensitivity of the sensor; add a line "
+            f"'sensitivity = \"{EXAMPLES[dimension]}\"' to {table}, or 'unit = \"V\"' where the volt stands for the quantity itself"
+        )
     if stated is not None and sensor.unit is None:
         try:
-            return factor_to_si(stated, dimension, f"the file of {settings.where} for {channel}")
+            return factor(stated, f"the file of {settings.where} for {channel}")
         except ExperimentError as error:
             raise ExperimentError(f"{error}; {overrule}") from error
-    if stated is not None and sensor.unit is not None and not same_unit(stated, sensor.unit, dimension):
+    if stated is not None and sensor.unit is not None and not same_unit(stated, sensor.unit, output_of(sensor.unit) or dimension):
+        through = ", or give the sensitivity of the sensor there" if output_of(stated) and sensor.sensitivity is None else ""
         raise ExperimentError(
             f"{settings.where} states {channel} in {shown(stated)} and {table} in {shown(sensor.unit)}: expected one unit; "
-            f"correct or remove that of {table}, or {overrule}"
+            f"correct or remove that of {table}{through}, or {overrule}"
         )
-    return factor_to_si(sensor.unit or "", dimension, table)
+    return factor(sensor.unit or "", table)
 
 
 def time_factor(settings: RecordSettings, stated: str | None) -> float:

@@ -8,7 +8,7 @@ from identification.experiment.readers import stem_of
 from identification.experiment.record import Preparation
 from identification.experiment.settings.preparation_settings import read_preparation
 from identification.experiment.settings.schema import Table
-from identification.experiment.units import factor_to_si
+from identification.experiment.units import factor_to_si, output_of
 
 UNDRIVEN = ("drop-test", "free-decay")
 """Kinds in which nothing drives, unless the cart's motion was measured."""
@@ -125,7 +125,8 @@ def _units(table: Table) -> dict[str, str]:
         if channel not in CHANNELS:
             raise ExperimentError(f"unknown channel {shown(channel)} in {units.where}{suggestion(channel, CHANNELS)}")
         found[channel] = units.needed_string(channel)
-        factor_to_si(found[channel], CHANNELS[channel], units.where)
+        if not output_of(found[channel]):  # whether that suits, the sensor's table says
+            factor_to_si(found[channel], CHANNELS[channel], units.where)
     return found
 
 

@@ -5,6 +5,7 @@ from math import pi
 from identification.experiment.channels import CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError, listed, shown, suggestion
 from identification.experiment.rig import Load, ParameterOption, Prior, Suspension
+from identification.experiment.sensitivity import read_sensitivity
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.schema import Table, finite
 from identification.experiment.units import factor_to_si
@@ -127,21 +128,23 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
         The sensors by channel name.
 
     Raises:
-        ExperimentError: unknown channel, unit of another dimension, noise or zero not above 0, or a range that is not two rising numbers.
+        ExperimentError: unknown channel, unit of another dimension, an unreadable sensitivity, noise or zero not above 0, or a range
+            that is not two rising numbers.
     """
     sensors = {}
     for channel in tables.values:
         if channel not in CHANNELS:
             raise ExperimentError(f"unknown channel {shown(channel)} in {tables.where}{suggestion(channel, CHANNELS)}")
         table = tables.table(channel, f"[sensors.{channel}]")
-        table.allow("unit", "sign", "noise", "zero", "range")
-        unit = table.string("unit")
+        table.allow("unit", "sensitivity", "sign", "noise", "zero", "range")
+        unit, stated = table.string("unit"), table.string("sensitivity")
+        sensitivity = None if stated is None else read_sensitivity(stated, CHANNELS[channel], table.where)
         if unit is not None:
-            factor_to_si(unit, CHANNELS[channel], table.where)
+            _ = factor_to_si(unit, CHANNELS[channel], table.where) if sensitivity is None else sensitivity.factor(unit, table.where)
         noise = table.number("noise", unit=si_unit(channel), positive=True)
         zero = table.number("zero", unit=si_unit(channel), positive=True)
         span = _limits(table, "range", f"in {si_unit(channel)}")
-        sensors[channel] = Sensor(unit=unit, sign=_sign(table), noise=noise, zero=zero, range=span)
+        sensors[channel] = Sensor(unit=unit, sensitivity=sensitivity, sign=_sign(table), noise=noise, zero=zero, range=span)
     return sensors
 
 

@@ -148,6 +148,24 @@ def test_a_unit_that_is_not_known_is_overruled_as_a_guess(tmp_path):
     assert loaded(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
 
 
+def test_files_of_voltages_ask_for_the_sensitivities(tmp_path):
+    values = channels("cart-excitation")
+    volts = {"Laser (V)": 800.0 * values["hammer_displacement"], "Cart LVDT (V)": 500.0 * values["cart_displacement"]}
+    write_csv(tmp_path / "cart1.csv", volts | {"Load cell (mV)": 11.2 * values["impact_force"]})
+    proposed = filled(propose(inspect_path(tmp_path), tmp_path))
+    assert proposed.count("# sensitivity = ") == 3 and "# noise" not in proposed
+    assert '# sensitivity = "11.2 mV/N" # TO FILL IN: from its calibration sheet, for cart1.csv is in mV' in proposed
+    file = tmp_path / "experiment.toml"
+    file.write_text(proposed)
+    with pytest.raises(ExperimentError, match=r"states hammer_displacement in 'V': expected the sensitivity of the sensor"):
+        load_experiment(tmp_path)
+    first, second = proposed.replace("# sensitivity", "sensitivity").split("[sensors.cart_displacement]")
+    file.write_text(first + "[sensors.cart_displacement]" + second.replace("0.8 V/mm", "0.5 V/mm", 1))
+    (record,) = load_experiment(tmp_path).records
+    for channel in values:
+        np.testing.assert_allclose(record.channels[channel], values[channel], rtol=1e-6, atol=1e-12)
+
+
 def test_files_in_different_units_make_one_experiment(tmp_path):
     for name, unit, factor in (("a", "mm", 1e3), ("b", "um", 1e6)):
         columns = channels("free-decay") | {"hammer_displacement": factor * TIME}
