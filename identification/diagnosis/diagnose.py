@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.diagnosis.assertion import asserted, considered, twins
+from identification.diagnosis.beginnings import beginnings
 from identification.diagnosis.calibration import ALPHA, RELEVANT
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
 from identification.diagnosis.errors import numbers
@@ -35,7 +36,7 @@ from identification.result.result import RecordFit
 from identification.result.ring_down import RingDowns
 from identification.result.unrest import unrest
 from identification.windows.declared_model import varying
-from identification.windows.prepare import prepare
+from identification.windows.prepare import MOST_SAMPLES, prepare
 from vibrojax.effects import EFFECTS
 
 Progress = Callable[[str], None]
@@ -83,6 +84,8 @@ def diagnose_experiment(
 ) -> Diagnosis:
     """Fit the nominal model, search for missing effects and return the verdict. The procedure uses no random numbers.
 
+    Of long records the first part is diagnosed (`beginnings`); so says a notice.
+
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
@@ -93,7 +96,7 @@ def diagnose_experiment(
     Raises:
         NoConvergenceError: the nominal model cannot be integrated in any window.
     """
-    course = _Course(budget_minutes, progress)
+    course, experiment = _Course(budget_minutes, progress), beginnings(experiment, MOST_SAMPLES)
     with course.stage("nominal"):
         progress("reading first guesses from the records")
         start = nominal_fit(prepare(experiment, law=law), progress=progress).fitted

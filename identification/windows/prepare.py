@@ -99,7 +99,7 @@ def prepare(
     check_smoothing(model.law, smoothing)
     check_clearance(experiment, model.law)
     window = window or WindowLength()
-    records = [from_release(record) for record in _some(experiment.fitting.records, most_samples, window)]
+    records = [from_release(record) for record in selected(experiment.fitting.records, most_samples, window)]
     experiment = dataclasses.replace(experiment, records=tuple(records))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     check_wishes(experiment, parameters)
@@ -144,8 +144,11 @@ def prepare(
     )
 
 
-def _some(records: tuple[Record, ...], most_samples: float, window: WindowLength) -> tuple[Record, ...]:
-    """The records, or an even selection of each kind with the same channels, where two windows of each would be too many samples."""
+def selected(records: tuple[Record, ...], most_samples: float, window: WindowLength) -> tuple[Record, ...]:
+    """Records that are used: all, or an even selection of each kind with the same channels.
+
+    The selection is made where two windows of each would be too many samples.
+    """
     most = most_samples / (2 * window.longest)
     if len(records) <= most or sum(len(record.time) for record in records) <= most_samples:
         return records

@@ -1,0 +1,91 @@
+"""The part of long and of many records that a diagnosis takes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.beginnings import beginnings
+from identification.experiment.record import Preparation
+from identification.windows.windows import WindowLength
+
+LEAST = 2 * WindowLength().longest
+
+
+def repeated(record, samples, **changes):
+    """A record of as many samples, repeated end to end."""
+    times = -(-samples // len(record.time))
+    step = record.time[1] - record.time[0]
+    channels = {name: np.tile(values, times)[:samples] for name, values in record.channels.items()}
+    time = record.time[0] + step * np.arange(samples)
+    return dataclasses.replace(record, time=time, channels=channels, **changes)
+
+
+@pytest.fixture
+def experiment(example):
+    """Two long records and a short one, cart records all."""
+    _, cart, *_ = example.records
+    records = (
+        repeated(cart, 40_000, file="long.csv"),
+        repeated(cart, 3_000, file="short.csv"),
+        repeated(cart, 60_000, file="longer.csv"),
+    )
+    return dataclasses.replace(example, records=records)
+
+
+def lengths(experiment):
+    return {record.file: len(record.time) for record in experiment.records}
+
+
+def test_short_records_are_whole_and_long_ones_share_the_rest(experiment):
+    found = beginnings(experiment, 33e3)
+    assert lengths(found) == {"long.csv": 15_000, "short.csv": 3_000, "longer.csv": 15_000}
+    for before, after in zip(experiment.records, found.records, strict=True):
+        np.testing.assert_array_equal(after.time, before.time[: len(after.time)])
+        for name, values in before.channels.items():
+            np.testing.assert_array_equal(after.channels[name], values[: len(after.time)])
+    step = experiment.records[0].time[1] - experiment.records[0].time[0]
+    (said,) = set(found.records[0].notices) - set(experiment.records[0].notices)
+    assert said == f"The first {14_999 * step:.4g} of {39_999 * step:.4g} s are diagnosed; a part that `crop` chooses is taken whole."
+    assert found.records[1].notices == experiment.records[1].notices
+
+
+def test_all_is_taken_where_there_is_not_too_much(experiment):
+    assert lengths(beginnings(experiment, 2e5)) == lengths(experiment)
+
+
+def test_each_record_keeps_two_windows(experiment):
+    assert set(lengths(beginnings(experiment, 3.0 * LEAST)).values()) == {LEAST}
+
+
+def test_cropped_records_are_whole_and_held_back_ones_are_cut_alike(experiment):
+    long, short, longer = experiment.records
+    cropped = dataclasses.replace(long, preparation=Preparation(crop=(0.0, 10.0)))
+    held = dataclasses.replace(long, file="held.csv", held_back=True)
+    found = beginnings(dataclasses.replace(experiment, records=(cropped, short, longer, held)), 53e3)
+    assert lengths(found) == {"long.csv": 40_000, "short.csv": 3_000, "longer.csv": 10_000, "held.csv": 10_000}
+
+
+def test_of_many_records_some_of_each_kind_are_taken(example):
+    drop, cart, *_ = example.records
+    records = [dataclasses.replace(one, file=f"{kind}{k}.csv") for kind, one in (("drop", drop), ("cart", cart)) for k in range(50)]
+    found = beginnings(dataclasses.replace(example, records=tuple(records)), 10.0 * LEAST)
+    kinds = [record.kind for record in found.records]
+    assert (kinds.count("drop-test"), kinds.count("cart-excitation")) == (5, 5)
+    assert found.warnings[-1] == "10 of 100 records are diagnosed, spread evenly over each kind."
+
+
+def test_what_comes_before_the_release_is_left_out_first(example):
+    """A long hold would else be all that is taken."""
+    drop = example.records[0]
+    hold, step = 30_000, drop.time[1] - drop.time[0]
+    rng = np.random.default_rng(0)
+    channels = {}
+    for name, values in drop.channels.items():
+        still = values[0] if name == "hammer_displacement" else 0.0
+        channels[name] = np.concatenate([still + drop.noise[name] * rng.normal(size=hold), values])
+    time = drop.time[0] + step * np.arange(hold + len(drop.time))
+    held = dataclasses.replace(drop, time=time, channels=channels)
+    (found,) = beginnings(dataclasses.replace(example, records=(held,)), 5e3).records
+    assert found.time[0] == pytest.approx(time[hold], abs=0.02)
+    assert len(found.time) <= 5_000
