@@ -84,12 +84,34 @@ def _moves(values: np.ndarray, beside: np.ndarray | None) -> bool:
     return spread > max(AT_REST * noise, trace)
 
 
+def reads_pulls(one: Mapped) -> bool:
+    """Whether a channel is a load cell that reads impacts as pulls.
+
+    Args:
+        one: a channel of a record.
+
+    Returns:
+        False for other channels, and where no impact is seen.
+    """
+    force = one.column.values
+    if one.channel != "impact_force" or not np.isfinite(force).any():
+        return False
+    off = force - np.nanmedian(force)
+    return bool(-np.nanmin(off) > np.nanmax(off)) and _rises(-off)
+
+
+def _rises(force: np.ndarray) -> bool:
+    """Whether a force rises far above its noise."""
+    noise, largest = estimate_noise(np.where(np.isfinite(force), force, np.nan)) or 0.0, float(np.nanmax(force))
+    return largest > max(IMPACT_FORCE * noise, 0.0)
+
+
 def _impacts(channels: dict[str, np.ndarray]) -> bool | None:
     """Whether impacts occur; None where no channel shows it."""
     force = channels.get("impact_force")
     if force is not None and np.isfinite(force).any():
-        noise = estimate_noise(np.where(np.isfinite(force), force, np.nan)) or 0.0
-        return float(np.nanmax(force)) > IMPACT_FORCE * noise and float(np.nanmax(force)) > 0.0
+        off = force - np.nanmedian(force)
+        return _rises(off) or _rises(-off)
     acceleration = channels.get("hammer_acceleration")
     if acceleration is not None and np.isfinite(acceleration).any():
         off = np.abs(acceleration - np.nanmedian(acceleration))

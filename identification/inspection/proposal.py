@@ -7,6 +7,7 @@ from identification.experiment.readers import stem_of
 from identification.experiment.sensitivity import EXAMPLES
 from identification.experiment.units import is_stand_in, same_unit
 from identification.inspection.inspect import Inspected, Inspection
+from identification.inspection.kind import reads_pulls
 from identification.inspection.mapping import Mapped, is_angle
 from vibrojax.errors import printable
 
@@ -109,9 +110,10 @@ def _sensor(each: Mapped, one: Inspected) -> str:
     """The table of a channel, as its first record has it."""
     file = printable(one.found.file)
     unit = f"# guess: {each.guessed}" if each.guessed else f"# as {file} states"
+    turned = ["sign = -1 # guess: it falls in impacts, and a load cell has to rise in compression"] if reads_pulls(each) else []
     if each.is_output:
-        return "\n".join([f"[sensors.{each.channel}]", *_output(each, file)]) + "\n"
-    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}']
+        return "\n".join([f"[sensors.{each.channel}]", *_output(each, file), *turned]) + "\n"
+    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}', *turned]
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
     si = si_unit(each.channel)
     if facts.noise is not None:

@@ -148,6 +148,19 @@ def test_a_unit_that_is_not_known_is_overruled_as_a_guess(tmp_path):
     assert loaded(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
 
 
+@pytest.mark.parametrize("kind", ["drop-test", "cart-excitation"])
+def test_a_load_cell_that_reads_impacts_as_pulls_is_turned(kind, tmp_path):
+    values = channels(kind)
+    write_csv(tmp_path / "run.csv", values | {"impact_force": 0.5 - values["impact_force"]})
+    proposed = propose(inspect_path(tmp_path), tmp_path)
+    assert f'kind = "{kind}"' in proposed
+    assert proposed.count("sign = -1 # guess: it falls in impacts") == 1
+    (record,) = loaded(tmp_path).records
+    np.testing.assert_allclose(record.channels["impact_force"], values["impact_force"] - 0.5, atol=1e-9)
+    write_csv(tmp_path / "run.csv", values)
+    assert "sign" not in propose(inspect_path(tmp_path), tmp_path)
+
+
 def test_files_of_voltages_ask_for_the_sensitivities(tmp_path):
     values = channels("cart-excitation")
     volts = {"Laser (V)": 800.0 * values["hammer_displacement"], "Cart LVDT (V)": 500.0 * values["cart_displacement"]}
