@@ -84,7 +84,7 @@ def diagnose_experiment(
 ) -> Diagnosis:
     """Fit the nominal model, search for missing effects and return the verdict. The procedure uses no random numbers.
 
-    Of long records the first part is diagnosed (`beginnings`); so says a notice.
+    Of long records the first part is diagnosed (`beginnings`), with a warning.
 
     Arguments:
         experiment: as loaded.
@@ -96,7 +96,8 @@ def diagnose_experiment(
     Raises:
         NoConvergenceError: the nominal model cannot be integrated in any window.
     """
-    course, experiment = _Course(budget_minutes, progress), beginnings(experiment, MOST_SAMPLES)
+    course = _Course(budget_minutes, progress)
+    experiment, partly = beginnings(experiment, MOST_SAMPLES)
     with course.stage("nominal"):
         progress("reading first guesses from the records")
         start = nominal_fit(prepare(experiment, law=law), progress=progress).fitted
@@ -106,7 +107,8 @@ def diagnose_experiment(
         term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
         predicted = Predictions(experiment)
         cause = _cause(found, term, predicted)
-    return _concluded(experiment, found, cause, among, course, predicted)
+    diagnosis = _concluded(experiment, found, cause, among, course, predicted)
+    return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *partly))
 
 
 def _cause(found: Search, term: Learned | None, predicted: Predictions) -> _Cause:

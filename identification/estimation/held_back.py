@@ -12,7 +12,7 @@ from identification.least_squares.levenberg_marquardt import LevenbergMarquardt,
 from identification.least_squares.settling import settled_gradually
 from identification.result.result import RecordFit
 from identification.windows.layout import Active, Estimate, layout_of
-from identification.windows.prepare import Prepared, prepare
+from identification.windows.prepare import MOST_SAMPLES, Prepared, prepare
 from identification.windows.windows import WindowLength
 from vibrojax.model import MASS, Model
 
@@ -31,6 +31,7 @@ def held_back_fits(
 
     Shared parameters stay fixed. Only the numbers that belong to a record or a window and that no other record identifies are estimated:
     the initial state of every window, amplitude and phase of a sine, the setting error of the gap, and an effect's parameters per record.
+    Of long records windows spread evenly are predicted.
 
     Args:
         experiment: whole, as loaded.
@@ -49,7 +50,8 @@ def held_back_fits(
         return ()
     records = tuple(dataclasses.replace(record, held_back=False) for record in experiment.held_back)
     held = dataclasses.replace(experiment, records=records, parameters={})
-    prepared = prepare(held, law=model.law.name, window=window, smoothing=smoothing)
+    most = max(MOST_SAMPLES, 2.0 * window.longest * len(records))  # two windows of each at least, so that none is passed over
+    prepared = prepare(held, law=model.law.name, window=window, smoothing=smoothing, most_samples=most)
     prepared = _under(prepared, model, weighed=experiment.mass_is_known)
     integrator = integrator_for(prepared)
     evaluate = evaluator(prepared, integrator, side_by_side=_SIDE_BY_SIDE)

@@ -74,10 +74,10 @@ def _record_fit(prepared: Prepared, index: int, values: dict[str, np.ndarray], e
 
 
 def _left_out(inside: np.ndarray) -> tuple[str, ...]:
-    """What is to be said where not all samples were fitted."""
+    """What is to be said where not all samples were taken."""
     if inside.all():
         return ()
-    return (f"{inside.sum()} of {len(inside)} samples are fitted, in windows spread evenly; a part that `crop` chooses is fitted whole.",)
+    return (f"{inside.sum()} of {len(inside)} samples are taken, in windows spread evenly; a part that `crop` chooses is taken whole.",)
 
 
 def _nuisances(layout: Layout, values: np.ndarray, errors: np.ndarray) -> tuple[Nuisance, ...]:

@@ -46,6 +46,7 @@ ALIASES = {
     "Feet": "ft",
     "Volts": "V",
     "Degrees": "deg",
+    "°": "deg",
     "Radians": "rad",
     "Newtons": "N",
     "Newton": "N",
@@ -59,6 +60,7 @@ ALIASES = {
 
 
 _IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+"""Brackets at the end of a column's name."""
 
 
 def factor_to_si(unit: str, dimension: str, where: str) -> float:
@@ -142,15 +144,31 @@ def output_of(unit: str) -> str | None:
     return next((kind for kind, table in OUTPUTS.items() if _canonical(unit) in map(_canonical, table)), None)
 
 
-def unit_in_name(name: str) -> str | None:
-    """The known unit in brackets at the end of a column's name; None where there is none.
+def brackets_of(name: str) -> str | None:
+    """What stands in brackets at the end of a column's name, a unit or not; None without brackets.
 
     Example:
-        >>> unit_in_name("LVDT 2 [mm]"), unit_in_name("Force (raw)")
-        ('mm', None)
+        >>> brackets_of("LVDT 2 [mm]"), brackets_of("Force (raw)"), brackets_of("Force")
+        ('mm', 'raw', None)
     """
     found = _IN_NAME.search(name)
-    return found.group(1) if found and is_unit(found.group(1)) else None
+    return found.group(1) if found else None
+
+
+def unit_in_name(name: str, dimension: str) -> str | None:
+    """The unit of a dimension, or of a sensor's output, in brackets at the end of a column's name; None where there is none.
+
+    "A" is none: it numbers probes more often than it means amperes.
+
+    Example:
+        >>> unit_in_name("LVDT 2 [mm]", "displacement"), unit_in_name("LVDT 2 (mV)", "displacement"), unit_in_name("Probe (A)", "force")
+        ('mm', 'mV', None)
+    """
+    text = brackets_of(name)
+    if text is None or _canonical(text) == "A":
+        return None
+    is_output = dimension != "time" and output_of(text) is not None
+    return text if is_output or _canonical(text) in map(_canonical, FACTORS[dimension]) else None
 
 
 def is_stand_in(unit: str | None) -> bool:

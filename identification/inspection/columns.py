@@ -10,7 +10,7 @@ from identification.experiment.channels import TIME, means_time
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers import read_columns
 from identification.experiment.readers.apart import TooCostlyError
-from identification.experiment.units import FACTORS, factor_to_si, same_unit, unit_in_name
+from identification.experiment.units import FACTORS, brackets_of, factor_to_si, same_unit
 
 SAME_TIME = 0.01
 LONG_STEP = 0.05
@@ -130,7 +130,7 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
 
 def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
     """A column with its unit."""
-    return Column(name=name, unit=units.get(name) or unit_in_name(name) or "", in_file=name in units, values=values)
+    return Column(name=name, unit=units.get(name) or brackets_of(name) or "", in_file=name in units, values=values)
 
 
 def _time_column(columns: list[Column]) -> Column:

@@ -15,6 +15,8 @@ REST_SHARE = 0.02
 """Of the hammer's standard deviation: a cart that moves less stands still, though impacts shake it."""
 IMPACT_FORCE, IMPACT_ACCELERATION = 20.0, 10.0
 """Noises that a force, and typical deviations that an acceleration, reaches in an impact."""
+PULL_SHARE, FEWEST_PULLS = 0.2, 2
+"""Of the deepest pull, which a force passes in an impact; and how many impacts, for one may be a glitch."""
 SINE_SHARE = 0.5
 
 
@@ -94,10 +96,11 @@ def reads_pulls(one: Mapped) -> bool:
         False for other channels, and where no impact is seen.
     """
     force = one.column.values
-    if one.channel != "impact_force" or not np.isfinite(force).any():
+    if one.channel != "impact_force" or not np.isfinite(force).any() or not _rises(-force):
         return False
-    off = force - np.nanmedian(force)
-    return bool(-np.nanmin(off) > np.nanmax(off)) and _rises(-off)
+    level = PULL_SHARE * float(np.nanmax(-force))
+    pulls, pushes = (int(np.sum(np.diff((signed > level).astype(int)) == 1)) for signed in (-force, force))
+    return pulls >= FEWEST_PULLS and pulls > pushes
 
 
 def _rises(force: np.ndarray) -> bool:

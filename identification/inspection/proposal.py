@@ -4,7 +4,7 @@ from pathlib import Path
 
 from identification.experiment.channels import CHANNELS, TIME, si_unit
 from identification.experiment.readers import stem_of
-from identification.experiment.sensitivity import EXAMPLES
+from identification.experiment.sensitivity import example
 from identification.experiment.units import is_stand_in, same_unit
 from identification.inspection.inspect import Inspected, Inspection
 from identification.inspection.kind import reads_pulls
@@ -72,7 +72,8 @@ def propose(inspection: Inspection, folder: Path) -> str:
         HEAD.format(name=_text(inspection.folder.resolve().name or "experiment")),
         *_rig([each for each, _ in sensors.values()], stopless),
     ]
-    parts += [_sensor(*sensors[channel]) for channel in CHANNELS if channel in sensors]
+    turned = any(reads_pulls(each) for one in usable for each in one.mapped)
+    parts += [_sensor(*sensors[channel], turned=turned and channel == "impact_force") for channel in CHANNELS if channel in sensors]
     parts += [
         _record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}, stopless) for one in inspection.files
     ]
@@ -106,14 +107,14 @@ def _certainty(each: Mapped) -> int:
     return 2 if not each.guessed else int(each.unit != si_unit(each.channel))
 
 
-def _sensor(each: Mapped, one: Inspected) -> str:
-    """The table of a channel, as its first record has it."""
+def _sensor(each: Mapped, one: Inspected, *, turned: bool) -> str:
+    """The table of a channel, as its first record has it; `turned` where impacts read as pulls."""
     file = printable(one.found.file)
     unit = f"# guess: {each.guessed}" if each.guessed else f"# as {file} states"
-    turned = ["sign = -1 # guess: it falls in impacts, and a load cell has to rise in compression"] if reads_pulls(each) else []
+    sign = ["sign = -1 # guess: it falls in impacts, and a load cell has to rise in compression"] if turned else []
     if each.is_output:
-        return "\n".join([f"[sensors.{each.channel}]", *_output(each, file), *turned]) + "\n"
-    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}', *turned]
+        return "\n".join([f"[sensors.{each.channel}]", *_output(each, file), *sign]) + "\n"
+    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}', *sign]
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
     si = si_unit(each.channel)
     if facts.noise is not None:
@@ -128,7 +129,7 @@ def _sensor(each: Mapped, one: Inspected) -> str:
 def _output(each: Mapped, file: str) -> list[str]:
     """What a sensor needs whose output was recorded."""
     said = f"from its calibration sheet, for {file} is in {each.unit}"
-    lines = [f'# sensitivity = "{EXAMPLES[CHANNELS[each.channel]]}" # TO FILL IN: {said}']
+    lines = [f'# sensitivity = "{example(CHANNELS[each.channel], each.unit)}" # TO FILL IN: {said}']
     if is_stand_in(each.unit) and CHANNELS[each.channel] != "acceleration":
         lines.append(f'# unit = "{each.unit}" # in its place, where the volt stands for the quantity itself, as in an electronic analogue')
     return lines

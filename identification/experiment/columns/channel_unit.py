@@ -4,38 +4,47 @@ from collections.abc import Mapping
 
 from identification.experiment.channels import CHANNELS, TIME, si_unit
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.sensitivity import EXAMPLES
+from identification.experiment.sensitivity import example
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.record_settings import RecordSettings
 from identification.experiment.units import factor_to_si, output_of, same_unit, unit_in_name
 
 
-def stated_unit(channel: str, sensor: Sensor, column: str, units: Mapping[str, str]) -> tuple[str | None, tuple[str, ...]]:
-    """The unit that a file states for a channel, and what is odd about it.
+def stated_unit(dimension: str, declared: str | None, column: str, units: Mapping[str, str]) -> tuple[str | None, tuple[str, ...]]:
+    """The unit that a file states for a column, and what is odd about it.
 
-    Brackets behind a column's name count as its statement, but for a unit of the channel's dimension that the sensor's table contradicts:
+    Brackets behind the column's name count as its statement. Where the experiment file contradicts them by a factor only, it counts, since
     names are often copied from another table.
 
     Args:
-        channel: its name.
-        sensor: its table.
-        column: name of its column.
+        dimension: of the channel, or "time".
+        declared: the unit in the experiment file; None where it declares none.
+        column: its name.
         units: that the file states beside the names, by column.
+
+    Returns:
+        The unit, None where the file is silent; and a sentence, if there is a contradiction.
+
+    Example:
+        >>> stated_unit("displacement", "m", "Laser [mm]", {})[0], stated_unit("displacement", None, "Laser [mm]", {})[0]
+        (None, 'mm')
     """
     if column in units:
         return units[column], ()
-    named = unit_in_name(column)
-    if named is None or sensor.unit is None or output_of(named) or same_unit(named, sensor.unit, CHANNELS[channel]):
+    named = unit_in_name(column, dimension)
+    if named is None or declared is None or output_of(named) != output_of(declared):
         return named, ()
-    return None, (f"The name of column {shown(column)} says {named}, [sensors.{channel}] says {sensor.unit}, which counts.",)
+    if same_unit(named, declared, output_of(named) or dimension):
+        return named, ()
+    return None, (f"The name of column {shown(column)} says {named}, the experiment file {declared}, which counts.",)
 
 
 def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, stated: str | None) -> float:
     """Find the factor that turns the recorded numbers of a channel into SI.
 
-    `units` of the record overrules everything, for a file whose own statement is wrong. Else the unit that the file states and that of the
-    sensor's table must agree, and one of them must be there. A sensor with a sensitivity has units of its output, by default that of its
-    sensitivity.
+    `units` of the record overrules everything, for a file whose own statement is wrong, or whose numbers are no sensor's output. Else the
+    unit that the file states and that of the sensor's table must agree, and one of them must be there. A sensor with a sensitivity has
+    units of its output, by default that of its sensitivity.
 
     Args:
         channel: its name.
@@ -55,19 +64,22 @@ def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, state
         return factor_to_si(unit, dimension, where) if sensor.sensitivity is None else sensor.sensitivity.factor(unit, where)
 
     if channel in settings.units:
-        return factor(settings.units[channel], f"units of {settings.where}")
+        unit, where = settings.units[channel], f"units of {settings.where}"
+        return factor(unit, where) if output_of(unit) else factor_to_si(unit, dimension, where)
     if sensor.sensitivity is not None and stated is None:
         return factor(sensor.unit or sensor.sensitivity.unit, table)
-    overrule = f'units = {{ {channel} = "{sensor.unit or si_unit(channel)}" }} in the record overrules the file'
+    measured = sensor.unit or (si_unit(channel) if sensor.sensitivity is None else stated)
+    overrule = f'units = {{ {channel} = "{measured}" }} in the record overrules the file'
     if stated is None and sensor.unit is None:
         raise ExperimentError(
             f"unit is missing in {table}, and the file of {settings.where} states none: expected one of {dimension}; "
             f"add a line 'unit = \"{si_unit(channel)}\"'"
         )
     if stated is not None and sensor.unit is None and sensor.sensitivity is None and output_of(stated):
+        itself = ", or 'unit = \"V\"' where the volt stands for the quantity itself" if same_unit(stated, "V", dimension) else ""
         raise ExperimentError(
             f"{settings.where} states {channel} in {shown(stated)}: expected the sensitivity of the sensor; add a line "
-            f"'sensitivity = \"{EXAMPLES[dimension]}\"' to {table}, or 'unit = \"V\"' where the volt stands for the quantity itself"
+            f"'sensitivity = \"{example(dimension, stated)}\"' to {table}{itself}"
         )
     if stated is not None and sensor.unit is None:
         try:

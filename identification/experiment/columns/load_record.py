@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from identification.experiment.channels import CART_CHANNELS, MOTION_CHANNELS, TIME
+from identification.experiment.channels import CART_CHANNELS, CHANNELS, MOTION_CHANNELS, TIME
 from identification.experiment.columns.assignment import assign, wanted_columns
 from identification.experiment.columns.channel_unit import channel_factor, stated_unit, time_factor
 from identification.experiment.columns.location import file_exists, record_path, sha256_of
@@ -19,7 +19,6 @@ from identification.experiment.readers import read_columns
 from identification.experiment.record import Record, Sensed
 from identification.experiment.sensor import Sensor
 from identification.experiment.settings.record_settings import RecordSettings
-from identification.experiment.units import unit_in_name
 
 ANSWERS = ("reaction_force", "impact_force", "hammer_acceleration")
 """What a hammer on a prescribed path is compared by: `hammer_acceleration` is then all force on it over its mass."""
@@ -47,14 +46,16 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     columns = read_columns(path, frozenset(wanted.values()), settings.file)
     raw = assign(columns, wanted, settings, need_channels=need_file)
     time, recorded, dropped = drop_bad_time(raw.time, raw.channels) if settings.drop_bad_time else (raw.time, raw.channels, ())
-    time = time * time_factor(settings, columns.units.get(wanted[TIME]) or unit_in_name(wanted[TIME]))
-    notices = [*columns.notices, *raw.notices, *dropped, *check_time(time, settings.where)]
+    stated, odd = stated_unit(TIME, settings.time_unit, wanted[TIME], columns.units)
+    time = time * time_factor(settings, stated)
+    notices = [*odd, *columns.notices, *raw.notices, *dropped, *check_time(time, settings.where)]
     _check_initial_state(settings, float(time[0]))
     channels = {}
     for channel, values in recorded.items():
-        stated, doubts = stated_unit(channel, sensors[channel], wanted[channel], columns.units)
+        declared = settings.units.get(channel, sensors[channel].unit)
+        stated, odd = stated_unit(CHANNELS[channel], declared, wanted[channel], columns.units)
         factor = channel_factor(channel, sensors[channel], settings, stated)
-        notices.extend(doubts)
+        notices.extend(odd)
         cleaned, found = _cleaned(values * (factor * sensors[channel].sign), time, channel, sensors[channel])
         notices.extend(found)
         if cleaned is not None:

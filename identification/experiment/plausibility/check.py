@@ -42,14 +42,15 @@ def check_plausible(
         ExperimentError: what is wrong, in one line, with the value that would be right where the records show it.
     """
     offset = any(sensor.zero is not None for channel, sensor in sensors.items() if channel.endswith("displacement"))
+    through = frozenset(channel for channel, sensor in sensors.items() if sensor.sensitivity is not None)
     doubts: list[str] = []
     for record, declared in zip(records, units, strict=True):
         with _doubted(doubts):  # one doubt a record: what follows from the first would only mislead
             check_drive_frequency(record)
             hammer = check_directions(record, impacts_of(record))
             check_bodies(record, felt_impacts(record))
-            check_scales(record, declared, mass)
-            check_momentum(record, hammer, mass, declared)
+            check_scales(record, declared, mass, through)
+            check_momentum(record, hammer, mass, declared, through)
             if law != NO_STOP:
                 check_impacts(record)
                 check_gap(record, felt_impacts(record), offset=offset)

@@ -7,7 +7,9 @@ from identification.experiment.record import Record
 from identification.experiment.settings.scales import FAR, NEAR, mistaken_unit
 
 
-def check_momentum(record: Record, hammer: Response | None, mass: float | None, units: dict[str, str | None]) -> None:
+def check_momentum(
+    record: Record, hammer: Response | None, mass: float | None, units: dict[str, str | None], through: frozenset[str] = frozenset()
+) -> None:
     """Compare mass times change of speed with the impulse of the impacts.
 
     A load cell that clips or lags and a stop that gives way change the ratio by less than a factor of ten, a mistaken unit by more.
@@ -17,6 +19,7 @@ def check_momentum(record: Record, hammer: Response | None, mass: float | None, 
         hammer: its response to the impacts; None where it is not known.
         mass: of the hammer, kg; None where it is to be estimated.
         units: declared, by channel; None where the file states one.
+        through: channels that are read through a sensitivity, which may be wrong by any factor.
 
     Raises:
         ExperimentError: one of them is off by a factor that a mistaken unit explains; the message names it.
@@ -28,15 +31,20 @@ def check_momentum(record: Record, hammer: Response | None, mass: float | None, 
     ratio = -hammer.slope * mass
     if 1.0 / FAR < ratio < FAR:
         return
-    causes = [
-        f"{name} were in {unit}" for name, off in ((channel, ratio), ("impact_force", 1.0 / ratio)) if (unit := _unit(name, off, units))
-    ]
+    suspect = through & {channel, "impact_force"}
+    causes = (
+        []
+        if suspect
+        else [
+            f"{name} were in {unit}" for name, off in ((channel, ratio), ("impact_force", 1.0 / ratio)) if (unit := _unit(name, off, units))
+        ]
+    )
     causes += ["mass were in g"] if abs(ratio / 1e3 - 1.0) < NEAR else []
     causes += ["time were in ms"] if abs(ratio / 1e-6 - 1.0) < NEAR else []
     raise (ExperimentError if causes else DoubtError)(
         f"mass times the change of speed of {channel} is {ratio:.2g} times the impulse of impact_force in {hammer.impacts} impacts of "
         f"record {shown(record.file)}: expected about the same{', as it is if ' + ' or '.join(causes) if causes else ''}; correct 'mass', "
-        "which is in kg, a unit, or 'time_unit' of the record"
+        f"which is in kg, a unit, {'a sensitivity, ' if suspect else ''}or 'time_unit' of the record"
     )
 
 

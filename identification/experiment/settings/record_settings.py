@@ -125,7 +125,7 @@ def _units(table: Table) -> dict[str, str]:
         if channel not in CHANNELS:
             raise ExperimentError(f"unknown channel {shown(channel)} in {units.where}{suggestion(channel, CHANNELS)}")
         found[channel] = units.needed_string(channel)
-        if not output_of(found[channel]):  # whether that suits, the sensor's table says
+        if not output_of(found[channel]):  # of a sensor, whose sensitivity is not known here
             factor_to_si(found[channel], CHANNELS[channel], units.where)
     return found
 

@@ -10,12 +10,14 @@ from scipy.signal.windows import hann
 from identification.experiment.channels import CHANNELS
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.record import Record
-from identification.experiment.units import FACTORS, STAND_INS, factor_to_si, is_stand_in
+from identification.experiment.units import FACTORS, STAND_INS, STANDARD_GRAVITY, factor_to_si, is_stand_in
 
 # How near a ratio must come to that of two units; no calibration is so far off that it would be taken for one of them.
 NEAR = 0.1
 # Beyond this ratio of impact force to inertia no calibration is off: mass or unit is wrong.
 FAR = 10.0
+# Of units that are easily mistaken in a sensitivity.
+SLIPS = (1e3, 1e-3, 1e6, 1e-6, STANDARD_GRAVITY, 1.0 / STANDARD_GRAVITY)
 # Below this correlation two channels do not show the same.
 ALIKE = 0.95
 # A force that is strong for a larger part of the samples is an offset rather than impacts.
@@ -29,13 +31,14 @@ EVEN = 1e-3
 PAIRS = (("hammer_displacement", "hammer_acceleration"), ("cart_displacement", "cart_acceleration"))
 
 
-def check_scales(record: Record, units: dict[str, str | None], mass: float | None) -> None:
+def check_scales(record: Record, units: dict[str, str | None], mass: float | None, through: frozenset[str] = frozenset()) -> None:
     """Compare accelerations with displacements, and the force of the impacts with the deceleration of the hammer.
 
     Args:
         record: with its channels.
         units: declared for its channels; None where the file states one. What is written in a stand-in for an SI unit is not compared.
         mass: of the hammer, kg; None where it is not known.
+        through: channels that are read through a sensitivity.
 
     Raises:
         ExperimentError: a channel is as much too large or too small as if its unit were another one, or points the other way.
@@ -48,7 +51,9 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
                 f"{one} and {other} point opposite ways in record {shown(record.file)}: expected both to grow towards the stop, and the "
                 f"impact force to be positive in compression; {_turned(record, one, other)}"
             )
-        for channel, factor in ((one, ratio), (other, 1.0 / ratio)):
+        if through & {one, other}:
+            _check_sensitivities(record, one, other, ratio, through)
+        for channel, factor in ((one, ratio), (other, 1.0 / ratio)) if not through & {one, other} else ():
             if unit := mistaken_unit(channel, factor, units[channel]):
                 unit += " or its time in ms" if abs(abs(ratio) * 1e-6 - 1.0) < NEAR else ""
                 raise ExperimentError(
@@ -61,6 +66,18 @@ def check_scales(record: Record, units: dict[str, str | None], mass: float | Non
                 f"impact_force is {ratio:.2g} times mass times deceleration in record {shown(record.file)}: expected about the same; "
                 "correct 'mass' in [hammer], which is in kg, or the unit of the load cell or of the accelerometer"
             )
+
+
+def _check_sensitivities(record: Record, one: str, other: str, ratio: float, through: frozenset[str]) -> None:
+    """Two channels, at least one of them read through a sensitivity, differ by a factor between units: mV for V, or m/s^2 for g."""
+    if any(abs(ratio / slip - 1.0) < NEAR for slip in SLIPS):
+        where = " or ".join(
+            f"sensitivity or unit in [sensors.{name}]" if name in through else f"unit in [sensors.{name}]" for name in (one, other)
+        )
+        raise ExperimentError(
+            f"{one} is {ratio:.3g} times what {other} gives for it in record {shown(record.file)}, a factor between units: expected one "
+            f"motion; correct {where}{', or mass in [hammer]' if one == 'impact_force' else ''}"
+        )
 
 
 def disagreements(records: Sequence[Record], mass: float | None) -> tuple[str, ...]:

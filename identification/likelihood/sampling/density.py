@@ -30,8 +30,8 @@ class Density(eqx.Module):
     the normal ones that the operator gives.
 
     At every z the records are integrated anew. Nuisances, states and random force follow z to first order from the mode; one Gauss-Newton
-    step from there takes them to their optimum. The gradient leaves out the determinants. A sampler stays exact with such a gradient:
-    trajectories are reversible with any force that depends on the position alone.
+    step from there takes them to their optimum. The gradient leaves out the determinants and the change of the random force. A sampler
+    stays exact with such a gradient: trajectories are reversible with any force that depends on the position alone.
 
     Source: L. Tierney, J. B. Kadane, JASA 81 (1986) 82-86 (marginal densities by Laplace's method).
     """

@@ -42,7 +42,7 @@ class WindowTerms(eqx.Module):
         return self.force + jnp.einsum("lks,ls->lk", self.force_follow, vector - self.mode)
 
     def gram(self, rows: Float[Array, "lanes rows time channels"], force: Float[Array, "lanes knots"]) -> Float[Array, "lanes rows rows"]:
-        """Products of residual (first row) and Jacobian in the metric of noise and random force, as without the force that acts."""
+        """Products of residual (first row), less the effect of the force, and Jacobian in the metric of noise and random force."""
         white = jnp.zeros_like(rows)
         for lag in range(self.whitening.shape[1]):
             shifted = jnp.pad(rows, ((0, 0), (0, 0), (lag, 0), (0, 0)))[:, :, : rows.shape[2]]
@@ -90,7 +90,8 @@ def _of_group(of: Fitted, group: Windows, lanes: np.ndarray) -> WindowTerms:
     marginal = of.point.marginal
     flat = answer.reshape(*answer.shape[:2], -1)
     factor = marginal.factor[lanes]
-    axes = principal_axes(projection := np.linalg.solve(factor, marginal.root.T @ flat))
+    projection = np.linalg.solve(factor, marginal.root.T @ flat)
+    axes = principal_axes(projection)
     inverse, coupling = (part[lanes] for part in of.posterior.reduced.eliminated)
     conditional = marginal.root @ np.linalg.inv(factor).transpose(0, 2, 1)
     return WindowTerms(

@@ -7,6 +7,7 @@ import shutil
 import numpy as np
 import pytest
 
+from identification.estimation import held_back
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.held_back import held_back_fits
 from identification.experiment import ExperimentError, load_experiment
@@ -83,6 +84,15 @@ def test_a_held_back_record_of_the_same_rig_is_predicted_to_its_noise(fitted, pa
     gap = next(nuisance for nuisance in predicted.nuisances if nuisance.name == "gap_error")
     assert gap.stderr is not None
     assert abs(gap.value - -7e-6) < 5 * gap.stderr + 2e-6
+
+
+def test_of_a_long_record_windows_spread_evenly_are_predicted(fitted, parted, monkeypatch):
+    monkeypatch.setattr(held_back, "MOST_SAMPLES", 800)
+    (whole,) = held_back_fits(parted, fitted.model, window=WindowLength(longest=200))
+    (thinned,) = held_back_fits(parted, fitted.model, window=WindowLength(longest=100))
+    assert whole.samples == len(whole.time) > thinned.samples > 0.3 * len(whole.time)
+    assert thinned.notices[-1].startswith(f"{thinned.samples} of {len(whole.time)} samples are taken, in windows spread evenly")
+    assert thinned.chi2_reduced["impact_force"] == pytest.approx(1.0, abs=0.3)
 
 
 def test_a_wrong_model_predicts_it_worse(fitted, parted):

@@ -37,6 +37,15 @@ def message_of(record: Record, mass: float | None = MASS, **units: str | None) -
     return ""
 
 
+@pytest.mark.parametrize("off", [1e3, 1e-3, 9.80665])
+@pytest.mark.parametrize("through", [{"hammer_acceleration"}, {"hammer_displacement", "hammer_acceleration"}])
+def test_a_slip_in_a_sensitivity_blames_it_and_not_its_partner_alone(off, through):
+    with pytest.raises(ExperimentError, match="a factor between units: expected one motion; correct ") as raised:
+        check_scales(bouncing(acceleration=off), UNITS | dict.fromkeys(through), MASS, frozenset(through))
+    assert all(f"sensitivity or unit in [sensors.{name}]" in str(raised.value) for name in through)
+    check_scales(bouncing(acceleration=1.3), UNITS | dict.fromkeys(through), MASS, frozenset(through))
+
+
 @pytest.mark.parametrize("off", [1.0, 0.8, 1.3])
 @pytest.mark.parametrize("channel", ["displacement", "acceleration", "force"])
 def test_what_is_a_little_off_is_left_to_the_diagnosis(channel, off):

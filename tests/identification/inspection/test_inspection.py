@@ -161,6 +161,18 @@ def test_a_load_cell_that_reads_impacts_as_pulls_is_turned(kind, tmp_path):
     assert "sign" not in propose(inspect_path(tmp_path), tmp_path)
 
 
+@pytest.mark.parametrize("what", ["glitch", "preload"])
+def test_a_load_cell_that_is_right_is_not_turned(what, tmp_path):
+    values = channels("cart-excitation")
+    force = values["impact_force"].copy()
+    if what == "glitch":
+        force[100] = -10.0 * force.max()
+    else:
+        force = np.where(np.arange(force.size) % 500 < 20, 0.0, 8.0) + 0.01 * force
+    write_csv(tmp_path / "run.csv", values | {"impact_force": force})
+    assert "sign" not in propose(inspect_path(tmp_path), tmp_path)
+
+
 def test_files_of_voltages_ask_for_the_sensitivities(tmp_path):
     values = channels("cart-excitation")
     volts = {"Laser (V)": 800.0 * values["hammer_displacement"], "Cart LVDT (V)": 500.0 * values["cart_displacement"]}

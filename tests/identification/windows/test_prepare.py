@@ -58,11 +58,11 @@ def test_more_samples_than_are_fitted_leave_windows_spread_over_each_record(smal
     assert len(of_first) == max(2, round(0.4 * len(first)))
     assert set(of_first) < set(first)
     assert (of_first[0], of_first[-1]) == (first[0], first[-1])
-    assert (thin.record == 1).sum() == (whole.record == 1).sum(), "what was cropped is fitted whole"
+    assert (thin.record == 1).sum() == (whole.record == 1).sum(), "what was cropped is taken whole"
     fitted = record_fits(thin, integrator_for(thin), thin.start, np.full(thin.start.nuisances.shape, np.nan))
     assert fitted[1].notices == cropped.notices
     fitted = fitted[0]
-    assert f"{fitted.samples} of {len(fitted.time)} samples are fitted" in fitted.notices[-1]
+    assert f"{fitted.samples} of {len(fitted.time)} samples are taken" in fitted.notices[-1]
     assert fitted.windows == len(of_first)
     assert np.isnan(fitted.predicted["hammer_displacement"][fitted.window == NO_WINDOW]).all()
     inside = fitted.window != NO_WINDOW
