@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.noise import estimate_noise
+from identification.experiment.plausibility.impulses import CONTACT
 from identification.experiment.plausibility.sine import Sine, fit_sine
 from identification.inspection.mapping import Mapped, is_angle
 
@@ -13,8 +14,8 @@ AT_REST = 5.0
 """Noises: a channel whose standard deviation is less stands still."""
 REST_SHARE = 0.02
 """Of the hammer's standard deviation: a cart that moves less stands still, though impacts shake it."""
-IMPACT_FORCE, IMPACT_ACCELERATION = 20.0, 10.0
-"""Noises that a force, and typical deviations that an acceleration, reaches in an impact."""
+IMPACT_ACCELERATION = 10.0
+"""Typical deviations that an acceleration reaches in an impact."""
 PULL_SHARE, FEWEST_PULLS = 0.2, 2
 """Of the deepest pull, which a force passes in an impact; and how many impacts, for one may be a glitch."""
 SINE_SHARE = 0.5
@@ -96,25 +97,24 @@ def reads_pulls(one: Mapped) -> bool:
         False for other channels, and where no impact is seen.
     """
     force = one.column.values
-    if one.channel != "impact_force" or not np.isfinite(force).any() or not _rises(-force):
+    if one.channel != "impact_force" or not np.isfinite(force).any():
         return False
-    level = PULL_SHARE * float(np.nanmax(-force))
+    level = max(PULL_SHARE * float(np.nanmax(-force)), _contact(force))
     pulls, pushes = (int(np.sum(np.diff((signed > level).astype(int)) == 1)) for signed in (-force, force))
     return pulls >= FEWEST_PULLS and pulls > pushes
 
 
-def _rises(force: np.ndarray) -> bool:
-    """Whether a force rises far above its noise."""
-    noise, largest = estimate_noise(np.where(np.isfinite(force), force, np.nan)) or 0.0, float(np.nanmax(force))
-    return largest > max(IMPACT_FORCE * noise, 0.0)
+def _contact(force: np.ndarray) -> float:
+    """The force beyond which a load cell feels a contact, above its noise."""
+    return CONTACT * (estimate_noise(np.where(np.isfinite(force), force, np.nan)) or 0.0)
 
 
 def _impacts(channels: dict[str, np.ndarray]) -> bool | None:
     """Whether impacts occur; None where no channel shows it."""
     force = channels.get("impact_force")
     if force is not None and np.isfinite(force).any():
-        off = force - np.nanmedian(force)
-        return _rises(off) or _rises(-off)
+        off = np.abs(force - np.nanmedian(force))
+        return float(np.nanmax(off)) > _contact(force)
     acceleration = channels.get("hammer_acceleration")
     if acceleration is not None and np.isfinite(acceleration).any():
         off = np.abs(acceleration - np.nanmedian(acceleration))

@@ -48,7 +48,7 @@ def inspect(
         console.print(text, markup=False, soft_wrap=True)
         return
     _write(target, text)
-    console.print(f"{target} written; fill in mass and gaps, and check the guesses", soft_wrap=True)
+    console.print(f"{target} written; fill in the lines that say TO FILL IN, and check the guesses", soft_wrap=True)
 
 
 def new(

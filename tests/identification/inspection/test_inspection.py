@@ -161,6 +161,17 @@ def test_a_load_cell_that_reads_impacts_as_pulls_is_turned(kind, tmp_path):
     assert "sign" not in propose(inspect_path(tmp_path), tmp_path)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_weak_impacts_are_impacts(sign, tmp_path):
+    """Of fourteen times the load cell's noise."""
+    values = channels("drop-test")
+    force = noisy(sign * 1.4 * impacts() / impacts().max(), 0.1)
+    write_csv(tmp_path / "drop.csv", values | {"impact_force": force})
+    proposed = propose(inspect_path(tmp_path), tmp_path)
+    assert 'kind = "drop-test" # guess: the cart is at rest and impacts occur' in proposed
+    assert ("sign = -1" in proposed) == (sign < 0)
+
+
 @pytest.mark.parametrize("what", ["glitch", "preload"])
 def test_a_load_cell_that_is_right_is_not_turned(what, tmp_path):
     values = channels("cart-excitation")
