@@ -87,8 +87,8 @@ def test_a_held_back_record_of_the_same_rig_is_predicted_to_its_noise(fitted, pa
 
 
 def test_of_a_long_record_windows_spread_evenly_are_predicted(fitted, parted, monkeypatch):
-    monkeypatch.setattr(held_back, "MOST_SAMPLES", 800)
-    (whole,) = held_back_fits(parted, fitted.model, window=WindowLength(longest=200))
+    monkeypatch.setattr(held_back, "MOST_SAMPLES", 800.0)
+    (whole,) = held_back_fits(parted, fitted.model)
     (thinned,) = held_back_fits(parted, fitted.model, window=WindowLength(longest=100))
     assert whole.samples == len(whole.time) > thinned.samples > 0.3 * len(whole.time)
     assert thinned.notices[-1].startswith(f"{thinned.samples} of {len(whole.time)} samples are taken, in windows spread evenly")
