@@ -1,4 +1,4 @@
-"""Pictures as a page holds them: drawn, stated, and written as SVG inside the page, PNG and PDF beside it."""
+"""Pictures as a page holds them: drawn, stated, and written as SVG inside the page and PNG beside it, for paper PDF too."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -10,6 +10,7 @@ from identification.experiment import Experiment
 from identification.report.figures.base import Picture
 from identification.report.figures.zoom import zoom_data
 from identification.report.inline_svg import inline_svg
+from identification.report.page_style import PageStyle
 from identification.report.subject import subject
 from identification.result.result import RecordFit
 from vibrojax.drawing import footnote, pdf, png, style
@@ -27,7 +28,7 @@ class Image:
         width: pixels across, where there is room.
         svg: an element of the page.
         data: attributes of the element around it, without `data-`; empty where it cannot be zoomed.
-        png, pdf: files.
+        files: content of the files beside the page, by suffix.
     """
 
     name: str
@@ -38,15 +39,15 @@ class Image:
     width: int
     svg: Markup
     data: dict[str, str]
-    png: bytes
-    pdf: bytes
+    files: dict[str, bytes]
 
 
-def rendered(pictures: Iterable[Picture], experiment: Experiment, records: tuple[RecordFit, ...]) -> list[Image]:
+def rendered(pictures: Iterable[Picture], experiment: Experiment, records: tuple[RecordFit, ...], look: PageStyle) -> list[Image]:
     """Draw the pictures one by one, state below each what it is about, and render it."""
     with style():
         return [
-            _image(picture, f"p{number}", subject(experiment, records, picture.record)) for number, picture in enumerate(pictures, start=1)
+            _image(picture, f"p{number}", subject(experiment, records, picture.record), look)
+            for number, picture in enumerate(pictures, start=1)
         ]
 
 
@@ -56,17 +57,17 @@ def by_section(images: list[Image]) -> dict[str, list[Image]]:
 
 
 def write_page(html: str, images: list[Image], folder: Path) -> list[Path]:
-    """Write `report.html`, and each of its images as a PNG and a PDF file beside it; returns the paths, the page first."""
+    """Write `report.html`, and the files of its images beside it; returns the paths, the page first."""
     written = [folder / "report.html"]
     written[0].write_text(html, encoding="utf-8")
     for image in images:
-        for suffix, content in (("png", image.png), ("pdf", image.pdf)):
+        for suffix, content in image.files.items():
             written.append(folder / f"{image.name}.{suffix}")
             written[-1].write_bytes(content)
     return written
 
 
-def _image(picture: Picture, short: str, stated: str) -> Image:
+def _image(picture: Picture, short: str, stated: str, look: PageStyle) -> Image:
     footnote(picture.figure, stated)
     return Image(
         name=picture.name,
@@ -77,6 +78,5 @@ def _image(picture: Picture, short: str, stated: str) -> Image:
         width=round(SCREEN_DPI * float(picture.figure.get_figwidth())),
         svg=Markup(inline_svg(picture.figure, short, picture.alt)),
         data=zoom_data(picture.panels) if picture.panels else {},
-        png=png(picture.figure),
-        pdf=pdf(picture.figure),
+        files={"png": png(picture.figure)} | ({"pdf": pdf(picture.figure)} if look.pdf else {}),
     )

@@ -32,6 +32,7 @@ class PageStyle:
         sequential: Matplotlib's name of a colour map from nothing to much.
         diverging: the same from -1 to 1; None where only the size is drawn.
         hatch: of a map's cells without a sample.
+        pdf: whether each figure is written as a PDF file too.
     """
 
     name: str
@@ -47,6 +48,7 @@ class PageStyle:
     sequential: str
     diverging: str | None
     hatch: str | None
+    pdf: bool
 
 
 DASHED = (0.0, (5.0, 2.0))
@@ -67,6 +69,7 @@ SCREEN = PageStyle(
     sequential="Blues",
     diverging="PuOr_r",
     hatch=None,
+    pdf=False,
 )
 PRINT = PageStyle(
     name=ON_PAPER,
@@ -82,5 +85,6 @@ PRINT = PageStyle(
     sequential="Greys",
     diverging=None,
     hatch="////",
+    pdf=True,
 )
 STYLES: dict[str, PageStyle] = {style.name: style for style in (SCREEN, PRINT)}

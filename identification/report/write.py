@@ -22,7 +22,7 @@ def write_report(
     style: PageStyle = SCREEN,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Write `report.html`, and every plot as a PNG and a PDF file.
+    """Write `report.html`, and every plot as a PNG file, for paper as a PDF file too.
 
     Args:
         result: of the fit.
@@ -50,4 +50,4 @@ def write_report(
 def draw(result: FitResult, style: PageStyle = SCREEN) -> list[Image]:
     """Every figure of the report, rendered."""
     pictures = (picture for drawer in FIGURES for picture in drawer(result, style))
-    return rendered(pictures, result.experiment, result.records)
+    return rendered(pictures, result.experiment, result.records, style)

@@ -28,6 +28,10 @@ def _known(style: str) -> str:
 
 Style = Annotated[
     str,
-    typer.Option(metavar="|".join(STYLE_NAMES), help="Page and plots in colours, or in black and white for paper.", callback=_known),
+    typer.Option(
+        metavar="|".join(STYLE_NAMES),
+        help="Page and plots in colours, or in black and white for paper, with a PDF file of each plot.",
+        callback=_known,
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")]

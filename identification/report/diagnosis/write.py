@@ -20,7 +20,7 @@ def write_diagnosis_report(
     style: PageStyle = SCREEN,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Write `report.html`, and every plot as a PNG and a PDF file.
+    """Write `report.html`, and every plot as a PNG file, for paper as a PDF file too.
 
     Args:
         diagnosis: of one experiment.
@@ -42,4 +42,4 @@ def write_diagnosis_report(
 def draw(diagnosis: Diagnosis, style: PageStyle = SCREEN) -> list[Image]:
     """Every figure of the report, rendered."""
     pictures = (picture for drawer in FIGURES for picture in drawer(diagnosis, style))
-    return rendered(pictures, diagnosis.experiment, diagnosis.nominal.records)
+    return rendered(pictures, diagnosis.experiment, diagnosis.nominal.records, style)

@@ -25,13 +25,18 @@ def written(poor, tmp_path_factory):
     return paths
 
 
-def test_the_files_are_the_page_and_two_a_plot(written):
+def test_the_files_are_the_page_and_one_a_plot(written):
     assert written[0].name == "report.html"
     assert sorted(written) == sorted(written[0].parent.iterdir())
+    assert len(svgs(written[0])) == len(written) - 1
+    assert all(path.suffix == ".png" and path.read_bytes().startswith(b"\x89PNG") for path in written[1:])
+
+
+def test_on_paper_every_plot_is_a_pdf_file_too(good, tmp_path):
+    written = write_report(good, tmp_path, style=PRINT)
     names = {suffix: {path.stem for path in written[1:] if path.suffix == suffix} for suffix in (".png", ".pdf")}
-    assert len(names[".png"]) == len(svgs(written[0])) == (len(written) - 1) / 2
-    assert names[".png"] == names[".pdf"]
-    assert all(path.read_bytes().startswith(b"\x89PNG" if path.suffix == ".png" else b"%PDF") for path in written[1:])
+    assert names[".png"] == names[".pdf"] and len(names[".pdf"]) == len(svgs(written[0]))
+    assert all(path.read_bytes().startswith(b"%PDF") for path in written if path.suffix == ".pdf")
 
 
 def test_a_dollar_in_a_file_name_starts_no_formula(poor, tmp_path):
