@@ -167,11 +167,16 @@ def _estimates(
 
 
 def _cost(outcome: Outcome | None, cost: np.ndarray) -> float:
-    """Half chi-square: of the least-squares optimum where it has converged, else the sum over the integrated windows; NaN without any."""
+    """Half chi-square without random force: the sum over the integrated windows; NaN without any.
+
+    The least-squares optimum counts where it is lower: under a random force, the estimates are not those of least squares. Where it is
+    higher, it was a local minimum that the fit under the full likelihood has left.
+    """
     integrated = np.isfinite(cost)
-    if outcome is not None and outcome.converged and integrated.all():
-        return outcome.cost
-    return float(cost[integrated].sum()) if integrated.any() else float("nan")
+    at_estimate = float(cost[integrated].sum()) if integrated.any() else float("nan")
+    if outcome is None or not outcome.converged or not integrated.all():
+        return at_estimate
+    return min(outcome.cost, at_estimate)
 
 
 def _predicting(added: Added, nominal: Fitted, experiment: Experiment, held_back: tuple[RecordFit, ...]) -> Added:

@@ -115,6 +115,17 @@ def test_starts_end_in_the_same_place(small, starts):
         assert one.value == pytest.approx(other.value, abs=0.2 * one.stderr)
 
 
+def test_chi_square_is_of_the_estimate_where_least_squares_ended_in_a_local_minimum(small, monkeypatch):
+    """The fit under the full likelihood leaves such a minimum, and the verdict has to follow it."""
+
+    def from_local_minimum(*given, **options):
+        found = nominal.nominal_fit(*given, **options)
+        return dataclasses.replace(found, outcome=dataclasses.replace(found.outcome, cost=3.0 * found.outcome.cost))
+
+    monkeypatch.setattr(estimate, "nominal_fit", from_local_minimum)
+    assert 0.9 < fit_experiment(small).chi2_reduced < 1.1
+
+
 @pytest.mark.parametrize("case", COMPLETE)
 def test_complete_models_are_recovered_from_concealed_cases(case, shared):
     """Cases that conceal nothing: within 3 standard errors and 2 %, chi-square at one, sealed records predicted."""
