@@ -16,7 +16,7 @@ _SCALE_U, _SCALE_V = 1e-3, 1e-1
 
 
 class Impact(NamedTuple):
-    """One touch: time, s, and the relative velocities on either side, m/s (equal where the stop gives way)."""
+    """One touch: time, s, and the relative velocities on either side, m/s (equal at a compliant stop)."""
 
     t: float
     v_minus: float
@@ -55,7 +55,7 @@ class Rig:
     applied: float = 0.0
     """Constant force P towards the stop, N."""
     force: Callable[[float, float, float], float] | None = None
-    """Force of a stop that gives way, N, of (delta, delta', approach speed); None: a rigid stop."""
+    """Force of a compliant stop, N, of (delta, delta', approach speed); None: a rigid stop."""
     restitution: float = 1.0
 
     def acceleration(self, t: float, u: float, v: float, push: float) -> float:

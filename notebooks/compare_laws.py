@@ -6,7 +6,7 @@
 # that cannot. The second case is the more instructive one.
 #
 # The records come from a simulator that shares no code with the program. Its stop is $F_i = k_i\,\delta^n\,(1 + \lambda_i\,\dot\delta)$
-# with $k_i$ = 3·10⁶ N/m$^n$, $n$ = 1.5, $\lambda_i$ = 0.6 s/m. No fit is told so.
+# with $k_i$ = 3·10⁶ N/m$^n$, $n$ = 1.5, $\lambda_i$ = 0.6 s/m. No fit knows them.
 
 # %%
 import dataclasses
@@ -277,7 +277,7 @@ for name in TWINS:
 
 # %% [markdown]
 # ## Newton's rigid stop
-# A stop that gives way in no time has no force and no finite acceleration: with a load cell in the experiment the question does not
+# A rigid stop has no force and no finite acceleration: with a load cell in the experiment the question does not
 # arise. With displacements alone it can be asked. Contact lasts milliseconds, and the hammer is late by that at every impact.
 
 # %%

@@ -33,7 +33,7 @@ TRUTH = {"k_i": 3.0e6, "n": 1.5, "lambda_i": 0.35, "zeta": 0.012, "f_n": 5.2}
 
 # %% [markdown]
 # ## Read
-# An experiment is a folder with `experiment.toml` and one table a record. Everything is converted to SI; whatever was odd is told.
+# An experiment is a folder with `experiment.toml` and one table a record. Everything is converted to SI; whatever is odd is stated.
 
 # %%
 experiment = load_experiment(data_path("example"))

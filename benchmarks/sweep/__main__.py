@@ -57,7 +57,7 @@ def measure(name: str, options: argparse.Namespace, console: Console) -> dict:
     with console.status(f"{name}: the reference"):
         truth = reference(problem)
         if not truth.periodic.any():
-            raise SystemExit(f"{name}: none of {problem.lanes} orbits has closed, so that no error is told: ask for more lanes or cycles")
+            raise SystemExit(f"{name}: none of {problem.lanes} orbits has closed, so that no error is known: ask for more lanes or cycles")
         distance = check(problem, truth, 5)
     table = Table(
         "engine", "setting", "error, median", "error, 90 %", "seconds", title=f"{name}: {problem.lanes} x {problem.cycles} cycles"

@@ -1,4 +1,4 @@
-"""Contact with a stop that gives way: graded steps from touch to release, and the peak of the force on the way."""
+"""Contact with a compliant stop: graded steps from touch to release, and the peak of the force on the way."""
 
 from typing import NamedTuple
 

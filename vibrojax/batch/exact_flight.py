@@ -106,7 +106,7 @@ class ExactFlight(AbstractEngine):
         system, flow = lanes.systems, flow_of(lanes.systems)
         law = system.law
         if not isinstance(law, AbstractCompliantLaw | AbstractInstantaneousLaw):
-            raise TypeError(f"{type(law).__name__} neither gives way nor is rigid: expected a law of one of the two kinds")
+            raise TypeError(f"{type(law).__name__} is neither compliant nor rigid: expected a law of one of the two kinds")
 
         def runs(carry: _Carry) -> Bool[Array, " lanes"]:
             return (carry.sections.cycle < recorded) & (carry.result == SUCCESS)

@@ -31,7 +31,7 @@ class AbstractContactLaw(eqx.Module):
 
 
 class AbstractCompliantLaw(AbstractContactLaw):
-    """A law in which the stop gives way: the force follows from indentation and its rate."""
+    """A law of a compliant stop: the force follows from indentation and its rate."""
 
     @abc.abstractmethod
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:

@@ -177,7 +177,7 @@ def _checked(rig: ForcedRig, passage: Passage) -> Passage:
     passage = Passage(*(np.asarray(leaf) for leaf in jax.device_get(passage)))
     if passage.result != SUCCESS:
         raise NoConvergenceError(f"the motion at {float(rig.frequency_hz):g} Hz breaks off: {RESULT_MESSAGES[int(passage.result)]}")
-    if passage.starts_in_contact and _remembers_touch(rig.model.law):
+    if passage.starts_in_contact and _depends_on_touch(rig.model.law):
         raise NoConvergenceError(
             f"the motion at {float(rig.frequency_hz):g} Hz is in contact when the cart passes its middle, and {rig.model.law.name} depends "
             "on the speed of the touch before that, which the state there does not hold; take a law without that memory"
@@ -185,7 +185,7 @@ def _checked(rig: ForcedRig, passage: Passage) -> Passage:
     return passage
 
 
-def _remembers_touch(law: AbstractContactLaw) -> bool:
+def _depends_on_touch(law: AbstractContactLaw) -> bool:
     """Whether the force depends on the approach speed of the touch that began a contact."""
     if not isinstance(law, AbstractCompliantLaw):
         return False

@@ -25,7 +25,7 @@ class BackStop(AbstractEffect):
         distance: gap_b, m, from the hammer at rest.
 
     Source: S. W. Shaw, The dynamics of a harmonically excited system having rigid amplitude constraints, J. Appl. Mech. 52 (1985) 453-464,
-    with stops that give way.
+    with compliant stops.
     """
 
     name: ClassVar[str] = "back_stop"

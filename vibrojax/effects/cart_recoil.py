@@ -1,4 +1,4 @@
-"""A cart that gives way under the impacts."""
+"""A cart that recoils under the impacts."""
 
 import dataclasses
 import math
@@ -12,7 +12,7 @@ from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
 
 _MOST_CYCLES = 2.0
-"""Of a candidate's cart in the course of a contact: a faster one gives way like a spring."""
+"""Of a candidate's cart in the course of a contact: a faster one acts like a spring."""
 _RATIO = 1.22
 """From one candidate's frequency to the next."""
 _PROBE_DAMPING = 0.1
@@ -46,7 +46,7 @@ class CartRecoil(AbstractEffect):
     """
 
     name: ClassVar[str] = "cart_recoil"
-    summary: ClassVar[str] = "a cart that gives way under the impacts"
+    summary: ClassVar[str] = "a cart that recoils under the impacts"
     equation: ClassVar[str] = "M_c r'' = F - k_c r - c_c r',  y -> y + r"
     source: ClassVar[str] = "Den Hartog 1934"
     parameters: ClassVar[tuple[Parameter, ...]] = (

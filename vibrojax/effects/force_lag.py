@@ -30,7 +30,7 @@ class ForceLag(AbstractEffect):
 
     r_i = a_i r_(i-1) + (1 - a_i) F_i,   a_i = exp(-(t_i - t_(i-1)) / tau).
 
-    The filter starts with the first sample's force and whatever it remembers of impacts before that, which dies down with tau. Beside
+    The filter starts with the first sample's force and the decaying response to impacts before that, of time constant tau. Beside
     an analogue filter of the same tau its output comes half a sample early.
     Differentiable for tau > 0.
 
@@ -69,7 +69,7 @@ class ForceLag(AbstractEffect):
         return "impact_force"
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
-        """None: the state is what the filter remembers at the first sample, N."""
+        """None: the state is the filter's response at the first sample to impacts before it, N."""
         return jnp.zeros_like(own)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:

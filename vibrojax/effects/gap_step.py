@@ -34,7 +34,7 @@ class GapStep(AbstractEffect):
     """The stop slips, at one instant of one record.
 
     gap(t) = gap + j H(t - t_s), with H a step spread over 1 ms. Differentiable everywhere; in t_s the derivative is zero unless the hammer
-    touches the stop within that millisecond; how well it is told is limited by that width.
+    touches the stop within that millisecond; that width limits how well it is identifiable.
 
     Arguments:
         gap_jump: j, m; above zero the gap opens.

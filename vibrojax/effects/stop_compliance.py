@@ -31,7 +31,7 @@ def _candidates(scales: ProbeScales) -> list["StopCompliance"]:
 
 
 class StopCompliance(AbstractEffect):
-    """The stop, or the load cell that carries it, gives way and rings.
+    """The stop, or the load cell that carries it, is compliant and has a resonance of its own.
 
     m_s s'' = max(F, 0) - k_s s - c_s s',   gap + s instead of gap,   the load cell reads k_s s + c_s s'.
 
@@ -48,7 +48,7 @@ class StopCompliance(AbstractEffect):
     """
 
     name: ClassVar[str] = "stop_compliance"
-    summary: ClassVar[str] = "a stop or load cell that gives way and rings"
+    summary: ClassVar[str] = "a compliant stop or load cell with a resonance"
     equation: ClassVar[str] = "m_s s'' = max(F, 0) - k_s s - c_s s',  gap -> gap + s,  load cell = k_s s + c_s s'"
     source: ClassVar[str] = "Den Hartog 1934"
     parameters: ClassVar[tuple[Parameter, ...]] = (

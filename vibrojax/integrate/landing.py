@@ -45,7 +45,7 @@ class LandingState(NamedTuple):
     """The next step is to end on the boundary of contact, after `h_landing`."""
     h_landing: _Lanes
     v_arriving: _Lanes | None
-    """Velocity at the end of the last step, before the jump that a rigid stop causes there; None where the stop gives way."""
+    """Velocity at the end of the last step, before the jump that a rigid stop causes there; None where the stop is compliant."""
     own: Float[Array, "lanes own"]
     """States of the system's effects."""
     own_rates: Float[Array, "lanes own"]

@@ -21,7 +21,7 @@ def base_harmonics(rng: np.random.Generator, setting: Setting, strength: float) 
 
 
 def cart_recoil(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
-    """The cart gives way to the stop's force: M_c r'' + c_c r' + k_c r = F, y + r; M_c = 6 m, 15 to 28 Hz, 5 to 12 %."""
+    """The cart recoils from the stop's force: M_c r'' + c_c r' + k_c r = F, y + r; M_c = 6 m, 15 to 28 Hz, 5 to 12 %."""
     mass = 6.0 * setting.rig.m / strength
     omega = 2.0 * np.pi * rng.uniform(15.0, 28.0)
     damping = 2.0 * rng.uniform(0.05, 0.12) * mass * omega

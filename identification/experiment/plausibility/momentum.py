@@ -12,7 +12,7 @@ def check_momentum(
 ) -> None:
     """Compare mass times change of speed with the impulse of the impacts.
 
-    A load cell that clips or lags and a stop that gives way change the ratio by less than a factor of ten, a mistaken unit by more.
+    A load cell that clips or lags and a compliant stop change the ratio by less than a factor of ten, a mistaken unit by more.
 
     Args:
         record: with its channels.
