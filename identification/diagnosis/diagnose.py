@@ -24,7 +24,7 @@ from identification.diagnosis.score.signature import signatures
 from identification.diagnosis.search.among import limit_warning
 from identification.diagnosis.search.forward import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
-from identification.estimation.nominal import nominal_fit
+from identification.estimation.nominal import follows_records, nominal_fit
 from identification.estimation.records import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.experiment import Experiment
@@ -115,7 +115,8 @@ def _cause(found: Search, term: Learned | None, predicted: Predictions) -> _Caus
     """Verdict from the share of the misfit: a free-form term if it adds more than `RELEVANT` to the listed effects; else these, if any.
 
     It has to add as much on held-back records, else on windows left out of the fit, where these can be predicted: a flexible term always
-    gains on those it was fitted to. Without listed effects, the verdict depends on whether the random force is significant.
+    gains on those it was fitted to. Without listed effects, the verdict depends on whether the random force is significant. A random force
+    beside which many windows still deviate from the recorded motion explains nothing: the cause is then an unlisted one.
     """
     nominal, model = found.first.fitted, found.fitted
     if (
@@ -126,6 +127,8 @@ def _cause(found: Search, term: Learned | None, predicted: Predictions) -> _Caus
         return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
     if model.names:
         return _Cause(verdict=MISSING, fitted=model)
+    if not follows_records(model):
+        return _Cause(verdict=UNLISTED, fitted=model)
     return _Cause(verdict=RESTLESS if unrest(model, alpha=ALPHA) else ADEQUATE, fitted=model)
 
 

@@ -190,6 +190,11 @@ class Side:
     disagreements: tuple[Disagreement, ...] = ()
     held_back: tuple[RecordFit, ...] = ()
 
+    @property
+    def varying(self) -> tuple[str, ...]:
+        """Names of the parameters of which the model has a value for each record."""
+        return tuple(one.name for one in self.disagreements if one.modelled)
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Diagnosis:

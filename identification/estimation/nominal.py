@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.multistart import Multistart
@@ -151,9 +151,18 @@ def if_near(start: Point) -> Fitted | None:
 
 
 def is_near(of: Fitted, *, share: float = _FEW) -> bool:
-    """Whether at most that share of the windows has diverged from the recorded motion."""
-    each = of.posterior.deviation() / np.maximum(of.point.inner.samples, 1)
-    return float(np.mean(~of.point.at.finite | (each > _BAD))) <= share
+    """Whether at most that share of the windows will have diverged from the recorded motion after the next step, by the linear model."""
+    return _diverged(of, of.posterior.deviation()) <= share
+
+
+def follows_records(of: Fitted) -> bool:
+    """Whether the motion, random force included, follows the recorded one in nearly all windows. One that has not converged may not."""
+    return _diverged(of, of.point.deviation) <= _FEW
+
+
+def _diverged(of: Fitted, deviation: Float[np.ndarray, " windows"]) -> float:
+    """Share of the windows that are not integrated or whose squared whitened residual is large."""
+    return float(np.mean(~of.point.at.finite | (deviation / np.maximum(of.point.inner.samples, 1) > _BAD)))
 
 
 def ordinary(prepared: Prepared, progress: Callable[[str], None] = lambda stage: None) -> Outcome | None:

@@ -21,6 +21,7 @@ class Disagreement:
         degrees: number of records that identify it, less one.
         chance: probability that noise alone scatters them as much.
         records: by file, the record's own estimate and standard error, SI.
+        modelled: whether the model has a value for each record; the errors then include the variation.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Disagreement:
     degrees: int
     chance: float
     records: dict[str, tuple[float, float]]
+    modelled: bool = False
 
     @property
     def scatter(self) -> float:
@@ -60,6 +62,7 @@ class Disagreement:
             "degrees": self.degrees,
             "chance": self.chance,
             "scatter": self.scatter,
+            "modelled": self.modelled,
             "pooled": {"value": value, "stderr": stderr},
             "records": {file: {"value": value, "stderr": stderr} for file, (value, stderr) in self.records.items()},
         }
@@ -72,7 +75,7 @@ def disagreements(fitted: Fitted) -> tuple[Disagreement, ...]:
     """
     layout, shared, files = fitted.prepared.layout, fitted.estimate.shared, [r.file for r in fitted.prepared.experiment.records]
     shift, sigma = record_estimates(fitted)
-    found = []
+    found, varying = [], {name for name, _ in layout.variations}
     for index, p in enumerate(layout.parameters):
         known = np.flatnonzero(sigma[:, index] < IDENTIFIED)
         if len(known) < 2:
@@ -81,7 +84,8 @@ def disagreements(fitted: Fitted) -> tuple[Disagreement, ...]:
         chi2 = float(np.sum(weight * (moved - np.sum(weight * moved) / np.sum(weight)) ** 2))
         own = {files[k]: _estimated(p, shared[index] + shift[k, index], sigma[k, index]) for k in known}
         chance = float(chdtrc(len(known) - 1, chi2))
-        found.append(Disagreement(name=p.name, chi2=chi2, degrees=len(known) - 1, chance=chance, records=own))
+        of_records = Disagreement(name=p.name, chi2=chi2, degrees=len(known) - 1, chance=chance, records=own, modelled=p.name in varying)
+        found.append(of_records)
     return tuple(found)
 
 

@@ -87,7 +87,8 @@ def headline(diagnosis: Diagnosis) -> str:
     if not diagnosis.is_finished:
         return "Not finished: " + ("the budget ended the search" if any("budget" in one for one in diagnosis.warnings) else "a fit failed")
     if diagnosis.verdict == ADEQUATE:
-        return "Nothing is missing beyond the noise"
+        varying = [p.symbol for p in diagnosis.augmented.parameters if p.name in diagnosis.augmented.varying]
+        return f"Nothing is missing, but {joined(varying)} varies between records" if varying else "Nothing is missing beyond the noise"
     if diagnosis.verdict == RESTLESS:
         return "Nothing is missing, but a random force acts on the hammer"
     if diagnosis.verdict == MISSING:

@@ -18,6 +18,8 @@ from identification.diagnosis.search.forward import Search
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.joint import Point
+from identification.likelihood.linearised import Linearised
+from identification.likelihood.marginal import Grams
 from identification.windows.prepare import Prepared
 from tests.identification.conftest import cropped
 from vibrojax.effects import CoulombFriction
@@ -150,6 +152,38 @@ def test_a_term_that_predicts_nothing_hides_no_listed_effect(monkeypatch, model_
     found = bare(Search, steps=(), last=bare(Scored, fitted=model))
     cause = diagnose._cause(found, bare(Learned, fitted=more, formula="f"), predicted)
     assert (cause.verdict, cause.fitted is more, cause.formula) == (verdict, verdict == UNLISTED, "f" if verdict == UNLISTED else "")
+
+
+def test_restitution_that_falls_with_speed_varies_between_records_of_one_impact(tmp_path):
+    """Free riders whose restitution falls with speed, beside Newton's constant one."""
+    t, gap, noise = np.arange(122) / 500.0, 0.01, 2e-5
+    rng, head = np.random.default_rng(0), 'schema = 1\n[experiment]\nname = "riders"\n[hammer]\nmass = 0.15\n[suspension]\nkind = "free"\n'
+    records = []
+    for number, speed in enumerate((0.03, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)):
+        after = 0.3 * (speed / 0.03) ** -0.5 * speed
+        late = t - 0.1213
+        x = gap + np.where(late < 0, speed * late, -after * late) + noise * rng.standard_normal(len(t))
+        np.savetxt(tmp_path / f"{number}.csv", np.stack([t, x], axis=1), delimiter=",", header="t,x", comments="")
+        records.append(
+            f'[[record]]\nfile = "{number}.csv"\nkind = "drop-test"\ngap = {gap}\ncolumns = {{ time = "t", hammer_displacement = "x" }}\n'
+        )
+    sensor = f'[contact]\nlaw = "newton"\n[sensors.hammer_displacement]\nunit = "m"\nnoise = {noise}\n'
+    (tmp_path / "experiment.toml").write_text(head + sensor + "".join(records))
+    found = diagnose_experiment(load_experiment(tmp_path), budget_minutes=np.inf)
+    assert (found.verdict, found.effects, found.nominal.varying) == (ADEQUATE, (), ("e",))
+    assert found.sentences[0].startswith("The nominal model explains the records to the noise with a value of e for each record")
+    assert re.fullmatch(r"e varies between records: 0\.07\d* in 7\.csv, 0\.(29|30)\d* in 0\.csv\.", found.sentences[-1])
+
+
+@pytest.mark.parametrize(("deviation", "verdict"), [([1e3, 1e5, 1e3], UNLISTED), ([1e3, 1e3, 1e3], RESTLESS)])
+def test_a_random_force_that_does_not_carry_the_motion_explains_nothing(monkeypatch, deviation, verdict):
+    """Three windows of a thousand samples, of which one deviates by ten times the noise."""
+    monkeypatch.setattr(diagnose, "unrest", lambda *model, alpha: object())
+    at, prepared = bare(Linearised, finite=np.ones(3, bool)), bare(Prepared, model=bare(Model, effects=()))
+    inner = bare(Grams, samples=np.full(3, 1000))
+    model = bare(Fitted, point=bare(Point, prepared=prepared, at=at, inner=inner, deviation=np.array(deviation)))
+    found = bare(Search, steps=(), last=bare(Scored, fitted=model))
+    assert diagnose._cause(found, None, Predictions(bare(Experiment, records=()))).verdict == verdict
 
 
 def test_a_single_short_record_is_diagnosed_although_nothing_can_be_left_out(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
 from identification.diagnosis.sentences import sentences
+from identification.report.diagnosis.words import headline
 from identification.result.between_records import Disagreement
 from tests.identification.diagnosis.made_diagnosis import UNREST, made_diagnosis
 from tests.identification.made_result import made_result
@@ -80,3 +81,14 @@ def test_a_parameter_that_varies_between_records_is_described_by_its_extremes(ma
     assert ("varies between records" in text) is stated
     if stated:
         assert text.index("in a.csv") < text.index("in b.csv") and "c.csv" not in text
+
+
+def test_a_value_for_each_record_is_no_nominal_model(made):
+    """What is estimated anew in each record explains less than one value for all of them."""
+    values = {"a.csv": (1.5e6, 3e5), "b.csv": (2.5e6, 3e5)}
+    one = Disagreement(name="k_i", chi2=1.0, degrees=1, chance=0.3, records=values, modelled=True)
+    diagnosis = dataclasses.replace(made[ADEQUATE], augmented=dataclasses.replace(made[ADEQUATE].augmented, disagreements=(one,)))
+    text = said(diagnosis)
+    assert text.startswith("The nominal model explains the records to the noise with a value of k_i for each record (reduced chi-square")
+    assert "k_i varies between records: 1.50 × 10⁶ N/mⁿ in a.csv, 2.50 × 10⁶ N/mⁿ in b.csv." in text
+    assert headline(diagnosis) == "Nothing is missing, but k_i varies between records"
