@@ -248,6 +248,11 @@ class Diagnosis:
         return self.verdict in (ADEQUATE, RESTLESS)
 
     @property
+    def is_augmented(self) -> bool:
+        """Whether there is a model beside the nominal one."""
+        return self.augmented is not self.nominal
+
+    @property
     def nominal_model(self) -> Model:
         """The nominal model as fitted."""
         return self.nominal.model

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from identification.diagnosis.calibration import ALPHA
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Location, LoopKink, Number, Side
 from identification.diagnosis.locate.restitution import Restitution
-from identification.result.between_records import Disagreement
 from identification.result.unrest import Unrest
 from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
-from identification.wording.numbers import millimetres, percent, rounded, significant, with_unit
+from identification.wording.numbers import millimetres, percent, rounded, with_unit
 
 _NAMED = 4
 """Number of records from which on sentences give their count, not their names."""
@@ -42,15 +41,17 @@ def sentences(
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     restless = () if unrest is None else (unrest.sentence(),)
     if verdict in (ADEQUATE, RESTLESS):
+        each = [p.symbol for p in after.parameters if p.name in after.varying]
         first = f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f})."
-        if each := [p.symbol for p in after.parameters if p.name in after.varying]:
+        if each:
             first = (
-                f"The nominal model explains the records to the noise with a value of {joined(each)} for each record"
+                f"With a separate value of {joined(each)} in each record, the nominal model explains the records to the noise"
                 f" (reduced chi-square {before.chi2_reduced:.3f})."
             )
         if verdict == RESTLESS:
+            beside = f" beside a separate value of {joined(each)} in each record" if each else ""
             first = (
-                "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record:"
+                f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}:"
                 f" a random force acts on the hammer (reduced chi-square {before.chi2_reduced:.3f} without it)."
             )
         error = (
@@ -84,6 +85,8 @@ def sentences(
         first = first[0].upper() + first[1:]
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
+    if after is before and not math.isnan(before.held_out_nrmse):
+        learned = (f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}.",)
     kinks = (_kink_sentence(location.kink),) if location is not None and location.kink is not None else ()
     losses = (_restitution_sentence(restitution),) if restitution is not None else ()
     return (first, *where, *kinks, *losses, *learned, *restless, *_varying(after))
@@ -109,23 +112,15 @@ def _restitution_sentence(one: Restitution) -> str:
 
 
 def _varying(side: Side) -> tuple[str, ...]:
-    """Sentence on the parameter that varies most significantly between records, with its smallest and largest value.
-
-    One of which the model has a value for each record varies significantly; its deviations agree with the variation that is estimated.
-    """
+    """Sentence on the parameter that varies most significantly between records, with its smallest and largest value."""
     differ = [one for one in side.disagreements if one.modelled or one.chance < ALPHA / len(side.disagreements)]
     if not differ:
         return ()
-    worst = min(differ, key=lambda one: (one.chance, -one.chi2 / one.degrees))
+    worst = min(differ, key=lambda one: (not one.modelled, one.chance, -one.chi2 / one.degrees))
     p = next(p for p in side.parameters if p.name == worst.name)
     ends = sorted(worst.records.items(), key=lambda item: item[1][0])
-    low, high = (f"{with_unit(_own(worst, *estimate), p.unit)} in {file}" for file, estimate in (ends[0], ends[-1]))
+    low, high = (f"{with_unit(rounded(*estimate).text, p.unit)} in {file}" for file, estimate in (ends[0], ends[-1]))
     return (f"{p.symbol} varies between records: {low}, {high}.",)
-
-
-def _own(one: Disagreement, value: float, stderr: float) -> str:
-    """A record's own value; without its error where that includes the variation between records."""
-    return significant(value, 3) if one.modelled else rounded(value, stderr).text
 
 
 def _main(one: Asserted) -> str:

@@ -169,8 +169,8 @@ def _estimates(
 def _cost(outcome: Outcome | None, cost: np.ndarray) -> float:
     """Half chi-square without random force: the sum over the integrated windows; NaN without any.
 
-    The least-squares optimum counts where it is lower: under a random force, the estimates are not those of least squares. Where it is
-    higher, it was a local minimum that the fit under the full likelihood has left.
+    The least-squares optimum counts where it is lower: under a random force, the estimates are not those of least squares. It may be
+    higher: least squares can stop in a local minimum that the fit under the full likelihood leaves.
     """
     integrated = np.isfinite(cost)
     at_estimate = float(cost[integrated].sum()) if integrated.any() else float("nan")

@@ -117,11 +117,11 @@ class Fitted:
         count = layout.size - layout.states
         states = log_determinant(self.posterior.equations.hessian[finite][:, count:, count:])
         scales = sum(np.log(layout.own_states[index].scale) for index in layout.free_own) * len(finite)
-        varying = self._varying()
+        varying = self.variation_places()
         records = log_determinant(self.posterior.reduced.hessian[np.ix_(varying, varying)]) if len(varying) else 0.0
         return float(density.sum() - 0.5 * states.sum() - scales - 0.5 * records - self.point.prior)
 
-    def _varying(self) -> Int[np.ndarray, " variations"]:
+    def variation_places(self) -> Int[np.ndarray, " variations"]:
         """Indices of the variations between records among all unknowns but the states."""
         layout, records = self.prepared.layout, len(self.estimate.nuisances)
         own = np.arange(layout.nuisance_count)[layout.varying]

@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.optimize import minimize_scalar
 from scipy.special import chdtrc
 
@@ -109,29 +109,35 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
     """Each record's own estimate of every shared parameter, as shift from the joint fit, with standard errors; in internal coordinates.
 
     One Gauss-Newton step of a record's own windows from the joint fit, with all other parameters, nuisances and initial states free in it.
-    The error of a fixed parameter is infinite.
+    A random effect on a parameter is part of the shift, and is not estimated beside it. The error of a fixed parameter is infinite.
     """
+    layout = fitted.prepared.layout
     found = [_alone(fitted, fitted.prepared.record == index) for index in range(len(fitted.prepared.experiment.records))]
     shift, sigma = (np.stack(part) for part in zip(*found, strict=True))
+    names = [p.name for p in layout.parameters]
+    for (name, std), deviations in zip(layout.variations, fitted.estimate.nuisances[:, layout.varying].T, strict=True):
+        shift[:, names.index(name)] += std * deviations
     return shift, np.where(free_unknowns(fitted.prepared).shared, sigma, np.inf)
 
 
 def _alone(fitted: Fitted, mine: Bool[np.ndarray, " windows"]) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Newton step of the shared parameters from some windows alone, without priors, with standard errors; internal coordinates."""
     alone = without_parameter_priors(fitted.posterior.equations, fitted.prepared.layout, fitted.estimate)
-    hessian, gradient = _shared_normal(fitted, alone, mine)
+    hessian, gradient = _shared_normal(fitted, alone, mine, held=fitted.variation_places())
     chosen = free_unknowns(fitted.prepared).shared
     inverse = np.zeros_like(hessian)
     inverse[np.ix_(chosen, chosen)] = covariance((hessian + _WIDE**-2.0 * np.eye(len(hessian)))[np.ix_(chosen, chosen)])
     return -(inverse @ gradient), np.sqrt(np.maximum(np.diag(inverse), 0.0))
 
 
-def _shared_normal(fitted: Fitted, equations: Equations, mine: Bool[np.ndarray, " windows"]) -> tuple[np.ndarray, np.ndarray]:
-    """Hessian and gradient of the shared parameters from some windows alone, their nuisances and initial states eliminated."""
+def _shared_normal(
+    fitted: Fitted, equations: Equations, mine: Bool[np.ndarray, " windows"], *, held: Int[np.ndarray, " held"] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Hessian and gradient of the shared parameters from some windows alone; nuisances, but for those `held`, and states are eliminated."""
     shared = len(fitted.estimate.shared)
     part = dataclasses.replace(equations, hessian=equations.hessian * mine[:, None, None], gradient=equations.gradient * mine[:, None])
     normal = reduce(part, fitted.estimate, free_unknowns(fitted.prepared), 0.0)
-    own = np.flatnonzero(normal.active[shared:]) + shared
+    own = np.setdiff1d(np.flatnonzero(normal.active[shared:]) + shared, np.zeros(0, int) if held is None else held)
     coupling = normal.hessian[:shared, own] @ covariance(normal.hessian[np.ix_(own, own)])
     return normal.hessian[:shared, :shared] - coupling @ normal.hessian[own, :shared], normal.gradient[
         :shared

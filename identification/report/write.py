@@ -22,7 +22,7 @@ def write_report(
     style: PageStyle = SCREEN,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Write `report.html`, and every plot as a PNG file, for paper as a PDF file too.
+    """Write `report.html`, and every plot as PNG, with a style for paper also as PDF.
 
     Args:
         result: of the fit.

@@ -21,7 +21,7 @@ class Disagreement:
         degrees: number of records that identify it, less one.
         chance: probability that noise alone scatters them as much.
         records: by file, the record's own estimate and standard error, SI.
-        modelled: whether the model has a value for each record; the errors then include the variation.
+        modelled: whether the model has a value for each record.
     """
 
     name: str

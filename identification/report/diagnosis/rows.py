@@ -105,7 +105,7 @@ def change_rows(diagnosis: Diagnosis) -> list[ChangeRow]:
     """Every parameter of either model, before and after."""
     before = {one.name: one for one in diagnosis.nominal.parameters}
     after = {one.name: one for one in _as_stated(diagnosis)}
-    if diagnosis.is_complete:
+    if not diagnosis.is_augmented:
         after = before
     meanings = {p.name: p.meaning for model in (diagnosis.nominal_model, diagnosis.model) for p in (MASS, *model.parameters)}
     return [

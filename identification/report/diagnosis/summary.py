@@ -66,13 +66,13 @@ def _effects(diagnosis: Diagnosis) -> list[RenderableType]:
 
 
 def _errors(diagnosis: Diagnosis) -> Text:
-    same = diagnosis.is_complete
+    same = not diagnosis.is_augmented
     changes = [f"{row.name} {compact(row.before)}" + ("" if same else f" -> {compact(row.after)}") for row in error_rows(diagnosis)]
     return Text("; ".join(changes))
 
 
 def _parameters(diagnosis: Diagnosis) -> Table:
-    if diagnosis.is_complete:
+    if not diagnosis.is_augmented:
         table = open_table("parameter", "value", "unit", right=(1,))
         for row in change_rows(diagnosis):
             table.add_row(symbol_and_name(row.symbol, row.name), compact(row.before), row.unit)

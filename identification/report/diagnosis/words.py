@@ -86,11 +86,12 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words."""
     if not diagnosis.is_finished:
         return "Not finished: " + ("the budget ended the search" if any("budget" in one for one in diagnosis.warnings) else "a fit failed")
+    varying = [p.symbol for p in diagnosis.augmented.parameters if p.name in diagnosis.augmented.varying]
+    varies = f"{joined(varying)} {'varies' if len(varying) == 1 else 'vary'} between records" if varying else ""
     if diagnosis.verdict == ADEQUATE:
-        varying = [p.symbol for p in diagnosis.augmented.parameters if p.name in diagnosis.augmented.varying]
-        return f"Nothing is missing, but {joined(varying)} varies between records" if varying else "Nothing is missing beyond the noise"
+        return f"No listed effect is missing, but {varies}" if varies else "Nothing is missing beyond the noise"
     if diagnosis.verdict == RESTLESS:
-        return "Nothing is missing, but a random force acts on the hammer"
+        return "Nothing is missing, but a random force acts on the hammer" + (f", and {varies}" if varies else "")
     if diagnosis.verdict == MISSING:
         return f"Missing: {joined([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
     return f"Something is missing that no {candidates(diagnosis)} explains"
@@ -107,7 +108,9 @@ def next_steps(diagnosis: Diagnosis) -> tuple[str, ...]:
     if diagnosis.next_experiment:
         steps.append(diagnosis.next_experiment)
     if diagnosis.is_complete:
-        steps.append("`fit-parameters` with the same experiment gives the parameters with intervals and correlations.")
+        own = [f"[parameters.{name}]" for name in diagnosis.augmented.varying]
+        setting = f", with `varies = true` in {joined(own)}," if own else ""
+        steps.append(f"`fit-parameters` with the same experiment{setting} gives the parameters with intervals and correlations.")
     held = "the nominal model" if diagnosis.augmented is diagnosis.nominal else "the augmented model, nominal.json the nominal one"
     return (*steps, RUN_MODEL.format(which=held))
 

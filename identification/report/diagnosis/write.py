@@ -20,7 +20,7 @@ def write_diagnosis_report(
     style: PageStyle = SCREEN,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Write `report.html`, and every plot as a PNG file, for paper as a PDF file too.
+    """Write `report.html`, and every plot as PNG, with a style for paper also as PDF.
 
     Args:
         diagnosis: of one experiment.

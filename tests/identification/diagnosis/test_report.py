@@ -178,6 +178,14 @@ def test_a_restless_rig_lacks_nothing_and_its_random_force_is_stated(made, pages
     assert "a random force acts on the hammer" in printed(made[RESTLESS])
 
 
+def test_an_unlisted_cause_without_a_term_has_one_model(made, tmp_path):
+    one = dataclasses.replace(made[UNLISTED], augmented=made[UNLISTED].nominal, free_form="")
+    written = write_diagnosis_report(one, tmp_path)
+    assert {"record-01-nominal.png", "record-02-nominal.png"} <= {path.name for path in written}
+    text = read(written[0]).text
+    assert "augmented" not in text and "learned" not in text and "more than chance would" not in text
+
+
 def test_an_unlisted_cause_shows_what_was_learned(made, pages):
     text = read(pages[UNLISTED][0]).text
     assert "Something is missing that no listed effect explains" in text

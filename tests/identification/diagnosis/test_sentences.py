@@ -89,6 +89,17 @@ def test_a_value_for_each_record_is_no_nominal_model(made):
     one = Disagreement(name="k_i", chi2=1.0, degrees=1, chance=0.3, records=values, modelled=True)
     diagnosis = dataclasses.replace(made[ADEQUATE], augmented=dataclasses.replace(made[ADEQUATE].augmented, disagreements=(one,)))
     text = said(diagnosis)
-    assert text.startswith("The nominal model explains the records to the noise with a value of k_i for each record (reduced chi-square")
-    assert "k_i varies between records: 1.50 × 10⁶ N/mⁿ in a.csv, 2.50 × 10⁶ N/mⁿ in b.csv." in text
-    assert headline(diagnosis) == "Nothing is missing, but k_i varies between records"
+    assert text.startswith(
+        "With a separate value of k_i in each record, the nominal model explains the records to the noise (reduced chi-square"
+    )
+    assert "k_i varies between records: (1.50 ± 0.30) × 10⁶ N/mⁿ in a.csv, (2.50 ± 0.30) × 10⁶ N/mⁿ in b.csv." in text
+    assert headline(diagnosis) == "No listed effect is missing, but k_i varies between records"
+    restless = dataclasses.replace(made[RESTLESS], augmented=dataclasses.replace(made[RESTLESS].augmented, disagreements=(one,)))
+    assert "drive, time or record beside a separate value of k_i in each record: a random force acts" in said(restless)
+    assert headline(restless) == "Nothing is missing, but a random force acts on the hammer, and k_i varies between records"
+
+
+def test_an_unlisted_cause_without_a_term_states_the_error_of_the_nominal_model(made):
+    one = made[UNLISTED]
+    text = said(dataclasses.replace(one, augmented=one.nominal, free_form=""))
+    assert "The error of the nominal model on windows left out of the fit is 19 %." in text and "describes it" not in text

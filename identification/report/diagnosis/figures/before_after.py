@@ -29,7 +29,7 @@ _EDGE = 4
 def before_after(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture for each record that gains, the largest gains if there are many; where nothing is missing there is only a before."""
     found = stretches(diagnosis)
-    adequate = diagnosis.is_complete
+    adequate = not diagnosis.is_augmented
     worth = [one for one in found if adequate or _chi2(one.before, one.channel) > _WORTH * _chi2(one.after, one.channel)]
     chosen = sorted(worth or found[:1], key=lambda one: -_gain(one, adequate))[:_MOST]
     for one in sorted(chosen, key=lambda one: one.number):
@@ -111,7 +111,7 @@ class _Carried:
 def _carried(diagnosis: Diagnosis, one: Stretch) -> _Carried:
     """Both models, or the nominal one where nothing is missing."""
     factor, record = label(one.channel, diagnosis.experiment).factor, one.before
-    predicted = [side.predicted[one.channel] for side in ((one.before,) if diagnosis.is_complete else (one.before, one.after))]
+    predicted = [side.predicted[one.channel] for side in ((one.before,) if not diagnosis.is_augmented else (one.before, one.after))]
     noise = factor * record.noise[one.channel]
     time, (measured, *models) = tracks(record.time, [factor * values for values in (record.measured[one.channel], *predicted)], noise)
     return _Carried(time=time, measured=measured, models=tuple(models), noise=noise)
@@ -140,11 +140,11 @@ def _signal(axes: Axes, diagnosis: Diagnosis, one: Stretch, carried: _Carried, s
     """Measured and modelled; whether impacts are cut off, to show the flight between them."""
     look, time = label(one.channel, diagnosis.experiment), one.before.time[one.part]
     curves = [Curve(name="measured", track=carried.measured, colour=style.measured.colour, width=2.4)]
-    if not diagnosis.is_complete:
+    if diagnosis.is_augmented:
         curves += [Curve(name="nominal", track=carried.models[0], colour=style.nominal.colour, width=1.1, dashes=DASHED)]
-    last = "nominal" if diagnosis.is_complete else "augmented"
+    last = "nominal" if not diagnosis.is_augmented else "augmented"
     curves += [Curve(name=last, track=carried.models[-1], colour=style.augmented.colour, width=0.9)]
-    drawn = [one.before.measured, *((one.before.predicted,) if diagnosis.is_complete else (one.before.predicted, one.after.predicted))]
+    drawn = [one.before.measured, *((one.before.predicted,) if not diagnosis.is_augmented else (one.before.predicted, one.after.predicted))]
     for curve, channels in zip(curves, drawn, strict=True):
         curve.draw(axes, time, look.factor * channels[one.channel][one.part])
     axes.set_title(literal(f"{one.before.file}: {look.words}"), loc="left", pad=3)

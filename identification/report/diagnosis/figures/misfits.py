@@ -23,7 +23,7 @@ def misfits(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     shown = _worst(diagnosis)
     if not shown:
         return
-    same = diagnosis.is_complete
+    same = not diagnosis.is_augmented
     yield Picture(
         name="misfits",
         section="errors",

@@ -34,7 +34,7 @@ def stretches(diagnosis: Diagnosis) -> list[Stretch]:
 
 
 def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: RecordFit) -> Stretch:
-    adequate = diagnosis.is_complete
+    adequate = not diagnosis.is_augmented
     gains = {}
     for channel in before.chi2_reduced:
         gain = residual(before, channel) ** 2 - (0.0 if adequate else residual(after, channel) ** 2)
