@@ -41,25 +41,7 @@ def sentences(
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     restless = () if unrest is None else (unrest.sentence(),)
     if verdict in (ADEQUATE, RESTLESS):
-        each = [p.symbol for p in after.parameters if p.name in after.varying]
-        first = f"Nothing beyond the noise: the nominal model explains the records (reduced chi-square {before.chi2_reduced:.3f})."
-        if each:
-            first = (
-                f"With a separate value of {joined(each)} in each record, the nominal model explains the records to the noise"
-                f" (reduced chi-square {before.chi2_reduced:.3f})."
-            )
-        if verdict == RESTLESS:
-            beside = f" beside a separate value of {joined(each)} in each record" if each else ""
-            first = (
-                f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}:"
-                f" a random force acts on the hammer (reduced chi-square {before.chi2_reduced:.3f} without it)."
-            )
-        error = (
-            "The records are too short to leave windows out of the fit."
-            if math.isnan(before.held_out_nrmse)
-            else f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}."
-        )
-        return (first, *restless, error, *_varying(after))
+        return (_nothing_missing(verdict, before, after), *restless, _error_of_nominal(before, unseen), *_varying(after))
     where = (location.sentence,) if location is not None else ()
     falls = (
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g};"
@@ -85,11 +67,33 @@ def sentences(
         first = first[0].upper() + first[1:]
     first = first if finished else "Something real is missing; the search for its cause was not finished."
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
-    if after is before and not math.isnan(before.held_out_nrmse):
-        learned = (f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}.",)
+    if after is before:
+        learned = (_error_of_nominal(before, unseen),)
     kinks = (_kink_sentence(location.kink),) if location is not None and location.kink is not None else ()
     losses = (_restitution_sentence(restitution),) if restitution is not None else ()
     return (first, *where, *kinks, *losses, *learned, *restless, *_varying(after))
+
+
+def _nothing_missing(verdict: str, before: Side, after: Side) -> str:
+    """First sentence where no deterministic effect is missing; it names the parameters that need a value for each record."""
+    chi2 = f"reduced chi-square {before.chi2_reduced:.3f}"
+    each = joined([p.symbol for p in after.parameters if p.name in after.varying])
+    if verdict == RESTLESS:
+        beside = f" beside a separate value of {each} in each record" if each else ""
+        return (
+            f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}:"
+            f" a random force acts on the hammer ({chi2} without it)."
+        )
+    if each:
+        return f"With a separate value of {each} in each record, the nominal model explains the records to the noise ({chi2})."
+    return f"Nothing beyond the noise: the nominal model explains the records ({chi2})."
+
+
+def _error_of_nominal(before: Side, unseen: str) -> str:
+    """Sentence on the nominal model's error on what its fit has not seen."""
+    if math.isnan(before.held_out_nrmse):
+        return "The records are too short to leave windows out of the fit."
+    return f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}."
 
 
 def _kink_sentence(one: LoopKink) -> str:
