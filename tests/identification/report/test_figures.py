@@ -40,7 +40,7 @@ def test_every_kind_is_drawn_described_in_words_and_a_readable_image(good):
     assert {image.name for image in images} == EXPECTED
     for image in images:
         assert len(image.alt) > 30
-        with Image.open(io.BytesIO(image.png)) as opened:
+        with Image.open(io.BytesIO(image.files["png"])) as opened:
             assert opened.size[0] > 300
             assert len(np.unique(np.asarray(opened.convert("L")))) > 5, f"{image.name} is blank"
             assert opened.convert("RGB").getpixel((1, 1)) == (255, 255, 255)
