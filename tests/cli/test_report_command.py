@@ -37,7 +37,7 @@ def test_the_fit_states_the_pages_checksum_anew_and_a_foreign_file_stays(tmp_pat
     assert call(monkeypatch, tmp_path, "--quiet") == 0
     stated = json.loads((tmp_path / "fit.json").read_text())
     assert stated["schema"] == 1 and stated["files"]["result.nc"] == "ab"
-    drawn = {path for path in tmp_path.iterdir() if path.suffix in (".html", ".png")}
+    drawn = {path for path in tmp_path.iterdir() if path.suffix in (".html", ".png", ".pdf")}
     assert {name: stated["files"][name] for name in (path.name for path in drawn)} == {
         path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in drawn
     }

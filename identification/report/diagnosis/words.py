@@ -111,7 +111,7 @@ def next_steps(diagnosis: Diagnosis) -> tuple[str, ...]:
         own = [f"[parameters.{name}]" for name in diagnosis.augmented.varying]
         setting = f", with `varies = true` in {joined(own)}," if own else ""
         steps.append(f"`fit-parameters` with the same experiment{setting} gives the parameters with intervals and correlations.")
-    held = "the nominal model" if diagnosis.augmented is diagnosis.nominal else "the augmented model, nominal.json the nominal one"
+    held = "the augmented model, nominal.json the nominal one" if diagnosis.is_augmented else "the nominal model"
     return (*steps, RUN_MODEL.format(which=held))
 
 

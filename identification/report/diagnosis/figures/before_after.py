@@ -111,7 +111,7 @@ class _Carried:
 def _carried(diagnosis: Diagnosis, one: Stretch) -> _Carried:
     """Both models, or the nominal one where nothing is missing."""
     factor, record = label(one.channel, diagnosis.experiment).factor, one.before
-    predicted = [side.predicted[one.channel] for side in ((one.before,) if not diagnosis.is_augmented else (one.before, one.after))]
+    predicted = [side.predicted[one.channel] for side in ((one.before, one.after) if diagnosis.is_augmented else (one.before,))]
     noise = factor * record.noise[one.channel]
     time, (measured, *models) = tracks(record.time, [factor * values for values in (record.measured[one.channel], *predicted)], noise)
     return _Carried(time=time, measured=measured, models=tuple(models), noise=noise)
@@ -142,9 +142,9 @@ def _signal(axes: Axes, diagnosis: Diagnosis, one: Stretch, carried: _Carried, s
     curves = [Curve(name="measured", track=carried.measured, colour=style.measured.colour, width=2.4)]
     if diagnosis.is_augmented:
         curves += [Curve(name="nominal", track=carried.models[0], colour=style.nominal.colour, width=1.1, dashes=DASHED)]
-    last = "nominal" if not diagnosis.is_augmented else "augmented"
+    last = "augmented" if diagnosis.is_augmented else "nominal"
     curves += [Curve(name=last, track=carried.models[-1], colour=style.augmented.colour, width=0.9)]
-    drawn = [one.before.measured, *((one.before.predicted,) if not diagnosis.is_augmented else (one.before.predicted, one.after.predicted))]
+    drawn = [one.before.measured, *((one.before.predicted, one.after.predicted) if diagnosis.is_augmented else (one.before.predicted,))]
     for curve, channels in zip(curves, drawn, strict=True):
         curve.draw(axes, time, look.factor * channels[one.channel][one.part])
     axes.set_title(literal(f"{one.before.file}: {look.words}"), loc="left", pad=3)
