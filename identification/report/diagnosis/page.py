@@ -40,7 +40,6 @@ def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provena
         filters={"equation": equation_html},
         diagnosis=diagnosis,
         load=load_words(diagnosis.nominal_model),
-        adequate=not diagnosis.is_augmented,
         missing=diagnosis.verdict == MISSING,
         headline=words.headline(diagnosis),
         looked_for=words.candidates(diagnosis),

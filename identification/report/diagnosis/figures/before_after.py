@@ -29,16 +29,16 @@ _EDGE = 4
 def before_after(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """One picture for each record that gains, the largest gains if there are many; where nothing is missing there is only a before."""
     found = stretches(diagnosis)
-    adequate = not diagnosis.is_augmented
-    worth = [one for one in found if adequate or _chi2(one.before, one.channel) > _WORTH * _chi2(one.after, one.channel)]
-    chosen = sorted(worth or found[:1], key=lambda one: -_gain(one, adequate))[:_MOST]
+    both = diagnosis.is_augmented
+    worth = [one for one in found if not both or _chi2(one.before, one.channel) > _WORTH * _chi2(one.after, one.channel)]
+    chosen = sorted(worth or found[:1], key=lambda one: -_gain(one, both))[:_MOST]
     for one in sorted(chosen, key=lambda one: one.number):
-        yield _nominal_only(diagnosis, one, style) if adequate else _both(diagnosis, one, style)
+        yield _both(diagnosis, one, style) if both else _nominal_only(diagnosis, one, style)
 
 
-def _gain(one: Stretch, adequate: bool) -> float:
+def _gain(one: Stretch, both: bool) -> float:
     before, after = (_chi2(record, one.channel) * len(record.time) for record in (one.before, one.after))
-    return before if adequate else before - after
+    return before - after if both else before
 
 
 def _chi2(record: RecordFit, channel: str) -> float:

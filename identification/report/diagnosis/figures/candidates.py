@@ -30,13 +30,13 @@ def candidates(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     figure = new_figure(height)
     axes = figure.add_axes((0.4, 0.43 / height, 0.57, 1 - 0.65 / height))
     places = -np.arange(len(shown), dtype=float)
-    adequate = diagnosis.is_complete
-    (_chances if adequate else _gains)(axes, places, shown, style)
-    axes.set_yticks(places, [literal(_name(one, everywhere=adequate)) for one in shown])
+    complete = diagnosis.is_complete
+    (_chances if complete else _gains)(axes, places, shown, style)
+    axes.set_yticks(places, [literal(_name(one, everywhere=complete)) for one in shown])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(places[-1] - 0.7, 0.7)
     axes.xaxis.set_minor_locator(NullLocator())
-    if adequate:
+    if complete:
         caption = "Probability that chance alone explains as much, for the strongest candidates. One is fitted in full only below"
         caption += f" {_LIMIT}, left of the dashed line."
         told = [f"{plain_name(one.name)} {chance_text(one.chance)}" for one in shown]
@@ -49,7 +49,7 @@ def candidates(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
         section="considered",
         record=None,
         caption=caption,
-        alt=("Chances of noise: " if adequate else "Gain: ") + "; ".join(told) + ".",
+        alt=("Chances of noise: " if complete else "Gain: ") + "; ".join(told) + ".",
         figure=figure,
     )
 

@@ -34,10 +34,9 @@ def stretches(diagnosis: Diagnosis) -> list[Stretch]:
 
 
 def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: RecordFit) -> Stretch:
-    adequate = not diagnosis.is_augmented
     gains = {}
     for channel in before.chi2_reduced:
-        gain = residual(before, channel) ** 2 - (0.0 if adequate else residual(after, channel) ** 2)
+        gain = residual(before, channel) ** 2 - (residual(after, channel) ** 2 if diagnosis.is_augmented else 0.0)
         gains[channel] = np.where(np.isfinite(gain), gain, 0.0)
     where = diagnosis.location
     channel = max(gains, key=lambda name: float(gains[name].sum()))
