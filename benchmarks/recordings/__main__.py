@@ -1,7 +1,7 @@
 """`python -m benchmarks.recordings --data DIR --out DIR`: diagnose the recordings one after another, and write the page about them.
 
 What an earlier call has finished in `--out` with the same budget is kept; what failed is tried again. Each diagnosis is the command
-`vibrojax diagnose --recipe` in a process of its own. The page tells of all recipes that have been finished there, whichever are named.
+`vibrojax diagnose --recipe` in a process of its own. The page shows all recipes finished there, whichever are named.
 """
 
 import argparse

@@ -13,7 +13,7 @@ class Known:
         question: that the diagnosis is asked.
         truth: what is known, and from where.
         expected: groups of effects; to agree, a diagnosis must name one of each. Empty where what is known is on no list.
-        cannot: what these records cannot tell.
+        cannot: what these records do not identify.
     """
 
     recipe: str

@@ -65,12 +65,12 @@ def numbers(effect: dict, gaps: set[float]) -> str:
 
 
 def section(known: Known, run: Run, pictures: Path) -> str:
-    """Question, what the program printed, a picture, what is known, and what these records cannot tell."""
+    """Question, what the program printed, a picture, what is known, and what these records do not identify."""
     lines = [f"## {run.recipe}", "", known.question, ""]
     if run.document is None:
         return "\n".join([*lines, f"The command failed: {run.failure}", ""])
     lines += [f"> {' '.join(run.document['sentences'])}", "", *(line for picture in shown(run, pictures) for line in (picture, ""))]
-    return "\n".join([*lines, f"Known: {known.truth}.", f"It cannot tell: {known.cannot[0].lower()}{known.cannot[1:]}", ""])
+    return "\n".join([*lines, f"Known: {known.truth}.", f"Not identifiable: {known.cannot[0].lower()}{known.cannot[1:]}", ""])
 
 
 def shown(run: Run, pictures: Path) -> list[str]:

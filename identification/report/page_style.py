@@ -1,4 +1,4 @@
-"""How a report looks: in colours, or in black and white for paper, where dashes, marks and widths tell curves apart."""
+"""How a report looks: in colours, or in black and white for paper, where dashes, marks and widths distinguish curves."""
 
 import dataclasses
 

@@ -66,9 +66,9 @@ def prepared(
     for name, kind in asked.detrend.items():
         if name in channels:
             channels[name] = _without_trend(time, channels[name], degree=0 if kind == "constant" else 1)
-    told = {name: Sensed(estimate=one.estimate, step=one.step, gain=float(np.sqrt(power.mean()))) for name, one in sensed.items()}
+    stated = {name: Sensed(estimate=one.estimate, step=one.step, gain=float(np.sqrt(power.mean()))) for name, one in sensed.items()}
     filtered = asked.lowpass is not None or asked.decimate is not None or asked.resample is not None
-    return time, channels, told if filtered else {}, _notices(asked, lost, filtered)
+    return time, channels, stated if filtered else {}, _notices(asked, lost, filtered)
 
 
 def _cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:

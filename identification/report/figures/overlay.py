@@ -29,14 +29,14 @@ def overlay(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         first.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderpad=0.1, handlelength=1.6)
         last.set_xlabel("time t (s)")
         last.set_xlim(record.time[0], record.time[-1])
-        told = [f"{label(c, result.experiment).words}: misfit {significant(record.chi2_reduced[c] ** 0.5, 2)} σ" for c in channels]
+        misfits = [f"{label(c, result.experiment).words}: misfit {significant(record.chi2_reduced[c] ** 0.5, 2)} σ" for c in channels]
         yield Picture(
             name=f"record-{number:02d}-overlay",
             section="records",
             record=record.file,
             caption=f"{record.file}: measured ({style.measured.word}) and model ({style.model.word}); below each"
             " channel the residual in units of the noise σ, with a band of ±2 σ.",
-            alt=f"Measured and modelled channels of {record.file} against time, residuals below. " + "; ".join(told) + ".",
+            alt=f"Measured and modelled channels of {record.file} against time, residuals below. " + "; ".join(misfits) + ".",
             figure=figure,
             panels=tuple(panels),
         )

@@ -176,13 +176,13 @@ def _strip(axes: Axes, record: RecordFit, one: Stretch, reach: float, curve: Cur
     """A residual with its root mean square, which is returned."""
     r = residual(record, one.channel)[one.part]
     usable = r[np.isfinite(r)]
-    told = significant(float(np.sqrt(np.mean(usable**2))) if len(usable) else None, 2)
+    rms = significant(float(np.sqrt(np.mean(usable**2))) if len(usable) else None, 2)
     residual_panel(axes, reach)
     limit = max(reach, 4.0)
     power = 10.0 ** np.floor(np.log10(limit))
     axes.set_yticks([-power * (limit // power), 0.0, power * (limit // power)])
     axes.set_ylim(-1.15 * limit, 1.15 * limit)
     curve.draw(axes, record.time[one.part], r)
-    axes.text(1.012, 0.5, f"{curve.name}\nrms {told} σ", transform=axes.transAxes, ha="left", va="center", fontsize=8)
+    axes.text(1.012, 0.5, f"{curve.name}\nrms {rms} σ", transform=axes.transAxes, ha="left", va="center", fontsize=8)
     axes.xaxis.set_major_locator(MaxNLocator(6))
-    return told
+    return rms

@@ -39,17 +39,17 @@ def candidates(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     if complete:
         caption = "Probability that chance alone explains as much, for the strongest candidates. One is fitted in full only below"
         caption += f" {_LIMIT}, left of the dashed line."
-        told = [f"{plain_name(one.name)} {chance_text(one.chance)}" for one in shown]
+        described = [f"{plain_name(one.name)} {chance_text(one.chance)}" for one in shown]
     else:
         caption = "Improvement of twice the log-likelihood that is expected of each candidate beside the model named (pale) and, where"
         caption += " everything was fitted with it, found (dark)."
-        told = [f"{plain_name(one.name)} {significant(one.gain if one.drop is None else one.drop, 2)}" for one in shown]
+        described = [f"{plain_name(one.name)} {significant(one.gain if one.drop is None else one.drop, 2)}" for one in shown]
     yield Picture(
         name="candidates",
         section="considered",
         record=None,
         caption=caption,
-        alt=("Chances of noise: " if complete else "Gain: ") + "; ".join(told) + ".",
+        alt=("Chances of noise: " if complete else "Gain: ") + "; ".join(described) + ".",
         figure=figure,
     )
 
