@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from identification.experiment import Experiment, load_experiment
+from tests.quick_compiling import quick_compiling as quick_compiling
 from vibrojax.data_files import data_path
 
 TRUTH = {"k_i": 3.0e6, "n": 1.5, "lambda_i": 0.35, "zeta": 0.012, "f_n": 5.2}
