@@ -10,7 +10,7 @@ _OPTION = "jax_disable_most_optimizations"
 
 @pytest.fixture(scope="module", autouse=True)
 def quick_compiling() -> Iterator[None]:
-    """The programs are the same, their machine code is slower; processes that a test starts compile as usual."""
+    """Switch most optimisations off for the tests of a module. Processes that a test starts compile as usual."""
     before = jax.config.values[_OPTION]
     jax.config.update(_OPTION, True)
     yield

@@ -88,7 +88,7 @@ def disagreements(records: Sequence[Record], mass: float | None) -> tuple[str, .
         mass: of the hammer, kg; None where it is not known.
 
     Returns:
-        One sentence for each pair. A factor nearer to 1 than calibrations agree is not reported, nor one that changes between records.
+        One sentence for each pair. A factor within the usual error of calibrations is not reported, nor one that changes between records.
     """
     found: dict[tuple[str, str], list[float]] = {}
     for record in records:
