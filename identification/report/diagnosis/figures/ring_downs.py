@@ -18,7 +18,7 @@ _BEYOND = (2, 3, 4)
 
 
 def ring_downs(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
-    """One picture, where a record has a free vibration; candidates that differ from the nominal model by less than the errors are left out."""
+    """One picture, where a record has a free vibration; candidates within the errors of the nominal model are left out."""
     found = diagnosis.ring_downs
     if not found.measured:
         return
