@@ -63,7 +63,7 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
         "suspension": {p.field: _number(getattr(suspension, p.field), p.field) for p in suspension.parameters} | _geometry(suspension),
         "law": {p.name: _number(getattr(law, p.field), p.name) for p in law.parameters},
     }
-    effects = {"effects": [_effect_document(effect) for effect in model.effects]} if model.effects else {}
+    effects = {"effects": [effect_document(effect) for effect in model.effects]} if model.effects else {}
     return {
         "schema": SCHEMA,
         "mass": _number(model.mass, "mass"),
@@ -134,7 +134,8 @@ def _load(table: "_Table") -> Load:
     return Load(**{name: table.number(name, zero=True, negative=True) for name in _LOAD})
 
 
-def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
+def effect_document(effect: AbstractEffect) -> dict[str, Any]:
+    """What a file holds of one effect: its name, the record or channel that it acts on, and its numbers."""
     if isinstance(effect, FreeForm):
         places = {"terms": list(effect.terms)} | ({"channel": effect.of_channel} if effect.of_channel else {})
     else:
@@ -144,6 +145,11 @@ def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
     return (
         {"name": effect.name} | places | {p.name: _number(getattr(effect, p.field), f"{effect.name}.{p.name}") for p in effect.parameters}
     )
+
+
+def effect_from_document(document: Any, where: str) -> AbstractEffect:
+    """Rebuild the effect that `effect_document` described; errors as for `read_model`."""
+    return _effect(_Table(values=document, where=where))
 
 
 def _effect(table: "_Table") -> AbstractEffect:

@@ -25,7 +25,7 @@ from identification.likelihood.joint import point
 from identification.likelihood.sampling.nuts import Nuts
 from identification.likelihood.variances import posterior
 from identification.result.between_records import disagreements
-from identification.result.posterior.sample import PosteriorSample
+from identification.result.posterior import PosteriorSample
 from identification.result.result import (
     AT_BOUND,
     FIXED,

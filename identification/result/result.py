@@ -4,10 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from identification.experiment import Experiment
+from identification.experiment import Experiment, si_unit
 from identification.result.between_records import Disagreement
-from identification.result.posterior.sample import PosteriorSample
+from identification.result.posterior import PosteriorSample
 from identification.result.ring_down import RingDowns
+from identification.result.store import series
 from identification.result.unrest import Unrest
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
@@ -93,16 +94,16 @@ class RecordFit:
     kind: str
     gap: float
     nuisances: tuple[Nuisance, ...]
-    time: np.ndarray
-    measured: dict[str, np.ndarray]
-    predicted: dict[str, np.ndarray]
+    time: np.ndarray = series("time", unit="s", words="time")
+    measured: dict[str, np.ndarray] = series("time", unit=lambda self, channel: si_unit(channel), words="{key}, measured")
+    predicted: dict[str, np.ndarray] = series("time", unit=lambda self, channel: si_unit(channel), words="{key}, model", name="model")
     noise: dict[str, float]
     nrmse: dict[str, float]
     chi2_reduced: dict[str, float]
-    relative_displacement: np.ndarray
-    relative_velocity: np.ndarray
-    in_contact: np.ndarray
-    window: np.ndarray
+    relative_displacement: np.ndarray = series("time", unit="m", words="u of the fitted motion, hammer minus cart")
+    relative_velocity: np.ndarray = series("time", unit="m/s", words="velocity of u in the fitted motion")
+    in_contact: np.ndarray = series("time", words="whether hammer and stop touch in the fitted motion")
+    window: np.ndarray = series("time", words="number of the window that the sample was fitted in")
     notices: tuple[str, ...] = ()
 
     @property
@@ -239,7 +240,7 @@ class FitResult:
     model: Model
     parameters: tuple[ParameterEstimate, ...]
     derived: tuple[Derived, ...]
-    correlation: np.ndarray
+    correlation: np.ndarray = series("row", "column", words="correlation of the estimated parameters")
     correlated: tuple[str, ...]
     chi2_reduced: float
     degrees: int

@@ -13,9 +13,8 @@ from identification.report.figures.estimates.posterior import posterior
 from identification.report.figures.estimates.profiles import likelihood_profiles
 from identification.report.page_style import STYLES
 from identification.report.rows import posterior_rows
-from identification.result.json_file import fit_json, provenance
-from identification.result.netcdf_result import StoredFit, read_result, write_result
-from identification.result.posterior.sample import arviz, write_posterior
+from identification.result.files import StoredFit, fit_json, provenance, read_result, write_result
+from identification.result.posterior import arviz, write_posterior
 from tests.identification.conftest import TRUTH, cropped
 
 

@@ -1,4 +1,4 @@
-"""Fit result as `fit.json`: every number with its unit, in strict JSON."""
+"""Files of a fit: `fit.json`, every number with its unit in strict JSON, and `result.nc`, from which its page is drawn again."""
 
 import dataclasses
 import hashlib
@@ -10,13 +10,77 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
 from identification.experiment import ParameterOption
-from identification.result.plain_dataclass import to_plain
+from identification.result.record_view import residual
+from identification.result.reference import Reference
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
+from identification.result.store import Variables, dataset, from_plain, read_stored, to_plain, with_samples, write_dataset
 from vibrojax.model_file import model_document
 
 SCHEMA = 1
 VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StoredFit:
+    """Content of a fit's report page.
+
+    Attributes:
+        result: of the fit.
+        reference: known values for comparison, or None.
+        provenance: as in `fit.json`.
+    """
+
+    result: FitResult
+    reference: Reference | None
+    provenance: Mapping[str, Any]
+
+
+def write_result(stored: StoredFit, path: Path) -> None:
+    """Write `result.nc` of a fit; an existing file is replaced."""
+    write_dataset(fit_dataset(stored), path)
+
+
+def fit_dataset(stored: StoredFit) -> xr.Dataset:
+    """Dataset of a fit: measured, predicted and residual series of every record over its time, SI; everything else in one attribute."""
+    result, variables = stored.result, Variables()
+    document = to_plain(stored, variables)
+    variables |= residuals(result.records, "record") | residuals(result.held_back, "held_back")
+    return dataset("fit", document, variables, f"{result.experiment.name}: fitted impact model")
+
+
+def read_result(path: Path) -> StoredFit:
+    """Read `result.nc` of a fit, with every number unchanged.
+
+    Raises:
+        InputError: the file does not exist, is damaged, has another version, or holds no fit.
+    """
+    return read_stored(path, {"fit": stored_fit})
+
+
+def stored_fit(document: dict[str, Any], variables: Mapping[str, np.ndarray]) -> StoredFit:
+    """Restore a fit from document and variables."""
+    stored = from_plain(StoredFit, document, variables)
+    samples = {each.file: (each.time, each.measured) for each in (*stored.result.records, *stored.result.held_back)}
+    experiment = with_samples(stored.result.experiment, samples)
+    return dataclasses.replace(stored, result=dataclasses.replace(stored.result, experiment=experiment))
+
+
+def residuals(records: tuple[RecordFit, ...], path: str) -> Variables:
+    """Residuals of fitted records, for other programs, as variables `path1_residual_CHANNEL`, ..."""
+    return {
+        f"{path}{number}_residual_{name}": xr.Variable(
+            f"{path}{number}_time",
+            residual(record, name),
+            {"units": "1", "long_name": f"{name}, measured less model over the noise", "record": record.file},
+            {"_FillValue": None},
+        )
+        for number, record in enumerate(records, start=1)
+        for name in record.measured
+    }
 
 
 def provenance(result: FitResult) -> dict[str, Any]:
@@ -24,7 +88,7 @@ def provenance(result: FitResult) -> dict[str, Any]:
     experiment = result.experiment
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
     versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
-    prepared = {record.file: to_plain(record.preparation) for record in experiment.records if record.preparation.words}
+    prepared = {record.file: to_plain(record.preparation, {}) for record in experiment.records if record.preparation.words}
     origin = {"versions": versions, "sha256": hashes, "seed": result.seed, "seconds": plain(result.seconds)}
     return origin | ({"preparation": prepared} if prepared else {})
 

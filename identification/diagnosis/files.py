@@ -1,0 +1,67 @@
+"""Files of a diagnosis: `diagnosis.json`, every number finite or null, and `result.nc`, from which its page is drawn again."""
+
+import dataclasses
+import importlib.metadata
+import json
+import platform
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from identification.diagnosis.diagnosis import Diagnosis
+from identification.result.files import VERSIONS_OF, plain, residuals
+from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples, write_dataset
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StoredDiagnosis:
+    """What the page of a diagnosis is drawn from: the diagnosis, and its provenance as in `diagnosis.json`."""
+
+    diagnosis: Diagnosis
+    provenance: Mapping[str, Any]
+
+
+def write_diagnosis(stored: StoredDiagnosis, path: Path) -> None:
+    """Write `result.nc` of a diagnosis; an existing file is replaced."""
+    write_dataset(diagnosis_dataset(stored), path)
+
+
+def diagnosis_dataset(stored: StoredDiagnosis) -> xr.Dataset:
+    """Every record beside both models, over its time, SI, and the profiles of the misfit; everything else in one attribute."""
+    found, variables = stored.diagnosis, Variables()
+    document = to_plain(stored, variables)
+    sides = {"nominal": found.nominal} | ({"augmented": found.augmented} if found.is_augmented else {})
+    if not found.is_augmented:
+        del document["diagnosis"]["augmented"]
+        variables = {name: one for name, one in variables.items() if not name.startswith("augmented_")}
+    for name, side in sides.items():
+        variables |= residuals(side.records, f"{name}_record") | residuals(side.held_back, f"{name}_held_back")
+    return dataset("diagnosis", document, variables, f"{found.experiment.name}: what the impact model leaves out")
+
+
+def stored_diagnosis(document: dict[str, Any], variables: Mapping[str, np.ndarray]) -> StoredDiagnosis:
+    """Restore a diagnosis from document and variables."""
+    content = document["diagnosis"]
+    stored = from_plain(StoredDiagnosis, document | {"diagnosis": {"augmented": content["nominal"]} | content}, variables)
+    found, nominal = stored.diagnosis, stored.diagnosis.nominal
+    samples = {each.file: (each.time, each.measured) for each in (*nominal.records, *nominal.held_back)}
+    augmented = found.augmented if "augmented" in content else nominal
+    found = dataclasses.replace(found, experiment=with_samples(found.experiment, samples), augmented=augmented)
+    return dataclasses.replace(stored, diagnosis=found)
+
+
+def diagnosis_provenance(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Where a diagnosis comes from: versions, sha256 of every file that was read, wall time by stage in s."""
+    experiment, known = diagnosis.experiment, {d.metadata["Name"] for d in importlib.metadata.distributions()}
+    hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
+    versions = {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in VERSIONS_OF if name in known}
+    return {"versions": versions, "sha256": hashes, "seconds": plain(diagnosis.seconds)}
+
+
+def write_diagnosis_json(diagnosis: Diagnosis, path: Path, provenance: Mapping[str, Any]) -> None:
+    """Write `diagnosis.json`; numbers that are not finite become null, for which JSON has no other word."""
+    document = plain(diagnosis.document(dict(provenance)))
+    path.write_text(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
