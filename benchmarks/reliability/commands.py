@@ -54,7 +54,9 @@ class Command:
             (self.out / name).write_text(_OLD)
 
     def is_one_set(self) -> bool:
-        """Whether all files are of the old set, or none."""
+        """Whether all files are of the old set, or none; a folder that the next run puts back counts."""
+        if not self.out.exists():
+            return any(name.startswith(".out-replaced-") for name in self.remains())
         try:
             old = {(self.out / name).read_bytes() == _OLD.encode() for name in self.files}
         except OSError:
