@@ -1,18 +1,51 @@
-"""The part of the rig that every record shares: hammer, suspension, contact law and effects, with named parameters."""
+"""The part of the rig that every record shares: hammer, known load, suspension, contact law and effects, with named parameters."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
+from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
-from vibrojax.load import Load
 from vibrojax.parameters import Parameter
+from vibrojax.shapes import Value
 from vibrojax.suspension import AbstractSuspension
 from vibrojax.system import System
+
+
+class Load(eqx.Module):
+    """Constant forces on the hammer that are known, not estimated; positive towards the stop, as displacements and forces are.
+
+    F = m g sin(incline) + constant_force, with g = 9.80665 m/s^2. It enters the equation of motion of every suspension as an applied force
+    does, along the displacement. What is not known of it is the effect `constant_force`.
+
+    Arguments:
+        incline: angle of the rail to the horizontal, rad; positive where the stop lies downhill.
+        constant_force: N.
+
+    Example:
+        >>> round(float(Load(incline=0.1, constant_force=-0.2).force(2.0)), 4)
+        1.7581
+    """
+
+    incline: Value = 0.0
+    constant_force: Value = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any; needs concrete values."""
+        return bool(self.incline != 0.0 or self.constant_force != 0.0)
+
+    def force(self, mass: Value) -> Value:
+        """The sum, N, on a hammer of that mass, kg."""
+        sine = math.sin(self.incline) if isinstance(self.incline, float) else jnp.sin(self.incline)
+        return mass * STANDARD_GRAVITY * sine + self.constant_force
+
 
 Value = float | Float[Array, "..."]
 

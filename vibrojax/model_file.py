@@ -16,8 +16,7 @@ from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
 from vibrojax.effects.free_form import MOST_TERMS, FreeForm
 from vibrojax.errors import InputError, one_line, shown
-from vibrojax.load import Load
-from vibrojax.model import MASS, Model
+from vibrojax.model import MASS, Load, Model
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 

@@ -27,7 +27,7 @@ from identification.result.result import FitResult
 from identification.result.store import FILE_NAME, read_stored
 from identification.windows.declared_model import check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError, NoConvergenceError, WarningLine
 from vibrojax.model import MASS, Model

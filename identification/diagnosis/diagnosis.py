@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
-from identification.result.between_records import Disagreement
 from identification.result.result import RecordFit
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
-from identification.result.unrest import Unrest
+from identification.result.variation import Disagreement, Unrest
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 

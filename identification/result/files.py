@@ -14,9 +14,8 @@ import numpy as np
 import xarray as xr
 
 from identification.experiment import ParameterOption
-from identification.result.record_view import residual
 from identification.result.reference import Reference
-from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
+from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit, residual
 from identification.result.store import Variables, dataset, from_plain, read_stored, to_plain, with_samples, write_dataset
 from vibrojax.model_file import model_document
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from identification.wording.style_names import STYLE_NAMES
+from identification.wording import STYLE_NAMES
 from vibrojax.errors import InputError
 
 Experiment = Annotated[

@@ -8,7 +8,6 @@ import jax
 import numpy as np
 
 from vibrojax import __version__
-from vibrojax.caption import rig_words, written
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.border import Border, Bounds
 from vibrojax.continuation.branch import Branch
@@ -24,7 +23,7 @@ from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
 from vibrojax.continuation.special import Kind
 from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.errors import InputError, NoConvergenceError
-from vibrojax.figure_style import SCREEN, FigureStyle
+from vibrojax.figure_style import SCREEN, FigureStyle, rig_words, written
 from vibrojax.integrate import Landing
 from vibrojax.model_file import model_document
 

@@ -13,7 +13,7 @@ from identification.result.files import StoredFit, read_result, write_result
 from identification.result.reference import read_reference
 from identification.result.result import Added, Unfitted
 from identification.result.store import from_plain, to_plain
-from identification.result.unrest import Unrest
+from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError

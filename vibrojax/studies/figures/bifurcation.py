@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import SKY, new_figure
+from vibrojax.figure_style import AT_STROBES, FORCE_OF_CYCLE
 from vibrojax.studies.branch_lines import pieces
 from vibrojax.studies.figures.base import add_ratio_axis, label, setting
-from vibrojax.symbols import AT_STROBES, FORCE_OF_CYCLE
 
 DOWN = "#8c2d04"
 """Dark on the pale blue of the sweep up: they differ in grey too."""

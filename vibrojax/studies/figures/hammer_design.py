@@ -5,10 +5,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import new_figure
+from vibrojax.figure_style import FORCE, FORCE_OVER_WEIGHT
 from vibrojax.studies.classify import FAILED
 from vibrojax.studies.figures.base import label
 from vibrojax.studies.figures.curves import curves_along, same_motion
-from vibrojax.symbols import FORCE, FORCE_OVER_WEIGHT
 
 
 def draw(data: xr.Dataset) -> Figure:

@@ -7,12 +7,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import new_figure
+from vibrojax.figure_style import FORCE_OVER_WEIGHT
 from vibrojax.studies.base import CHAOS
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 from vibrojax.studies.figures import regions
 from vibrojax.studies.figures.base import label
 from vibrojax.studies.figures.regions import Region, colours_of, draw_regions
-from vibrojax.symbols import FORCE_OVER_WEIGHT
 
 _MOST = 6
 _BORDER = "#d7191c"
