@@ -8,7 +8,6 @@ import contextlib
 import errno
 import fcntl
 import hashlib
-import json
 import os
 import secrets
 import shutil
@@ -16,6 +15,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
+
+from vibrojax.errors import InputError
+from vibrojax.json_file import read_json
 
 STATING = ("fit.json", "diagnosis.json")
 """Files that state, under "files", the SHA-256 of each other file of their set."""
@@ -105,9 +107,9 @@ def of_earlier_set(out: Path) -> set[Path]:
     found = set()
     for name in STATING:
         try:
-            files = json.loads((out / name).read_text(encoding="utf-8"))["files"]
+            files = read_json(out / name, "a set of results")["files"]
             listed = {Path(file): digest for file, digest in files.items() if file == Path(file).name}
-        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):  # none there, or not one of ours
+        except (InputError, LookupError, TypeError, AttributeError):  # none there, or not one of ours
             continue
         plain = {file: digest for file, digest in listed.items() if (out / file).is_file() and not (out / file).is_symlink()}
         found |= {file for file, digest in plain.items() if hashlib.sha256((out / file).read_bytes()).hexdigest() == digest}

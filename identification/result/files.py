@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from identification.experiment import ParameterOption
+from identification.experiment import Experiment, ParameterOption
 from identification.result.reference import Reference
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit, residual
 from identification.result.store import Variables, dataset, from_plain, read_stored, to_plain, with_samples, write_dataset
+from vibrojax.json_file import write_json
 from vibrojax.model_file import model_document
 
 SCHEMA = 1
@@ -83,13 +84,16 @@ def residuals(records: tuple[RecordFit, ...], path: str) -> Variables:
 
 
 def provenance(result: FitResult) -> dict[str, Any]:
-    """Provenance of a result: versions, sha256 of every input file and how it was prepared, seed, wall time by stage in s."""
-    experiment = result.experiment
+    """Provenance of a result: as `origin`, the seed, and how the records were prepared."""
+    prepared = {record.file: to_plain(record.preparation, {}) for record in result.experiment.records if record.preparation.words}
+    return origin(result.experiment, result.seconds, seed=result.seed) | ({"preparation": prepared} if prepared else {})
+
+
+def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) -> dict[str, Any]:
+    """Where results come from: versions, sha256 of every file that was read, more if given, wall time by stage in s."""
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
     versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
-    prepared = {record.file: to_plain(record.preparation, {}) for record in experiment.records if record.preparation.words}
-    origin = {"versions": versions, "sha256": hashes, "seed": result.seed, "seconds": plain(result.seconds)}
-    return origin | ({"preparation": prepared} if prepared else {})
+    return {"versions": versions, "sha256": hashes, **more, "seconds": plain(seconds)}
 
 
 def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -141,8 +145,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
 
 def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any] | None = None) -> None:
     """Write `fit_json` to a file."""
-    text = json.dumps(fit_json(result, provenance_), indent=2, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    write_json(fit_json(result, provenance_), path)
 
 
 def state_files(stating: Path, folder: Path) -> None:
@@ -156,8 +159,7 @@ def state_files(stating: Path, folder: Path) -> None:
     others = sorted(path for path in folder.iterdir() if path.name != stating.name)
     found = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in others}
     document["files"] = document.get("files", {}) | found
-    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / stating.name).write_text(text + "\n", encoding="utf-8")
+    write_json(document, folder / stating.name)
 
 
 def plain(value: Any) -> Any:

@@ -82,7 +82,7 @@ def continue_(
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
-        from vibrojax.continuation.finding import finding
+        from vibrojax.continuation.branch import finding
         from vibrojax.continuation.job import borders_and_write, follow_and_write
         from vibrojax.continuation.plane import finding as borders_finding
 
