@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
 from vibrojax.parameters import Parameter
-from vibrojax.shapes import Value
+from vibrojax.shapes import Number, Value
 from vibrojax.suspension import AbstractSuspension
 from vibrojax.system import System
 
@@ -47,8 +46,6 @@ class Load(eqx.Module):
         return mass * STANDARD_GRAVITY * sine + self.constant_force
 
 
-Value = float | Float[Array, "..."]
-
 MASS = Parameter(name="m", field="mass", symbol="m", unit="kg", start=1.0, lower=1e-9, upper=1e9, meaning="hammer mass")
 
 
@@ -66,7 +63,7 @@ class Model(eqx.Module):
         1.5
     """
 
-    mass: Value
+    mass: Number
     """kg"""
     suspension: AbstractSuspension
     law: AbstractContactLaw
@@ -84,11 +81,11 @@ class Model(eqx.Module):
         """Parameters of effects of which every record has its own value."""
         return tuple(p for p in self._of_effects() if p.per_record)
 
-    def values(self) -> dict[str, Value]:
-        """Value of every parameter by name, SI."""
+    def values(self) -> dict[str, Number]:
+        """Number of every parameter by name, SI."""
         return {p.name: getattr(part, p.field) for part in (self.law, self.suspension, *self.effects) for p in _named(part)}
 
-    def replace(self, values: Mapping[str, Value]) -> "Model":
+    def replace(self, values: Mapping[str, Number]) -> "Model":
         """The same model with other parameter values; `m` sets the mass. Unknown names raise `KeyError`."""
         known = self.values()
         if unknown := set(values) - set(known) - {MASS.name}:
@@ -101,7 +98,7 @@ class Model(eqx.Module):
             load=self.load,
         )
 
-    def system(self, *, gap: Value, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
+    def system(self, *, gap: Number, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""
         law = self.law
         for effect in self.effects:
@@ -118,7 +115,7 @@ class Model(eqx.Module):
             load=self.load.force(self.mass),
         )
 
-    def in_record(self, acts: Callable[[str], Value]) -> "Model":
+    def in_record(self, acts: Callable[[str], Number]) -> "Model":
         """The model as it is in one record: effects at home in a single one are on, 1, or off, 0, as `acts` says of its file."""
         effects = tuple(effect if effect.record is None else effect.scaled(acts(effect.record)) for effect in self.effects)
         return dataclasses.replace(self, effects=effects)
@@ -140,6 +137,6 @@ def _named(part: AbstractContactLaw | AbstractSuspension | AbstractEffect) -> tu
     return tuple(dataclasses.replace(p, name=f"{part.name}.{p.name}") for p in part.parameters)
 
 
-def _with(part, values: Mapping[str, Value]):
+def _with(part, values: Mapping[str, Number]):
     """The part with those of its parameters that `values` names."""
     return dataclasses.replace(part, **{p.field: values[p.name] for p in _named(part) if p.name in values})

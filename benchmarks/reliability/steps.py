@@ -49,7 +49,8 @@ def _disturbed(work: Callable[[], None], number: int, fault: int | None) -> int:
         if left == -1:
             if fault is None:
                 os.kill(os.getpid(), signal.SIGKILL)
-            raise OSError(fault, os.strerror(fault))
+            else:
+                raise OSError(fault, os.strerror(fault))
 
     sys.addaudithook(hook)
     try:
