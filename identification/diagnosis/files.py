@@ -41,7 +41,7 @@ def diagnosis_dataset(stored: StoredDiagnosis) -> xr.Dataset:
 
 
 def stored_diagnosis(document: dict[str, Any], variables: Mapping[str, np.ndarray]) -> StoredDiagnosis:
-    """Restore a diagnosis from document and variables."""
+    """Restore a diagnosis from document and variables, for `store.read_stored`."""
     content = document["diagnosis"]
     stored = from_plain(StoredDiagnosis, document | {"diagnosis": {"augmented": content["nominal"]} | content}, variables)
     found, nominal = stored.diagnosis, stored.diagnosis.nominal

@@ -16,7 +16,7 @@ import xarray as xr
 from identification.experiment import Experiment, ParameterOption
 from identification.result.reference import Reference
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit, residual
-from identification.result.store import Variables, dataset, from_plain, read_stored, to_plain, with_samples, write_dataset
+from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples, write_dataset
 from vibrojax.json_file import write_json
 from vibrojax.model_file import model_document
 
@@ -52,17 +52,8 @@ def fit_dataset(stored: StoredFit) -> xr.Dataset:
     return dataset("fit", document, variables, f"{result.experiment.name}: fitted impact model")
 
 
-def read_result(path: Path) -> StoredFit:
-    """Read `result.nc` of a fit, with every number unchanged.
-
-    Raises:
-        InputError: the file does not exist, is damaged, has another version, or holds no fit.
-    """
-    return read_stored(path, {"fit": stored_fit})
-
-
 def stored_fit(document: dict[str, Any], variables: Mapping[str, np.ndarray]) -> StoredFit:
-    """Restore a fit from document and variables."""
+    """Restore a fit from document and variables, for `store.read_stored`."""
     stored = from_plain(StoredFit, document, variables)
     samples = {each.file: (each.time, each.measured) for each in (*stored.result.records, *stored.result.held_back)}
     experiment = with_samples(stored.result.experiment, samples)

@@ -10,7 +10,7 @@ from identification.commands.run import run_report
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
 from identification.report.diagnosis import write_diagnosis_report
-from identification.result.files import read_result
+from identification.result.files import stored_fit
 from identification.result.store import read_stored
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
@@ -75,4 +75,4 @@ def test_other_programs_read_profiles_and_maps(stored):
 
 def test_a_diagnosis_is_no_fit(stored):
     with pytest.raises(InputError, match="is no result of a fit: run vibrojax fit again"):
-        read_result(stored[1] / "result.nc")
+        read_stored(stored[1] / "result.nc", {"fit": stored_fit})

@@ -9,10 +9,10 @@ import xarray as xr
 
 from identification.commands.run import run_report
 from identification.report import write_report
-from identification.result.files import StoredFit, read_result, write_result
+from identification.result.files import StoredFit, stored_fit, write_result
 from identification.result.reference import read_reference
 from identification.result.result import Added, Unfitted
-from identification.result.store import from_plain, to_plain
+from identification.result.store import from_plain, read_stored, to_plain
 from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 from vibrojax.data_files import data_path
@@ -41,7 +41,7 @@ def stored(tmp_path_factory):
 
 
 def test_every_number_comes_back_as_it_was(stored):
-    before, after = stored[0], read_result(stored[1] / "result.nc")
+    before, after = stored[0], read_stored(stored[1] / "result.nc", {"fit": stored_fit})
     assert after.reference == before.reference and after.result.model.values() == before.result.model.values()
     written, again = {}, {}
     assert to_plain(after, again) == to_plain(before, written)
@@ -89,7 +89,7 @@ def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
     for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 7,', b'"schema": 9,', 1)):
         (tmp_path / "result.nc").write_bytes(content)
         with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 7") as caught:
-            read_result(tmp_path / "result.nc")
+            read_stored(tmp_path / "result.nc", {"fit": stored_fit})
         assert "\n" not in str(caught.value)
 
 
@@ -102,7 +102,7 @@ def test_a_changed_number_or_word_is_noticed(stored, tmp_path):
         place = whole.index(part)
         (tmp_path / "result.nc").write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
         with pytest.raises(InputError, match=r"result.nc is damaged: its content is not that of its checksum; run vibrojax fit again"):
-            read_result(tmp_path / "result.nc")
+            read_stored(tmp_path / "result.nc", {"fit": stored_fit})
 
 
 @pytest.mark.parametrize(("kind", "plain"), [(float, "many"), (int, "1"), (str, None), (tuple[int, ...], ["a"]), (tuple[int, int], [1])])
