@@ -57,10 +57,12 @@ class Table:
     Attributes:
         values: the object as parsed.
         where: how messages name it.
+        expected: what the file should be, for messages.
     """
 
     values: Any
     where: str
+    expected: str
 
     def __post_init__(self) -> None:
         if not isinstance(self.values, dict):
@@ -72,7 +74,7 @@ class Table:
 
     def needed(self, key: str) -> Any:
         """A value that must be there."""
-        return self.values[key] if key in self.values else self.refuse(f"{key!r} is missing; expected a file that this program wrote")
+        return self.values[key] if key in self.values else self.refuse(f"{key!r} is missing; expected {self.expected}")
 
     def allow(self, known: Iterable[str]) -> None:
         """Refuse every other key."""
@@ -82,14 +84,14 @@ class Table:
 
     def table(self, key: str) -> "Table":
         """An object below this one."""
-        return Table(values=self.needed(key), where=f"{self.where}, {key}")
+        return dataclasses.replace(self, values=self.needed(key), where=f"{self.where}, {key}")
 
     def tables(self, key: str) -> list["Table"]:
         """Objects of a list that may be missing."""
         values = self.values.get(key, [])
         if not isinstance(values, list):
             self.refuse(f"{key} is a {type(values).__name__}: expected a list of objects {{…}}")
-        return [Table(values=value, where=f"{self.where}, {key}[{index}]") for index, value in enumerate(values)]
+        return [dataclasses.replace(self, values=value, where=f"{self.where}, {key}[{index}]") for index, value in enumerate(values)]
 
     def text(self, key: str) -> str:
         """A text."""

@@ -21,6 +21,7 @@ from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 SCHEMA = 1
+_EXPECTED = "a model.json that a fit wrote"
 _TOP = ("schema", "mass", "load", "suspension", "law", "effects", "units", "provenance")
 _LOAD = {"incline": "rad", "constant_force": "N"}
 """Known constant forces, by field."""
@@ -87,7 +88,7 @@ def read_model(path: Path) -> Model:
         InputError: the file cannot be read, is not of this format, names an unknown law, suspension, effect, channel, key or unit, or holds
             a number that is not finite or not possible; the message says which.
     """
-    return model_from_document(read_json(path, "a model.json that a fit wrote"), str(path))
+    return model_from_document(read_json(path, _EXPECTED), str(path))
 
 
 def model_from_document(document: Any, where: str) -> Model:
@@ -103,7 +104,7 @@ def model_from_document(document: Any, where: str) -> Model:
     Raises:
         InputError: as for `read_model`.
     """
-    table = Table(values=document, where=where)
+    table = Table(values=document, where=where, expected=_EXPECTED)
     if table.needed("schema") != SCHEMA or isinstance(table.needed("schema"), bool):
         table.refuse(f"schema is {shown(table.needed('schema'))}: expected {SCHEMA}; write the model again with this version")
     table.allow(_TOP)
@@ -147,7 +148,7 @@ def effect_document(effect: AbstractEffect) -> dict[str, Any]:
 
 def effect_from_document(document: Any, where: str) -> AbstractEffect:
     """Rebuild the effect that `effect_document` described; errors as for `read_model`."""
-    return _effect(Table(values=document, where=where))
+    return _effect(Table(values=document, where=where, expected=_EXPECTED))
 
 
 def _effect(table: Table) -> AbstractEffect:
