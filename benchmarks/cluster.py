@@ -44,7 +44,7 @@ def measure(options: argparse.Namespace, folder: Path, console: Console) -> dict
 
     from benchmarks.resume import contents
     from vibrojax.batch import Span
-    from vibrojax.cli.cluster import connected
+    from vibrojax.cli.environment import connected
     from vibrojax.contact import HuntCrossley
     from vibrojax.model import Model
     from vibrojax.studies.job import Job, tiles

@@ -16,17 +16,16 @@ from rich.console import Console, RenderableType
 from identification.commands.run import check_converged, write_diagnosed, write_fit
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
+from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
 from identification.diagnosis.search.among import among_effects
 from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary
-from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary
-from identification.report.diagnosis.result_file import StoredDiagnosis, diagnosis_dataset
+from identification.report.diagnosis import diagnosis_summary
 from identification.report.page_style import STYLES, PageStyle
-from identification.result.json_file import provenance
-from identification.result.netcdf_result import StoredFit, fit_dataset
+from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.prepare import check_precision
 from identification.windows.simulate import simulate_record

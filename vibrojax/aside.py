@@ -1,33 +1,30 @@
-"""Folders that appear whole: made beside their place under a name of their own, and moved there in one step.
+"""Folders that appear whole: made beside their place under a name of their own, and renamed.
 
-A run holds a lock on the folder that it makes; one without a lock is what a killed run has left, and the next run removes it.
+A run holds a lock on the folder that it makes; one without a lock is what a killed run has left, and the next run removes it. An earlier
+folder is renamed before the new one takes its name; a run that is killed in between leaves it for the next one to put back.
 """
 
 import contextlib
-import ctypes
-import dataclasses
 import errno
 import fcntl
 import hashlib
-import json
 import os
 import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from typing import NamedTuple
+
+from vibrojax.errors import InputError
+from vibrojax.json_file import read_json
 
 STATING = ("fit.json", "diagnosis.json")
 """Files that state, under "files", the SHA-256 of each other file of their set."""
 _UNFINISHED, _REPLACED = "unfinished", "replaced"
-_HERE, _EXCHANGE = -100, 2
-"""Arguments of Linux's `renameat2`: paths as they are, and exchange."""
-_NOT_KNOWN = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
-_FOLDER_STAYS = (errno.EXDEV, errno.EBUSY, errno.EPERM, errno.EACCES)
 
 
-@dataclasses.dataclass(frozen=True)
-class Aside:
+class Aside(NamedTuple):
     """A folder that is being filled, and the open file that holds its lock."""
 
     path: Path
@@ -73,7 +70,7 @@ def filled(
     """Lend an empty folder; when the block ends without an error, `out` holds what is in it, all at once.
 
     Other files of `out` stay, but for the outdated ones. A folder that holds other folders, is a mount point, or is the current one or
-    around it, is not replaced as a whole: there the files are moved one by one, and back again if that fails.
+    around it, keeps its place: there the files are moved one by one, and back again if that fails.
 
     Args:
         out: folder that shall hold the results; it and its parents are created on success.
@@ -88,9 +85,9 @@ def filled(
         OSError: `out` or what is around it cannot be written, or there is no room.
     """
     out = Path(os.path.realpath(out))
-    parking = next(path for path in (out.parent, *out.parents) if os.path.lexists(path))
-    inside = out.is_dir() and (_must_stay(out) or not os.access(parking, os.W_OK | os.X_OK))
-    with made_aside(out, out if inside else parking) as aside:
+    parent = next(path for path in (out.parent, *out.parents) if os.path.lexists(path))
+    stays = out.is_dir() and (os.path.ismount(out) or _is_around_here(out) or not os.access(parent, os.W_OK | os.X_OK))
+    with made_aside(out, out if stays else parent) as aside:
         made(aside.path)
         yield aside.path
         _refuse_other_kinds(aside.path, out)
@@ -99,8 +96,10 @@ def filled(
             out.parent.mkdir(parents=True, exist_ok=True)
             if not out.exists():
                 os.rename(aside.path, out)
-            elif inside or _other_folders(aside.path, out) or not _exchanged(aside.path, out, gone):
-                _move(aside.path, out, gone)
+            elif stays or _other_folders(aside.path, out):
+                _move_files(aside.path, out, gone)
+            else:
+                _replace_folder(aside.path, out, gone)
 
 
 def of_earlier_set(out: Path) -> set[Path]:
@@ -108,9 +107,9 @@ def of_earlier_set(out: Path) -> set[Path]:
     found = set()
     for name in STATING:
         try:
-            files = json.loads((out / name).read_text(encoding="utf-8"))["files"]
+            files = read_json(out / name, "a set of results")["files"]
             listed = {Path(file): digest for file, digest in files.items() if file == Path(file).name}
-        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):  # none there, or not one of ours
+        except (InputError, LookupError, TypeError, AttributeError):  # none there, or not one of ours
             continue
         plain = {file: digest for file, digest in listed.items() if (out / file).is_file() and not (out / file).is_symlink()}
         found |= {file for file, digest in plain.items() if hashlib.sha256((out / file).read_bytes()).hexdigest() == digest}
@@ -154,13 +153,12 @@ def _try_lock(lock: int) -> bool:
     return True
 
 
-def _must_stay(out: Path) -> bool:
-    """Whether somebody would miss the folder itself: who works in it, or the system that has mounted it."""
+def _is_around_here(out: Path) -> bool:
+    """Whether somebody works in the folder, who would be left in one that is gone."""
     try:
-        current = Path.cwd()
+        return Path.cwd().is_relative_to(out)
     except OSError:
-        return os.path.ismount(out)
-    return os.path.ismount(out) or current.is_relative_to(out)
+        return False
 
 
 def _refuse_other_kinds(source: Path, target: Path) -> None:
@@ -178,95 +176,57 @@ def _other_folders(source: Path, target: Path) -> bool:
     return any(not (source / folder).is_dir() or (target / folder).is_symlink() for folder in folders)
 
 
-def _exchanged(aside: Path, out: Path, gone: set[Path]) -> bool:
-    """Put a complete folder in the place of the old one, other files of the old one included; False where a folder cannot be moved."""
-    kept = [Path(where, name).relative_to(out) for where, _, names in os.walk(out) for name in names]
-    for file in kept:
+def _files(folder: Path) -> list[Path]:
+    """Files below a folder, relative to it."""
+    return sorted(Path(where, name).relative_to(folder) for where, _, names in os.walk(folder) for name in names)
+
+
+def _replace_folder(aside: Path, out: Path, gone: set[Path]) -> None:
+    """Put a complete folder in the place of the old one, with the rights and the other files of that one."""
+    for file in _files(out):
         if file not in gone and not os.path.lexists(aside / file):
-            _linked(out / file, aside / file)
-    for folder in (aside, *(path for path in aside.rglob("*") if path.is_dir())):
-        _as_before(out / folder.relative_to(aside), folder)
-    try:
-        old = aside if _renamed_both(aside, out) else _renamed_in_turn(aside, out)
-    except OSError as error:
-        if error.errno in _FOLDER_STAYS:
-            return False
-        raise
-    with contextlib.suppress(OSError):  # the results are in place
-        for where, _, names in os.walk(old):  # a file that came while the others were linked
-            for file in (Path(where, name).relative_to(old) for name in names):
-                if file not in gone and not os.path.lexists(out / file):
-                    os.rename(old / file, out / file)
-    remove(old)
-    return True
-
-
-def _renamed_in_turn(aside: Path, out: Path) -> Path:
-    """Move the old folder away and the new one to its place; where the old one then is. `_clear` mends what a kill in between leaves."""
+            try:
+                os.link(out / file, aside / file, follow_symlinks=False)
+            except OSError:  # a file system without links
+                shutil.copy2(out / file, aside / file, follow_symlinks=False)
+    for folder in (Path(), *(path.relative_to(aside) for path in aside.rglob("*") if path.is_dir())):
+        with contextlib.suppress(OSError):
+            shutil.copystat(out / folder, aside / folder)
+            os.utime(aside / folder)
+            os.chown(aside / folder, (out / folder).stat().st_uid, (out / folder).stat().st_gid)
     away = _named(out, out.parent, _REPLACED)
-    os.rename(out, away)
+    try:
+        os.rename(out, away)
+    except OSError:  # such as a folder of another layer of a container's file system
+        _move_files(aside, out, gone)
+        return
     try:
         os.rename(aside, out)
     except OSError:
         os.rename(away, out)
         raise
-    return away
+    remove(away)
 
 
-def _as_before(old: Path, new: Path) -> None:
-    """Give a folder the rights and the owner of the one that it replaces, where there was one."""
-    with contextlib.suppress(OSError):
-        shutil.copystat(old, new)
-        os.utime(new)
-        os.chown(new, old.stat().st_uid, old.stat().st_gid)
-
-
-def _renamed_both(one: Path, other: Path) -> bool:
-    """Exchange two folders in one step; False where the system or the file system does not know how."""
-    try:
-        rename = ctypes.CDLL(None, use_errno=True).renameat2
-    except (OSError, AttributeError):
-        return False
-    if rename(_HERE, os.fsencode(one), _HERE, os.fsencode(other), _EXCHANGE) == 0:
-        return True
-    number = ctypes.get_errno()
-    if number in _NOT_KNOWN:
-        return False
-    raise OSError(number, os.strerror(number), str(one), None, str(other))
-
-
-def _linked(file: Path, name: Path) -> None:
-    """One more name for a file, or a copy where there are no links."""
-    try:
-        os.link(file, name, follow_symlinks=False)
-    except OSError:
-        shutil.copy2(file, name, follow_symlinks=False)
-
-
-def _move(source: Path, target: Path, gone: set[Path]) -> None:
+def _move_files(source: Path, target: Path, gone: set[Path]) -> None:
     """Move files one by one, and remove those that go; on an error everything is put back."""
-    back: list[tuple[Path, Path | None]] = []
+    moved: list[tuple[Path, Path, bool]] = []
     with made_aside(target, source.parent) as old:
         try:
-            for item in sorted(path for path in source.rglob("*") if not path.is_dir()):
-                place = target / item.relative_to(source)
+            for file in [*_files(source), *sorted(gone)]:
+                place, kept = target / file, old.path / str(len(moved))
                 place.parent.mkdir(parents=True, exist_ok=True)
-                kept = old.path / str(len(back)) if os.path.lexists(place) else None
-                if kept is not None:
-                    _linked(place, kept)
-                back.append((place, kept))
-                os.replace(item, place)
-            for place in (target / file for file in sorted(gone) if os.path.lexists(target / file)):
-                kept = old.path / str(len(back))
-                _linked(place, kept)
-                back.append((place, kept))
-                os.unlink(place)
+                moved.append((place, kept, os.path.lexists(place)))
+                if os.path.lexists(place):
+                    os.rename(place, kept)
+                if file not in gone:
+                    os.rename(source / file, place)
             for folder in (path for path in source.rglob("*") if path.is_dir()):
                 (target / folder.relative_to(source)).mkdir(parents=True, exist_ok=True)
         except BaseException:
-            for place, kept in reversed(back):
-                if kept is not None:
-                    os.replace(kept, place)
-                else:
+            for place, kept, was_there in reversed(moved):
+                if os.path.lexists(kept):
+                    os.rename(kept, place)
+                elif not was_there:
                     place.unlink(missing_ok=True)
             raise

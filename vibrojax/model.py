@@ -1,20 +1,50 @@
-"""The part of the rig that every record shares: hammer, suspension, contact law and effects, with named parameters."""
+"""The part of the rig that every record shares: hammer, known load, suspension, contact law and effects, with named parameters."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping
 
 import equinox as eqx
-from jaxtyping import Array, Float
+import jax.numpy as jnp
+from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
-from vibrojax.load import Load
 from vibrojax.parameters import Parameter
+from vibrojax.shapes import Number, Value
 from vibrojax.suspension import AbstractSuspension
 from vibrojax.system import System
 
-Value = float | Float[Array, "..."]
+
+class Load(eqx.Module):
+    """Constant forces on the hammer that are known, not estimated; positive towards the stop, as displacements and forces are.
+
+    F = m g sin(incline) + constant_force, with g = 9.80665 m/s^2. It enters the equation of motion of every suspension as an applied force
+    does, along the displacement. What is not known of it is the effect `constant_force`.
+
+    Arguments:
+        incline: angle of the rail to the horizontal, rad; positive where the stop lies downhill.
+        constant_force: N.
+
+    Example:
+        >>> round(float(Load(incline=0.1, constant_force=-0.2).force(2.0)), 4)
+        1.7581
+    """
+
+    incline: Value = 0.0
+    constant_force: Value = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any; needs concrete values."""
+        return bool(self.incline != 0.0 or self.constant_force != 0.0)
+
+    def force(self, mass: Value) -> Value:
+        """The sum, N, on a hammer of that mass, kg."""
+        sine = math.sin(self.incline) if isinstance(self.incline, float) else jnp.sin(self.incline)
+        return mass * STANDARD_GRAVITY * sine + self.constant_force
+
 
 MASS = Parameter(name="m", field="mass", symbol="m", unit="kg", start=1.0, lower=1e-9, upper=1e9, meaning="hammer mass")
 
@@ -33,7 +63,7 @@ class Model(eqx.Module):
         1.5
     """
 
-    mass: Value
+    mass: Number
     """kg"""
     suspension: AbstractSuspension
     law: AbstractContactLaw
@@ -51,11 +81,11 @@ class Model(eqx.Module):
         """Parameters of effects of which every record has its own value."""
         return tuple(p for p in self._of_effects() if p.per_record)
 
-    def values(self) -> dict[str, Value]:
-        """Value of every parameter by name, SI."""
+    def values(self) -> dict[str, Number]:
+        """Number of every parameter by name, SI."""
         return {p.name: getattr(part, p.field) for part in (self.law, self.suspension, *self.effects) for p in _named(part)}
 
-    def replace(self, values: Mapping[str, Value]) -> "Model":
+    def replace(self, values: Mapping[str, Number]) -> "Model":
         """The same model with other parameter values; `m` sets the mass. Unknown names raise `KeyError`."""
         known = self.values()
         if unknown := set(values) - set(known) - {MASS.name}:
@@ -68,7 +98,7 @@ class Model(eqx.Module):
             load=self.load,
         )
 
-    def system(self, *, gap: Value, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
+    def system(self, *, gap: Number, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""
         law = self.law
         for effect in self.effects:
@@ -85,7 +115,7 @@ class Model(eqx.Module):
             load=self.load.force(self.mass),
         )
 
-    def in_record(self, acts: Callable[[str], Value]) -> "Model":
+    def in_record(self, acts: Callable[[str], Number]) -> "Model":
         """The model as it is in one record: effects at home in a single one are on, 1, or off, 0, as `acts` says of its file."""
         effects = tuple(effect if effect.record is None else effect.scaled(acts(effect.record)) for effect in self.effects)
         return dataclasses.replace(self, effects=effects)
@@ -107,6 +137,6 @@ def _named(part: AbstractContactLaw | AbstractSuspension | AbstractEffect) -> tu
     return tuple(dataclasses.replace(p, name=f"{part.name}.{p.name}") for p in part.parameters)
 
 
-def _with(part, values: Mapping[str, Value]):
+def _with(part, values: Mapping[str, Number]):
     """The part with those of its parameters that `values` names."""
     return dataclasses.replace(part, **{p.field: values[p.name] for p in _named(part) if p.name in values})

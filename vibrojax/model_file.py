@@ -1,12 +1,11 @@
 """A model on disk: `model.json`, written by a fit and read by `simulate`."""
 
 import dataclasses
-import difflib
 import json
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import jax
 
@@ -15,14 +14,14 @@ from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import UNIT_OF_CHANNEL
 from vibrojax.effects.free_form import MOST_TERMS, FreeForm
-from vibrojax.errors import InputError, one_line, shown
-from vibrojax.load import Load
-from vibrojax.model import MASS, Model
+from vibrojax.errors import shown
+from vibrojax.json_file import Table, read_json
+from vibrojax.model import MASS, Load, Model
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 SCHEMA = 1
-MAX_BYTES = 10_000_000
+_EXPECTED = "a model.json that a fit wrote"
 _TOP = ("schema", "mass", "load", "suspension", "law", "effects", "units", "provenance")
 _LOAD = {"incline": "rad", "constant_force": "N"}
 """Known constant forces, by field."""
@@ -63,7 +62,7 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
         "suspension": {p.field: _number(getattr(suspension, p.field), p.field) for p in suspension.parameters} | _geometry(suspension),
         "law": {p.name: _number(getattr(law, p.field), p.name) for p in law.parameters},
     }
-    effects = {"effects": [_effect_document(effect) for effect in model.effects]} if model.effects else {}
+    effects = {"effects": [effect_document(effect) for effect in model.effects]} if model.effects else {}
     return {
         "schema": SCHEMA,
         "mass": _number(model.mass, "mass"),
@@ -89,7 +88,7 @@ def read_model(path: Path) -> Model:
         InputError: the file cannot be read, is not of this format, names an unknown law, suspension, effect, channel, key or unit, or holds
             a number that is not finite or not possible; the message says which.
     """
-    return model_from_document(read_json(path), str(path))
+    return model_from_document(read_json(path, _EXPECTED), str(path))
 
 
 def model_from_document(document: Any, where: str) -> Model:
@@ -105,7 +104,7 @@ def model_from_document(document: Any, where: str) -> Model:
     Raises:
         InputError: as for `read_model`.
     """
-    table = _Table(values=document, where=where)
+    table = Table(values=document, where=where, expected=_EXPECTED)
     if table.needed("schema") != SCHEMA or isinstance(table.needed("schema"), bool):
         table.refuse(f"schema is {shown(table.needed('schema'))}: expected {SCHEMA}; write the model again with this version")
     table.allow(_TOP)
@@ -128,13 +127,14 @@ def model_from_document(document: Any, where: str) -> Model:
     return Model(mass=mass, suspension=suspension, law=law, effects=effects, load=load)
 
 
-def _load(table: "_Table") -> Load:
+def _load(table: Table) -> Load:
     """The known constant forces from their object in the file."""
     table.allow(_LOAD)
     return Load(**{name: table.number(name, zero=True, negative=True) for name in _LOAD})
 
 
-def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
+def effect_document(effect: AbstractEffect) -> dict[str, Any]:
+    """What a file holds of one effect: its name, the record or channel that it acts on, and its numbers."""
     if isinstance(effect, FreeForm):
         places = {"terms": list(effect.terms)} | ({"channel": effect.of_channel} if effect.of_channel else {})
     else:
@@ -146,7 +146,12 @@ def _effect_document(effect: AbstractEffect) -> dict[str, Any]:
     )
 
 
-def _effect(table: "_Table") -> AbstractEffect:
+def effect_from_document(document: Any, where: str) -> AbstractEffect:
+    """Rebuild the effect that `effect_document` described; errors as for `read_model`."""
+    return _effect(Table(values=document, where=where, expected=_EXPECTED))
+
+
+def _effect(table: Table) -> AbstractEffect:
     """One effect from its object in the file."""
     name = table.choice("name", [*EFFECTS, FreeForm.name])
     if name == FreeForm.name:
@@ -158,7 +163,7 @@ def _effect(table: "_Table") -> AbstractEffect:
     return kind(**named, **{p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in kind.parameters})
 
 
-def _free_form(table: "_Table") -> FreeForm:
+def _free_form(table: Table) -> FreeForm:
     """A learned term from its object in the file."""
     terms = table.texts("terms", most=MOST_TERMS)
     of_channel = table.choice("channel", EVERY_CHANNEL) if "channel" in table.values else ""
@@ -211,108 +216,3 @@ def _number(value: Any, name: str) -> float:
     if not math.isfinite(number):
         raise ValueError(f"{name} is {number}: a model with such a parameter cannot be written")
     return number
-
-
-def read_json(path: Path, expected: str = "a model.json that a fit wrote") -> Any:
-    """A JSON document, with what plain parsing lets through refused.
-
-    Args:
-        path: of the file.
-        expected: what the file should be, for messages.
-
-    Raises:
-        InputError: it cannot be read, is too large, is not JSON, or gives a key twice.
-    """
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}): expected {expected}") from error
-    if len(content) > MAX_BYTES:
-        raise InputError(f"{path} is larger than {MAX_BYTES} bytes: expected {expected}")
-    try:
-        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_without_repetition)
-    except (ValueError, RecursionError) as error:
-        raise InputError(" ".join(f"{path} is not valid JSON ({error}): expected {expected}".split())) from error
-
-
-def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(f"key {shown(key)} is given twice")
-        found[key] = value
-    return found
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class _Table:
-    """One object of the document and the words that place it."""
-
-    values: Any
-    where: str
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.values, dict):
-            self.refuse(f"a {type(self.values).__name__} where an object {{…}} is expected; correct it")
-
-    def refuse(self, problem: str) -> NoReturn:
-        raise InputError(one_line(f"{self.where}: {problem}"))
-
-    def needed(self, key: str) -> Any:
-        return self.values[key] if key in self.values else self.refuse(f"{key!r} is missing; expected a model.json that a fit wrote")
-
-    def allow(self, known: Iterable[str]) -> None:
-        for key in self.values:
-            if key not in known:
-                self.refuse(f"unknown key {shown(key)}{_suggestion(key, known)}")
-
-    def table(self, key: str) -> "_Table":
-        return _Table(values=self.needed(key), where=f"{self.where}, {key}")
-
-    def tables(self, key: str) -> list["_Table"]:
-        """Objects of a list that may be missing."""
-        values = self.values.get(key, [])
-        if not isinstance(values, list):
-            self.refuse(f"{key} is a {type(values).__name__}: expected a list of objects {{…}}")
-        return [_Table(values=value, where=f"{self.where}, {key}[{index}]") for index, value in enumerate(values)]
-
-    def text(self, key: str) -> str:
-        value = self.needed(key)
-        if not isinstance(value, str):
-            self.refuse(f"{key} is {shown(value)}: expected a text in quotes")
-        return value
-
-    def texts(self, key: str, *, most: int) -> tuple[str, ...]:
-        """A list of so many texts at most."""
-        values = self.needed(key)
-        if not isinstance(values, list) or not 1 <= len(values) <= most or not all(isinstance(value, str) for value in values):
-            self.refuse(f"{key} is {shown(values)}: expected a list of 1 to {most} texts in quotes")
-        return tuple(values)
-
-    def choice(self, key: str, known: Iterable[str]) -> str:
-        value = self.needed(key)
-        if not isinstance(value, str) or value not in known:
-            self.refuse(f"unknown {key} {shown(value)}{_suggestion(str(value), known)}")
-        return value
-
-    def number(self, key: str, *, zero: bool, negative: bool = False, most: float = math.inf) -> float:
-        """A finite number above zero, or also zero itself, or any."""
-        value = self.needed(key)
-        wanted = "a finite number" if negative else f"a finite number {'of at least' if zero else 'above'} 0"
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.refuse(f"{key} is {shown(value)}: expected {wanted}")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number) or (number < 0 and not negative) or (number == 0 and not zero):
-            self.refuse(f"{key} is {number}: expected {wanted}")
-        if number > most:
-            self.refuse(f"{key} is {number}: expected a number of at most {most:g}")
-        return number
-
-
-def _suggestion(given: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(given[:60], list(known), n=1)
-    return f": did you mean {near[0]!r}?" if near else f": expected one of {', '.join(known)}"

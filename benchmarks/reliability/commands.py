@@ -54,7 +54,9 @@ class Command:
             (self.out / name).write_text(_OLD)
 
     def is_one_set(self) -> bool:
-        """Whether all files are of the old set, or none."""
+        """Whether all files are of the old set, or none; a folder that the next run puts back counts."""
+        if not self.out.exists():
+            return any(name.startswith(".out-replaced-") for name in self.remains())
         try:
             old = {(self.out / name).read_bytes() == _OLD.encode() for name in self.files}
         except OSError:
@@ -123,14 +125,14 @@ def _whole(arguments: list[str], send: Send) -> None:
 def _written(arguments: list[str], send: Send) -> None:
     """A command from where its result is known: that of `saved`, which is drawn and written anew."""
     from identification.commands.run import write_diagnosed, write_fit
-    from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis
-    from identification.result.netcdf_file import DIAGNOSIS, FIT, read_netcdf
-    from identification.result.netcdf_result import stored_fit
+    from identification.diagnosis.files import StoredDiagnosis, stored_diagnosis
+    from identification.result.files import stored_fit
+    from identification.result.store import read_stored
     from vibrojax.aside import of_earlier_set
     from vibrojax.cli.output import output_folder
 
-    builders: dict[str, Any] = {FIT: stored_fit, DIAGNOSIS: stored_diagnosis}
-    stored = read_netcdf(Path("saved/result.nc"), builders)
+    builders: dict[str, Any] = {"fit": stored_fit, "diagnosis": stored_diagnosis}
+    stored = read_stored(Path("saved/result.nc"), builders)
     send("begun")
     with output_folder(Path("out"), outdated=of_earlier_set) as folder:
         if isinstance(stored, StoredDiagnosis):

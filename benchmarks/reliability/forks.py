@@ -12,7 +12,7 @@ from vibrojax.cli.environment import prepare_jax
 
 PRELOADED = [
     *("identification.commands.run", "identification.inspection", "identification.windows.declared_model", "vibrojax.studies.run"),
-    *("identification.report.diagnosis.result_file", "vibrojax.cli.main", "benchmarks.resume", "dask.array", "zarr"),
+    *("identification.diagnosis.files", "vibrojax.cli.main", "benchmarks.resume", "dask.array", "zarr"),
     *("h5py", "scipy.io", "nptdms", "pyuff", "asammdf"),
 ]
 Send = Callable[[Any], None]

@@ -87,12 +87,12 @@ def _read_fit(path: Path) -> object:
 
 
 def _read_result(path: Path) -> object:
-    from identification.report.diagnosis.result_file import stored_diagnosis
-    from identification.result.netcdf_file import DIAGNOSIS, FIT, read_netcdf
-    from identification.result.netcdf_result import stored_fit
+    from identification.diagnosis.files import stored_diagnosis
+    from identification.result.files import stored_fit
+    from identification.result.store import read_stored
 
-    builders: dict[str, Any] = {FIT: stored_fit, DIAGNOSIS: stored_diagnosis}
-    return read_netcdf(path, builders)
+    builders: dict[str, Any] = {"fit": stored_fit, "diagnosis": stored_diagnosis}
+    return read_stored(path, builders)
 
 
 def _open_store(path: Path) -> object:

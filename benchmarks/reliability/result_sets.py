@@ -9,7 +9,6 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-import vibrojax.aside
 from benchmarks.reliability.steps import DONE, FAILED, interrupted
 from vibrojax.cli.output import output_folder
 
@@ -49,7 +48,7 @@ def _attempt(folder: Path, way: Callable[[], None], number: int, fault: int | No
     _begun(folder, way)
     status = interrupted(lambda: _replaced(folder / "out", "new", way), number, fault)
     count["steps"] += 1
-    there = (folder / "out").exists() or way is not _by_two_names  # the next run puts it back
+    there = (folder / "out").exists() or fault is not None  # after a kill, the next run puts it back
     count["mixed"] += there and not _one_set(folder / "out", {"old"} if status == FAILED else {"old", "new"})
     count["unexpected"] += status not in ({-signal.SIGKILL} if fault is None else {DONE, FAILED})
     _replaced(folder / "out", "next")
@@ -79,19 +78,14 @@ def _begun(folder: Path, way: Callable[[], None]) -> None:
 
 
 def _at_once() -> None:
-    """The system exchanges two folders."""
-
-
-def _by_two_names() -> None:
-    """The system cannot."""
-    vibrojax.aside._renamed_both = lambda one, other: False
+    """The folder is renamed."""
 
 
 def _in_place() -> None:
     """The folder holds another one, which stays where it is."""
 
 
-WAYS = (_at_once, _by_two_names, _in_place)
+WAYS = (_at_once, _in_place)
 
 
 def _replaced(out: Path, text: str, way: Callable[[], None] = _at_once) -> None:

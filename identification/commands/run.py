@@ -10,25 +10,24 @@ from rich.console import RenderableType
 
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
+from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
 from identification.diagnosis.search.among import among_effects
 from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import DERIVED, fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary, write_report
-from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
-from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
+from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.report.page_style import SCREEN, PageStyle
-from identification.result.json_file import provenance, state_files, write_fit_json
-from identification.result.netcdf_file import DIAGNOSIS, FILE_NAME, FIT, read_netcdf
-from identification.result.netcdf_result import StoredFit, stored_fit, write_result
-from identification.result.posterior.sample import FILE_NAME as POSTERIOR_FILE
-from identification.result.posterior.sample import write_posterior
+from identification.result.files import StoredFit, provenance, state_files, stored_fit, write_fit_json, write_result
+from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
+from identification.result.posterior import write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
+from identification.result.store import FILE_NAME, read_stored
 from identification.windows.declared_model import check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError, NoConvergenceError, WarningLine
 from vibrojax.model import MASS, Model
@@ -155,7 +154,7 @@ def run_report(finished: Path, folder: Path, *, style: PageStyle = SCREEN, in_pl
     `in_place`: the files will go to `finished`, so that its fit.json or diagnosis.json, where there is one, has to state their checksums.
     Returns the summary for a terminal. Raises `InputError` where there is no such result.
     """
-    stored = read_netcdf(finished / FILE_NAME, {FIT: stored_fit, DIAGNOSIS: stored_diagnosis})
+    stored = read_stored(finished / FILE_NAME, {"fit": stored_fit, "diagnosis": stored_diagnosis})
     if isinstance(stored, StoredDiagnosis):
         write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance, style=style)
         stating, summary = finished / "diagnosis.json", diagnosis_summary(stored.diagnosis)

@@ -31,10 +31,9 @@ from identification.experiment import Experiment
 from identification.least_squares.fit import integrator_for
 from identification.least_squares.settling import settled_without_force
 from identification.likelihood.fitted import Fitted
-from identification.result.between_records import disagreements
 from identification.result.result import RecordFit
 from identification.result.ring_down import RingDowns
-from identification.result.unrest import unrest
+from identification.result.variation import disagreements, unrest
 from identification.windows.declared_model import varying
 from identification.windows.prepare import MOST_SAMPLES, prepare
 from vibrojax.effects import EFFECTS

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
-from identification.result.between_records import Disagreement
 from identification.result.result import RecordFit
 from identification.result.ring_down import RingDowns
-from identification.result.unrest import Unrest
+from identification.result.store import series
+from identification.result.variation import Disagreement, Unrest
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
@@ -18,6 +18,7 @@ NOT_FINISHED = "not finished"
 LIMITED = "limited on request"
 """Begin of the warning of a diagnosis that did not look for all listed effects."""
 ADEQUATE, RESTLESS, MISSING, UNLISTED = "adequate", "restless", "missing", "unlisted"
+_MISSING = " of what is missing ({self.quantity}) against {self.coordinate}"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -72,10 +73,15 @@ class Profile:
     coordinate: str
     unit: str
     quantity: str
-    center: np.ndarray
-    mean: np.ndarray
-    stderr: np.ndarray
+    center: np.ndarray = series("bin", unit=lambda self, _: self.unit, words="center" + _MISSING)
+    mean: np.ndarray = series("bin", unit=lambda self, _: self.size_unit, words="mean" + _MISSING)
+    stderr: np.ndarray = series("bin", unit=lambda self, _: self.size_unit, words="stderr" + _MISSING)
     explained: float
+
+    @property
+    def size_unit(self) -> str:
+        """Unit of the quantity: that of a force, or none for a residual over the noise."""
+        return "N" if self.quantity == "force" else "1"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -94,12 +100,12 @@ class LoopKink:
 
     depth: float
     files: tuple[str, ...]
-    record: np.ndarray
-    contact: np.ndarray
-    indentation: np.ndarray
-    force: np.ndarray
-    without_kink: np.ndarray
-    with_kink: np.ndarray
+    record: np.ndarray = series("sample", words="which of the records with contacts, from 0")
+    contact: np.ndarray = series("sample", words="number of the contact, no two alike")
+    indentation: np.ndarray = series("sample", unit="m", words="indentation in contact, as recorded")
+    force: np.ndarray = series("sample", unit="N", words="force in contact, as recorded")
+    without_kink: np.ndarray = series("sample", unit="N", words="force of the contact law without a kink")
+    with_kink: np.ndarray = series("sample", unit="N", words="force of the contact law with a kink")
 
     @property
     def deeper(self) -> tuple[str, ...]:
@@ -137,7 +143,11 @@ class Location:
     record: str | None
     sentence: str
     profiles: tuple[Profile, ...]
-    maps: dict[str, np.ndarray]
+    maps: dict[str, np.ndarray] = series(
+        "part_of_record",
+        "part_of_period",
+        words="mean squared residual over the noise variance, by part of the record and of the excitation period",
+    )
     kink: LoopKink | None = None
 
 

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from identification.diagnosis.calibration import ALPHA
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Location, LoopKink, Number, Side
 from identification.diagnosis.locate.restitution import Restitution
-from identification.result.unrest import Unrest
-from identification.wording.channel_labels import spoken
-from identification.wording.lists import joined
-from identification.wording.numbers import millimetres, percent, rounded, with_unit
+from identification.result.variation import Unrest
+from identification.wording.names import spoken
+from identification.wording.numbers import joined, millimetres, percent, rounded, with_unit
 
 _NAMED = 4
 """Number of records from which on sentences give their count, not their names."""

@@ -24,8 +24,7 @@ from identification.likelihood.fitted import Fitted, first_point, fitted
 from identification.likelihood.joint import point
 from identification.likelihood.sampling.nuts import Nuts
 from identification.likelihood.variances import posterior
-from identification.result.between_records import disagreements
-from identification.result.posterior.sample import PosteriorSample
+from identification.result.posterior import PosteriorSample
 from identification.result.result import (
     AT_BOUND,
     FIXED,
@@ -38,7 +37,7 @@ from identification.result.result import (
     RecordFit,
     SensorNoise,
 )
-from identification.result.unrest import Unrest, unrest
+from identification.result.variation import Unrest, disagreements, unrest
 from identification.windows.declared_model import varying
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import MOST_SAMPLES, Prepared, prepare

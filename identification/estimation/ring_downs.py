@@ -12,8 +12,7 @@ from scipy.optimize import root_scalar
 
 from identification.experiment import Experiment, Record
 from identification.least_squares.fit import as_arrays
-from identification.result.record_view import measured_displacement
-from identification.result.result import RecordFit
+from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
 from identification.windows.simulate import system_in
 from vibrojax.compiling import soon_compiled

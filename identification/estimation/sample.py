@@ -9,7 +9,7 @@ from identification.least_squares.uncertainty import Uncertainty
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.sampling.density import density
 from identification.likelihood.sampling.nuts import Nuts
-from identification.result.posterior.sample import PosteriorSample, diagnosed
+from identification.result.posterior import PosteriorSample, diagnosed
 from vibrojax.errors import InputError
 
 

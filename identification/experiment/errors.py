@@ -3,6 +3,8 @@
 import difflib
 from collections.abc import Iterable
 
+from vibrojax.errors import shown as shown
+
 SHOWN_LENGTH = 60
 
 
@@ -27,25 +29,6 @@ class ExperimentError(ValueError):
 
 class DoubtError(ExperimentError):
     """Records make a mistake in their description likely and do not prove it; loading turns it into a warning."""
-
-
-def shown(value: object) -> str:
-    """Write a value as it may appear in a message: quoted, without control characters, shortened.
-
-    Args:
-        value: anything that was read from a file.
-
-    Returns:
-        At most about 60 characters, on one line.
-
-    Example:
-        >>> shown("a" * 100)[-5:]
-        "aaa…'"
-    """
-    if isinstance(value, str):
-        return repr(value if len(value) <= SHOWN_LENGTH else value[:SHOWN_LENGTH] + "…")
-    text = repr(value)
-    return text if len(text) <= SHOWN_LENGTH else text[:SHOWN_LENGTH] + "…"
 
 
 def suggestion(given: str, accepted: Iterable[str]) -> str:

@@ -10,8 +10,8 @@ from markupsafe import Markup
 
 from identification.report.image import Image, by_section
 from identification.report.page_style import PageStyle
+from identification.wording.names import prose_html, symbol_html
 from identification.wording.numbers import significant, unit_text
-from identification.wording.symbols import prose_html, symbol_html
 
 
 def framed(

@@ -4,8 +4,7 @@ import numpy as np
 
 from identification.report.verdict import GOOD, Verdict
 from identification.result.result import NOT_IDENTIFIABLE, FitResult
-from identification.wording.channel_labels import spoken
-from identification.wording.symbols import symbol_text
+from identification.wording.names import spoken, symbol_text
 
 RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any experiment with the same rig."
 _ALMOST_ONE = 0.99

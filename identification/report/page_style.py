@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from identification.wording.style_names import ON_PAPER, ON_SCREEN
+from identification.wording import ON_PAPER, ON_SCREEN
 from vibrojax.drawing import BLUE, COLOURS, GREY, ORANGE
 
 

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 
 from identification.experiment import Experiment, ParameterOption, Record
-from identification.result.between_records import Disagreement
 from identification.result.reference import Comparison
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
-from identification.wording.channel_labels import label
+from identification.result.variation import Disagreement
+from identification.wording.names import label
 from identification.wording.numbers import NONE, chance_text, percent, rounded, significant, unit_text, with_unit
 from vibrojax.model import Model
 

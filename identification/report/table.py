@@ -24,8 +24,8 @@ from identification.report.rows import (
 from identification.report.verdict import GOOD, judge
 from identification.result.reference import Reference, compare, unmatched
 from identification.result.result import FitResult, RecordFit
+from identification.wording.names import symbol_text
 from identification.wording.numbers import NONE, compact, significant
-from identification.wording.symbols import symbol_text
 
 
 def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:

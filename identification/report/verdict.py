@@ -7,11 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
-from identification.result.record_view import residual
-from identification.result.result import Added, FitResult
-from identification.wording.channel_labels import spoken
-from identification.wording.lists import joined
-from identification.wording.numbers import percent, significant
+from identification.result.result import Added, FitResult, residual
+from identification.wording.names import spoken
+from identification.wording.numbers import joined, percent, significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR = 0.15

@@ -8,7 +8,7 @@ from identification.report.figures import FIGURES
 from identification.report.image import Image, rendered, write_page
 from identification.report.page import page
 from identification.report.page_style import SCREEN, PageStyle
-from identification.result.json_file import provenance as provenance_of
+from identification.result.files import provenance as provenance_of
 from identification.result.reference import Reference, compare
 from identification.result.result import FitResult
 

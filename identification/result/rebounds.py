@@ -7,8 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from identification.result.record_view import Impact, impacts, merged
-from identification.result.result import NO_WINDOW, RecordFit
+from identification.result.result import NO_WINDOW, Impact, RecordFit, impacts, merged
 from vibrojax.contact.restitution import restitution
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model

@@ -9,8 +9,7 @@ from identification.experiment import Experiment, ExperimentError
 from identification.experiment.errors import suggestion
 from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
 from vibrojax.errors import InputError
-from vibrojax.load import Load
-from vibrojax.model import MASS, Model
+from vibrojax.model import MASS, Load, Model
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 

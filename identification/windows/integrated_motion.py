@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from identification.experiment import Load, Record
 from identification.windows.kinematics import Kinematics, bridged, stands_out
 from identification.windows.start.suspension import UNLOADED, suspension_start
-from vibrojax.load import STANDARD_GRAVITY
+from vibrojax.model import STANDARD_GRAVITY
 
 _PERIODS = 4.0
 """Length of an integrated piece, in periods of the suspension: long enough to show its phase, short enough not to drift."""

@@ -1,7 +1,8 @@
-"""How numbers are printed: no more digits than the error warrants, units with raised exponents."""
+"""How numbers are printed: no more digits than the error warrants, units with raised exponents; and lists in a sentence."""
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 NONE = "–"
 _RAISED = str.maketrans("0123456789-+n", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺ⁿ")
@@ -150,3 +151,13 @@ def _fixed(number: float, decimals: int) -> str:
     """Decimals below zero round to tens, hundreds …; a proper minus sign."""
     text = f"{round(number, decimals):.{max(decimals, 0)}f}"
     return text.replace("-", "−") if float(text) else text.replace("-", "")
+
+
+def joined(words: Sequence[str]) -> str:
+    """Words joined by commas and, before the last one, "and".
+
+    Example:
+        >>> joined(["a", "b", "c"]), joined(["a"]), joined([])
+        ('a, b and c', 'a', '')
+    """
+    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)

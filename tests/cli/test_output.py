@@ -149,35 +149,49 @@ def texts(out):
 
 
 @pytest.fixture
-def sixth_move_fails(monkeypatch):
-    """An error of the disk, as the files are moved one by one."""
-    calls = []
+def renames(monkeypatch):
+    """Files and folders that were renamed; the move of the sixth file fails, as on a faulty disk."""
+    calls, rename = [], os.rename
 
-    def failing(*names):
-        calls.append(names)
-        if len(calls) == 6:
-            raise OSError(errno.EIO, os.strerror(errno.EIO), str(names[0]))
-        os.rename(*names)
+    def renamed(source, target):
+        calls.append(source)
+        if Path(source).is_file() and len(calls) == 6:
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(source))
+        rename(source, target)
 
-    monkeypatch.setattr("vibrojax.aside.os.replace", failing)
+    monkeypatch.setattr("vibrojax.aside.os.rename", renamed)
     return calls
 
 
-def test_results_are_replaced_in_one_step(tmp_path, sixth_move_fails):
+def test_results_are_replaced_as_a_whole(tmp_path, renames):
     """No file is moved by itself."""
     out = old_results(tmp_path / "out")
     with output_folder(out) as folder:
         write_new(folder)
-    assert texts(out) == {"new"} and sixth_move_fails == []
+    assert texts(out) == {"new"} and renames == [out, folder]
 
 
-def test_where_the_folder_has_to_stay_an_error_puts_everything_back(tmp_path, sixth_move_fails):
+def test_where_the_folder_has_to_stay_an_error_puts_everything_back(tmp_path, renames):
     out = old_results(tmp_path / "out", "archive/mine")
-    with pytest.raises(InputError, match=r"out/f: Input/output error; name another folder"), output_folder(out) as folder:
+    with pytest.raises(InputError, match=r"out/c: Input/output error; name another folder"), output_folder(out) as folder:
         write_new(folder)
-        (folder / "only-new").write_text("new")
-    assert texts(out) == {"old"} and len(sixth_move_fails) == 6 + 6
+        (folder / "Only-new").write_text("new")
+    assert texts(out) == {"old"} and len(renames) > 6
     assert sorted(os.listdir(out)) == sorted([*"abcdefghijkl", "archive"]) and os.listdir(tmp_path) == ["out"]
+
+
+def test_a_folder_that_cannot_be_renamed_is_filled_file_by_file(tmp_path, monkeypatch):
+    out, rename = old_results(tmp_path / "out", "notes.txt"), os.rename
+
+    def renamed(source, target):
+        if source == out:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(source))
+        rename(source, target)
+
+    monkeypatch.setattr("vibrojax.aside.os.rename", renamed)
+    with output_folder(out) as folder:
+        write_new(folder)
+    assert texts(out) == {"new"} and (out / "notes.txt").read_text() == "old" and os.listdir(tmp_path) == ["out"]
 
 
 def test_the_current_folder_is_not_replaced_under_who_works_in_it(tmp_path, monkeypatch):
@@ -256,17 +270,16 @@ def test_an_error_brings_files_of_the_earlier_set_back(tmp_path, monkeypatch):
     (out / "posterior.nc").write_text("old")
     stated(out, "posterior.nc")
     before = {path.name: path.read_text() for path in out.iterdir() if path.is_file()}
-    remove = os.unlink
+    rename = os.rename
 
-    def failing(path, **more):
-        remove(path, **more)
-        raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
+    def failing(source, target):
+        if Path(source).name == "posterior.nc":
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(source))
+        rename(source, target)
 
     with pytest.raises(InputError, match="Input/output error"), output_folder(out, outdated=of_earlier_set) as folder:
         write_new(folder)
-        monkeypatch.setattr(
-            "vibrojax.aside.os.unlink", lambda path, **more: (failing if str(path).endswith("posterior.nc") else remove)(path, **more)
-        )
+        monkeypatch.setattr("vibrojax.aside.os.rename", failing)
     monkeypatch.undo()
     assert {path.name: path.read_text() for path in out.iterdir() if path.is_file()} == before
 

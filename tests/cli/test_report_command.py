@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from identification.result.netcdf_result import StoredFit, write_result
+from identification.result.files import StoredFit, write_result
 from tests.identification.made_result import made_result
 from vibrojax.cli import main
 

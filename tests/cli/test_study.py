@@ -119,7 +119,7 @@ def test_stages_are_shown_with_the_seconds_since_the_command_began(monkeypatch, 
 
 def test_a_scheduler_that_does_not_answer_ends_in_one_line(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
-    monkeypatch.setattr("vibrojax.cli.cluster._PATIENCE", 1)
+    monkeypatch.setattr("vibrojax.cli.environment._PATIENCE", 1)
     write_model(model(), tmp_path / "model.json")
     rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--out", str(tmp_path / "out"))
     assert call(monkeypatch, "peterka", "--cluster", "tcp://127.0.0.1:9", "--store", str(tmp_path / "a.zarr"), *rest) == 2

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from identification.experiment import Experiment, Record, Sensor, Suspension
-from identification.result.between_records import Disagreement
 from identification.result.result import (
     NOT_IDENTIFIABLE,
     OK,
@@ -19,7 +18,7 @@ from identification.result.result import (
     StartOutcome,
 )
 from identification.result.ring_down import RingDown, RingDowns
-from identification.result.unrest import Unrest
+from identification.result.variation import Disagreement, Unrest
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Linear

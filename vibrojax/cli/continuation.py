@@ -11,8 +11,8 @@ from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import AMPLITUDE, FREQUENCY, canonical, cases, ends, named, values
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
+from vibrojax.cli.source import check_file
 from vibrojax.cli.study_options import Amplitude, FigureLook, Frequencies, Gaps, Preset, Vary, check_rig
 from vibrojax.errors import InputError
 from vibrojax.figure_style import FIGURE_STYLES, SCREEN
@@ -82,7 +82,7 @@ def continue_(
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
-        from vibrojax.continuation.finding import finding
+        from vibrojax.continuation.branch import finding
         from vibrojax.continuation.job import borders_and_write, follow_and_write
         from vibrojax.continuation.plane import finding as borders_finding
 

@@ -7,12 +7,11 @@ import typer
 from rich.console import Console
 
 from vibrojax.aside import of_earlier_set
-from vibrojax.cli.default_folder import default_folder
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
-from vibrojax.cli.source import check_source, experiment_source
+from vibrojax.cli.source import check_source, default_folder, experiment_source
 
 EXAMPLE = "Example:  vibrojax diagnose rig-B/experiment.toml --out rig-B-diagnosis"
 

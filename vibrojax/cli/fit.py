@@ -6,16 +6,13 @@ import typer
 from rich.console import Console
 
 from vibrojax.aside import of_earlier_set
-from vibrojax.cli import fit_options as options
-from vibrojax.cli.default_folder import default_folder
+from vibrojax.cli import options
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
-from vibrojax.cli.integrators import LANDING, Integrator, Smoothing, contact_width
-from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
+from vibrojax.cli.options import LANDING, Data, Experiment, Integrator, Quiet, Recipe, Smoothing, Style, contact_width
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
-from vibrojax.cli.source import check_source, experiment_source
+from vibrojax.cli.source import check_file, check_source, default_folder, experiment_source
 from vibrojax.errors import InputError
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"

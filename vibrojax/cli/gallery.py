@@ -10,8 +10,8 @@ from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import values
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
+from vibrojax.cli.source import check_file
 from vibrojax.cli.study_options import PRESETS, Amplitude, FigureLook, Gaps
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.figure_style import FIGURE_STYLES, SCREEN

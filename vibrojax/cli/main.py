@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import continuation, datasets, diagnose, fit, gallery, inspect, presets, report, simulate, study
+from vibrojax.cli import continuation, diagnose, fit, gallery, inspect, presets, report, simulate, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -26,7 +26,7 @@ app.command("report", epilog=report.EXAMPLE)(report.report)
 app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
 app.command("inspect", epilog=inspect.INSPECT_EXAMPLE)(inspect.inspect)
 app.command("new", epilog=inspect.NEW_EXAMPLE)(inspect.new)
-app.command("datasets", epilog=datasets.EXAMPLE)(datasets.datasets)
+app.command("datasets", epilog=inspect.DATASETS_EXAMPLE)(inspect.datasets)
 app.command("continue", epilog=continuation.EXAMPLE)(continuation.continue_)
 app.command("gallery", epilog=gallery.EXAMPLE)(gallery.gallery)
 app.add_typer(presets.app, name="presets")

@@ -9,8 +9,8 @@ from rich.console import Console
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.options import Quiet, Style
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.paths import check_file
 from vibrojax.cli.progress import stages
+from vibrojax.cli.source import check_file
 
 EXAMPLE = "Example:  vibrojax report rig-B-fit"
 

@@ -8,7 +8,7 @@ import typer
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.options import Quiet
 from vibrojax.cli.output import output_folder
-from vibrojax.cli.paths import check_experiment, check_file
+from vibrojax.cli.source import check_experiment, check_file
 
 EXAMPLE = "Example:  vibrojax simulate --model rig-B-fit/model.json --experiment rig-B/experiment.toml --out rig-B-model"
 

@@ -1,11 +1,11 @@
-"""Which experiment a command works on: a folder, a recipe and its recordings, or the embedded example."""
+"""What the command line names: an experiment, a recipe and its recordings, or the embedded example; files; and where results go."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from vibrojax.cli.interrupt import removed_at_end
-from vibrojax.cli.paths import check_experiment
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
@@ -62,3 +62,74 @@ def experiment_source(experiment: Path | None, recipe: str | None, data: Path | 
 
     with recipe_experiment(load_recipe(recipe), data) as folder, removed_at_end([folder]):
         yield folder
+
+
+_LONGEST = 50
+"""Characters of an experiment's name in a folder's name, which the system limits to 255 bytes."""
+
+
+def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Path:
+    """`JOB-NAME` here, NAME being the experiment's.
+
+    An experiment file that cannot be read gets a name all the same, since reading it properly comes later.
+
+    Args:
+        job: what the command does, such as "diagnose".
+        experiment: the argument; None for a recipe or the embedded example.
+        recipe: `--recipe`.
+
+    Example:
+        >>> print(default_folder("diagnose", None, "silverbox"))
+        diagnose-silverbox
+    """
+    from identification.experiment.settings.limited_toml import MAX_BYTES, parse_limited
+
+    if recipe is not None:
+        return Path(f"{job}-{_plain(recipe) or 'recipe'}")
+    experiment = data_path("example") if experiment is None else experiment
+    file = experiment / "experiment.toml" if experiment.is_dir() else experiment
+    try:
+        with file.open("rb") as stream:
+            name = str(parse_limited(stream.read(MAX_BYTES).decode("utf-8-sig"))["experiment"]["name"])
+    except (OSError, ValueError, KeyError, TypeError):
+        name = file.absolute().parent.name
+    return Path(f"{job}-{_plain(name) or 'experiment'}")
+
+
+def _plain(name: str) -> str:
+    """A name as part of a folder's name."""
+    return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:_LONGEST].strip("-.")
+
+
+def check_file(path: Path, expected: str) -> None:
+    """Refuse a path where there is no file.
+
+    Args:
+        path: as given.
+        expected: what the file should be, with its article.
+
+    Raises:
+        InputError: there is none.
+
+    Example:
+        >>> check_file(Path("nowhere.json"), "the model.json of a fit")
+        Traceback (most recent call last):
+        vibrojax.errors.InputError: nowhere.json cannot be read (no such file): expected the model.json of a fit; check the path
+    """
+    if not path.is_file():
+        reason = "a folder" if path.is_dir() else "no such file"
+        raise InputError(f"{path} cannot be read ({reason}): expected {expected}; check the path")
+
+
+def check_experiment(path: Path) -> None:
+    """Refuse a path where there is no experiment.
+
+    Args:
+        path: of its folder or file, as given.
+
+    Raises:
+        ExperimentError: there is none.
+    """
+    from identification.experiment.settings.toml_file import find_experiment_file
+
+    find_experiment_file(path)

@@ -2,11 +2,11 @@
 
 from vibrojax.continuation.border import Border, border
 from vibrojax.continuation.branch import Branch, End
-from vibrojax.continuation.doubling import doubled
 from vibrojax.continuation.follow import Steps, follow
 from vibrojax.continuation.orbit import Orbit, find_orbit, settle
 from vibrojax.continuation.rig import ForcedRig
 from vibrojax.continuation.special import Kind, SpecialPoint
+from vibrojax.continuation.switching import doubled
 
 __all__ = [
     "Border",

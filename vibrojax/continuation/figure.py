@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from vibrojax.continuation.branch import Branch, End
 from vibrojax.continuation.special import Kind, SpecialPoint
 from vibrojax.drawing import COLOURS, GREEN, ORANGE, PINK, new_figure
-from vibrojax.symbols import FORCE, SYMBOLS
+from vibrojax.figure_style import FORCE, SYMBOLS
 
 MARKERS = {
     Kind.FOLD: ("o", "#000000"),

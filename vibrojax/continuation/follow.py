@@ -8,9 +8,9 @@ import numpy as np
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.arclength import Coordinates, Curve, Point, curve_through
 from vibrojax.continuation.branch import Branch, End
-from vibrojax.continuation.corner import around_corner
 from vibrojax.continuation.orbit import Orbit, landing_of, map_with_jacobian
 from vibrojax.continuation.special import Kind, SpecialPoint, special_points
+from vibrojax.continuation.switching import around_corner
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
 

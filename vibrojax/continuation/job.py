@@ -8,13 +8,10 @@ import jax
 import numpy as np
 
 from vibrojax import __version__
-from vibrojax.caption import rig_words, written
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.border import Border, Bounds
-from vibrojax.continuation.branch import Branch
-from vibrojax.continuation.doubling import doubled
+from vibrojax.continuation.branch import Branch, finding
 from vibrojax.continuation.figure import draw
-from vibrojax.continuation.finding import finding
 from vibrojax.continuation.follow import follow
 from vibrojax.continuation.orbit import find_orbit, settle
 from vibrojax.continuation.plane import borders, csv
@@ -22,9 +19,10 @@ from vibrojax.continuation.plane import draw as draw_borders
 from vibrojax.continuation.plane import finding as borders_finding
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
 from vibrojax.continuation.special import Kind
+from vibrojax.continuation.switching import doubled
 from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.errors import InputError, NoConvergenceError
-from vibrojax.figure_style import SCREEN, FigureStyle
+from vibrojax.figure_style import SCREEN, FigureStyle, rig_words, written
 from vibrojax.integrate import Landing
 from vibrojax.model_file import model_document
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from vibrojax.continuation import ForcedRig
-from vibrojax.continuation.finding import finding as branch_finding
+from vibrojax.continuation.branch import finding as branch_finding
 from vibrojax.continuation.job import follow_and_write
 from vibrojax.data_files import data_path
 from vibrojax.errors import NoConvergenceError

@@ -9,8 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from vibrojax.errors import InputError
+from vibrojax.json_file import read_json
 from vibrojax.model import MASS, Model
-from vibrojax.model_file import read_json, read_model
+from vibrojax.model_file import read_model
 from vibrojax.parameters import Parameter
 
 _ROUNDS = 1000

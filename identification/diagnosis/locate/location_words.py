@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.diagnosis.diagnosis import Location, Profile
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

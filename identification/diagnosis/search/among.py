@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from difflib import get_close_matches
 
 from identification.diagnosis.diagnosis import LIMITED
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
 

@@ -12,7 +12,7 @@ from identification.diagnosis.search.attempts import Progress, attempt, by_least
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
 from identification.result.result import Added
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 from vibrojax.errors import InputError, NoConvergenceError
 
 _NOTHING = 1e-3

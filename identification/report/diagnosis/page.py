@@ -12,9 +12,8 @@ from identification.report.frame import framed
 from identification.report.image import Image
 from identification.report.page_style import PageStyle
 from identification.report.rows import load_words
-from identification.wording.channel_labels import spoken
-from identification.wording.lists import joined
-from identification.wording.numbers import millimetres, significant
+from identification.wording.names import spoken
+from identification.wording.numbers import joined, millimetres, significant
 
 
 def page(diagnosis: Diagnosis, images: list[Image], style: PageStyle, *, provenance: Mapping[str, Any]) -> str:

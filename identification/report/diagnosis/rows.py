@@ -7,10 +7,9 @@ from collections.abc import Iterator
 
 from identification.diagnosis.diagnosis import Considered, Diagnosis, Number
 from identification.report.diagnosis.words import beside, effect_words, plain_name
-from identification.result.between_records import Disagreement
-from identification.wording.channel_labels import spoken
+from identification.result.variation import Disagreement
+from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import NONE, chance_text, rounded, significant, unit_text
-from identification.wording.symbols import symbol_text
 from vibrojax.channels import CHANNELS
 from vibrojax.model import MASS
 from vibrojax.parameters import Parameter

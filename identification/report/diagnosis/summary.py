@@ -17,9 +17,8 @@ from identification.report.diagnosis.rows import (
 )
 from identification.report.diagnosis.words import effect_words, headline, plain_name, probability_text, where
 from identification.report.table import open_table
-from identification.wording.lists import joined
-from identification.wording.numbers import NONE, compact, with_unit
-from identification.wording.symbols import symbol_text
+from identification.wording.names import symbol_text
+from identification.wording.numbers import NONE, compact, joined, with_unit
 
 _CANDIDATES = 6
 

@@ -5,9 +5,8 @@ import math
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Considered, Diagnosis
 from identification.report.next_steps import RUN_MODEL
-from identification.wording.channel_labels import spoken
-from identification.wording.lists import joined
-from identification.wording.numbers import significant
+from identification.wording.names import spoken
+from identification.wording.numbers import joined, significant
 from vibrojax.effects import EFFECTS
 
 _ALMOST = 0.999

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from identification.diagnosis.diagnosis import Diagnosis
+from identification.diagnosis.files import diagnosis_provenance
 from identification.report.diagnosis.figures import FIGURES
-from identification.report.diagnosis.json_file import diagnosis_provenance
 from identification.report.diagnosis.page import page
 from identification.report.image import Image, rendered, write_page
 from identification.report.page_style import SCREEN, PageStyle

@@ -7,7 +7,7 @@ import numpy as np
 from identification.report.figures.base import Picture
 from identification.report.page_style import PageStyle
 from identification.result.result import FitResult
-from identification.wording.symbols import symbol_text
+from identification.wording.names import symbol_text
 from vibrojax.drawing import new_figure
 
 

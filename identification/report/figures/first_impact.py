@@ -4,9 +4,8 @@ from collections.abc import Iterator
 
 from identification.report.figures.base import Picture
 from identification.report.page_style import PageStyle
-from identification.result.record_view import impacts, strength
-from identification.result.result import FitResult, RecordFit
-from identification.wording.channel_labels import label
+from identification.result.result import FitResult, RecordFit, impacts, strength
+from identification.wording.names import label
 from identification.wording.numbers import significant
 from vibrojax.drawing import few_ticks, new_figure
 

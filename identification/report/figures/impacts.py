@@ -7,9 +7,8 @@ from matplotlib.ticker import MaxNLocator
 
 from identification.report.figures.base import Picture, drawn_records, residual_panel, signal_rows
 from identification.report.page_style import PageStyle
-from identification.result.record_view import Impact, largest, notable, residual
-from identification.result.result import FitResult, RecordFit
-from identification.wording.channel_labels import label
+from identification.result.result import FitResult, Impact, RecordFit, largest, notable, residual
+from identification.wording.names import label
 from vibrojax.drawing import few_ticks
 
 

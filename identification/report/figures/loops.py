@@ -7,8 +7,7 @@ from jaxtyping import Float
 
 from identification.report.figures.base import Picture
 from identification.report.page_style import DASHES, PageStyle
-from identification.result.record_view import impacts, measured_displacement, strength
-from identification.result.result import FitResult, RecordFit
+from identification.result.result import FitResult, RecordFit, impacts, measured_displacement, strength
 from vibrojax.drawing import few_ticks, literal, new_figure
 
 _COUNT = 4

@@ -8,9 +8,8 @@ from matplotlib.ticker import MaxNLocator
 from identification.report.figures.base import Picture, drawn_records, residual_panel, signal_rows
 from identification.report.figures.zoom import Curve, Panel, tracks
 from identification.report.page_style import PageStyle
-from identification.result.record_view import largest, residual
-from identification.result.result import FitResult, RecordFit
-from identification.wording.channel_labels import label
+from identification.result.result import FitResult, RecordFit, largest, residual
+from identification.wording.names import label
 from identification.wording.numbers import significant, unit_text
 from vibrojax.drawing import few_ticks
 

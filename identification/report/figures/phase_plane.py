@@ -8,8 +8,7 @@ from scipy.signal import savgol_filter
 
 from identification.report.figures.base import MANY, Picture, drawn_records
 from identification.report.page_style import PageStyle
-from identification.result.record_view import impacts, measured_displacement
-from identification.result.result import FitResult, RecordFit
+from identification.result.result import FitResult, RecordFit, impacts, measured_displacement
 from vibrojax.drawing import few_ticks, literal, new_figure
 
 _POINTS = 2500

@@ -9,9 +9,8 @@ from scipy.special import ndtr
 
 from identification.report.figures.base import Picture
 from identification.report.page_style import DASHES, PageStyle
-from identification.result.record_view import residual
-from identification.result.result import FitResult
-from identification.wording.channel_labels import spoken
+from identification.result.result import FitResult, residual
+from identification.wording.names import spoken
 from vibrojax.drawing import few_ticks, new_figure
 
 _LAGS = 40

@@ -12,9 +12,8 @@ from identification.report.figures.base import Picture
 from identification.report.page_style import DASHED, PageStyle
 from identification.result.result import FitResult
 from identification.result.ring_down import RingDown, RingDowns
-from identification.wording.channel_labels import Label, label
-from identification.wording.lists import joined
-from identification.wording.numbers import unit_text
+from identification.wording.names import Label, label
+from identification.wording.numbers import joined, unit_text
 from vibrojax.drawing import few_ticks, literal, new_figure
 
 SECTION = "decay"

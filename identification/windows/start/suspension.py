@@ -11,7 +11,7 @@ from identification.experiment import Load, Record
 from identification.windows.kinematics import Kinematics, bridged, relative_displacement
 from identification.windows.start.bumps import weak_integrals
 from identification.windows.start.robust_regression import Regression, robust_regression
-from vibrojax.load import STANDARD_GRAVITY
+from vibrojax.model import STANDARD_GRAVITY
 
 UNLOADED = Load()
 FEWEST = 10

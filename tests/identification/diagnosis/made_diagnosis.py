@@ -18,9 +18,8 @@ from identification.diagnosis.diagnosis import (
     Profile,
     Side,
 )
-from identification.result.between_records import Disagreement
 from identification.result.result import FitResult, RecordFit
-from identification.result.unrest import Unrest
+from identification.result.variation import Disagreement, Unrest
 from tests.identification.made_result import WITH_CANDIDATES
 from vibrojax.effects import CoulombFriction, CubicStiffness
 

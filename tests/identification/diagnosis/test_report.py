@@ -9,7 +9,8 @@ from PIL import Image
 from rich.console import Console
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
-from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
+from identification.diagnosis.files import diagnosis_provenance, write_diagnosis_json
+from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.report.diagnosis.equation import equation_html
 from identification.report.diagnosis.figures.ring_downs import ring_downs
 from identification.report.diagnosis.figures.stretch import stretches

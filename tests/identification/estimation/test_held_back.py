@@ -13,7 +13,7 @@ from identification.estimation.held_back import held_back_fits
 from identification.experiment import ExperimentError, load_experiment
 from identification.report import fit_summary
 from identification.report.write import write_report
-from identification.result.json_file import fit_json
+from identification.result.files import fit_json
 from identification.windows.prepare import prepare
 from identification.windows.simulate import simulate_record
 from identification.windows.windows import WindowLength

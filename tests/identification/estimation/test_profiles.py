@@ -13,9 +13,9 @@ from identification.report.figures.estimates.posterior import posterior
 from identification.report.figures.estimates.profiles import likelihood_profiles
 from identification.report.page_style import STYLES
 from identification.report.rows import posterior_rows
-from identification.result.json_file import fit_json, provenance
-from identification.result.netcdf_result import StoredFit, read_result, write_result
-from identification.result.posterior.sample import arviz, write_posterior
+from identification.result.files import StoredFit, fit_json, provenance, stored_fit, write_result
+from identification.result.posterior import arviz, write_posterior
+from identification.result.store import read_stored
 from tests.identification.conftest import TRUTH, cropped
 
 
@@ -72,7 +72,7 @@ def test_arviz_reads_the_file(fitted, tmp_path):
 
 def test_both_are_kept_with_the_result(fitted, tmp_path):
     write_result(StoredFit(result=fitted, reference=None, provenance=provenance(fitted)), tmp_path / "result.nc")
-    again = read_result(tmp_path / "result.nc").result
+    again = read_stored(tmp_path / "result.nc", {"fit": stored_fit}).result
     assert again.profiles == fitted.profiles
     for field in dataclasses.fields(fitted.posterior):
         np.testing.assert_array_equal(getattr(again.posterior, field.name), getattr(fitted.posterior, field.name))

@@ -12,8 +12,7 @@ from identification.experiment import Experiment, Record, Suspension
 from identification.result.result import RecordFit
 from vibrojax.contact import HuntCrossley, NoContact
 from vibrojax.effects import CoulombFriction
-from vibrojax.load import Load
-from vibrojax.model import Model
+from vibrojax.model import Load, Model
 from vibrojax.suspension import Free, Linear, Pivot
 
 NOISE, MASS, F_N, ZETA = 1e-5, 0.4, 3.0, 0.01

@@ -9,7 +9,7 @@ from benchmarks.smoothed_fit.rig import NOISE
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, ExperimentError, ParameterOption, Prior
 from identification.report.rows import parameter_rows, wishes
-from identification.result.json_file import fit_json
+from identification.result.files import fit_json
 from identification.result.result import AT_BOUND, OK
 from identification.windows.prepare import prepare
 from identification.windows.simulate import simulate_record

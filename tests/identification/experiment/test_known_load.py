@@ -12,8 +12,7 @@ from identification.experiment import ExperimentError, load_experiment
 from vibrojax.cli.fit import app
 from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
-from vibrojax.load import STANDARD_GRAVITY
-from vibrojax.model import Model
+from vibrojax.model import STANDARD_GRAVITY, Model
 from vibrojax.model_file import write_model
 from vibrojax.suspension import Free
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.result.json_file import provenance
+from identification.result.files import provenance
 from tests.identification.made_result import made_result
 
 RATE, NOISE = 4000.0, 1e-4

@@ -13,8 +13,7 @@ from identification.report.figures.ring_downs import ring_downs
 from identification.report.figures.zoom import envelope
 from identification.report.page_style import SCREEN
 from identification.report.write import draw
-from identification.result.record_view import impacts, measured_displacement, notable
-from identification.result.result import Added
+from identification.result.result import Added, impacts, measured_displacement, notable
 from identification.result.ring_down import RingDowns
 from tests.identification.made_result import RING_DOWNS, made_result
 from vibrojax.drawing import png, style

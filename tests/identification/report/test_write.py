@@ -7,9 +7,9 @@ from PIL import Image
 
 from identification.report import write_report
 from identification.report.page_style import PRINT, STYLES
-from identification.result.record_view import residual
 from identification.result.reference import read_reference
-from identification.wording.style_names import STYLE_NAMES
+from identification.result.result import residual
+from identification.wording import STYLE_NAMES
 from tests.identification.made_result import with_unknown
 from tests.identification.report.page_reader import is_grey, read, svgs, unpacked
 from vibrojax.data_files import data_path

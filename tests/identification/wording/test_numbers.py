@@ -2,8 +2,8 @@ import math
 
 import pytest
 
+from identification.wording.names import prose_html, symbol_html, symbol_text
 from identification.wording.numbers import percent, rounded, significant, unit_text
-from identification.wording.symbols import prose_html, symbol_html, symbol_text
 
 VALUES = [
     (1234567.0, 1234.0, "(1.2346 ± 0.0012) × 10⁶"),

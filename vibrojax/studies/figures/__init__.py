@@ -5,18 +5,18 @@ from collections.abc import Callable
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.studies.figures import basins, basins_along, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
+from vibrojax.studies.figures import basins, bifurcation, forces, lyapunov, peterka, section
 from vibrojax.studies.figures.uncertain import UNCERTAIN
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "response": frequency_response.draw,
+    "response": forces.draw_response,
     "bifurcation": bifurcation.draw,
     "peterka": peterka.draw,
     "section": section.draw,
     "basins": basins.draw,
-    "basins_along": basins_along.draw,
+    "basins_along": basins.draw_along,
     "lyapunov": lyapunov.draw,
-    "design": hammer_design.draw,
+    "design": forces.draw_design,
 }
 """By the name of the command."""
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibrojax.symbols import RATIO, SYMBOLS
+from vibrojax.figure_style import RATIO, SYMBOLS
 
 
 def label(data: xr.Dataset, name: str, scale: str = "") -> str:

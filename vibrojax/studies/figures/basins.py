@@ -1,4 +1,4 @@
-"""Basins in the plane of initial states."""
+"""Basins in the plane of initial states, and shares of the attractors along a parameter."""
 
 import json
 import math
@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Patch
 
 from vibrojax.drawing import AMBER, BLUE, GREEN, ORANGE, PINK, SKY, new_figure
-from vibrojax.studies.figures.base import setting
+from vibrojax.studies.figures.base import label, setting
 
-WHITE, BLACK, GREY = "#ffffff", "#202020", "#9a9a9a"
+WHITE, BLACK, GREY, _EDGE = "#ffffff", "#202020", "#9a9a9a", "#606060"
 _STABLE, _UNSTABLE = "#d7191c", "#6a3d9a"
 _FAILED, _OTHERS = "#ff00ff", "#c6dbef"
 _STRIKING = (BLUE, AMBER, GREEN, PINK, SKY, ORANGE)
@@ -103,3 +103,29 @@ def _title(data: xr.Dataset) -> str:
 
 
 _NUMBERS = ("basin_entropy", "boundary_basin_entropy", "boundary_dimension", "uncertainty_exponent_stderr")
+
+
+def draw_along(data: xr.Dataset) -> Figure:
+    """A band for each attractor, as high as its share of the initial states, in the order in which they appear."""
+    parameter = setting(data, "parameter")
+    table = json.loads(data.attrs["attractors"])
+    shares = np.nan_to_num(data["share"].values)
+    p, q = data["attractor_impacts"].values, data["attractor_period"].values
+    best = shares.argmax(axis=0)
+    motions = [
+        (int(p[place, number]), int(q[place, number]), _motion(one)) for number, (place, one) in enumerate(zip(best, table, strict=True))
+    ]
+    figure = new_figure(3.8, layout="constrained")
+    axes = figure.subplots()
+    values = data[parameter].values
+    names = [" then ".join(list(dict.fromkeys(one["motions"]))[:3]) for one in table]
+    axes.stackplot(values, *(100 * shares.T), colors=colours_of(motions), labels=names, edgecolor=_EDGE, lw=0.4, step="mid")
+    axes.set(xlabel=label(data, parameter), ylabel="share of the initial states (%)", ylim=(0, 100), xlim=(values[0], values[-1]))
+    axes.grid(False)
+    figure.legend(loc="outside lower center", ncols=3, handlelength=1.2)
+    return figure
+
+
+def _motion(one: dict) -> str:
+    """What an attractor is for most of its way."""
+    return max(one["motions"], key=one["motions"].count)

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import SKY, new_figure
-from vibrojax.studies.branch_lines import pieces
+from vibrojax.figure_style import AT_STROBES, FORCE_OF_CYCLE
+from vibrojax.studies.bifurcation import pieces
 from vibrojax.studies.figures.base import add_ratio_axis, label, setting
-from vibrojax.symbols import AT_STROBES, FORCE_OF_CYCLE
 
 DOWN = "#8c2d04"
 """Dark on the pale blue of the sweep up: they differ in grey too."""
@@ -27,7 +27,7 @@ _MARGIN = 0.05
 def draw(data: xr.Dataset) -> Figure:
     """Displacement at the strobes above, largest force of each cycle below; up pale and down dark, jumps as broken lines.
 
-    Where branches are known (`branch_lines.with_branches`) the sweeps lie side by side, with the branches over both: stable orbits full,
+    Where branches are known (`with_branches`) the sweeps lie side by side, with the branches over both: stable orbits full,
     unstable ones broken.
     """
     return _apart(data) if "branches" in data.attrs else _together(data)

@@ -12,9 +12,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from vibrojax.drawing import COLOURS
+from vibrojax.figure_style import short
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT
 from vibrojax.studies.figures.base import label
-from vibrojax.symbols import short
 
 _DARK = LinearSegmentedColormap.from_list("dark cividis", matplotlib.colormaps["cividis"](np.linspace(0.0, 0.85, 64)))
 """Even in lightness, so that the colour-blind can read it too; its pale end is left out, which is lost on white."""

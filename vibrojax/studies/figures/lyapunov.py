@@ -5,10 +5,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import GREY, ORANGE, SKY, new_figure
+from vibrojax.figure_style import AT_STROBES
 from vibrojax.studies.base import CHAOS
 from vibrojax.studies.figures.base import add_ratio_axis, label, setting
 from vibrojax.studies.figures.curves import Curves
-from vibrojax.symbols import AT_STROBES
 
 
 def draw(data: xr.Dataset) -> Figure:

@@ -7,12 +7,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import new_figure
+from vibrojax.figure_style import FORCE_OVER_WEIGHT
 from vibrojax.studies.base import CHAOS
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 from vibrojax.studies.figures import regions
 from vibrojax.studies.figures.base import label
 from vibrojax.studies.figures.regions import Region, colours_of, draw_regions
-from vibrojax.symbols import FORCE_OVER_WEIGHT
 
 _MOST = 6
 _BORDER = "#d7191c"
@@ -21,7 +21,7 @@ _BORDER = "#d7191c"
 def draw(data: xr.Dataset) -> Figure:
     """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1.
 
-    Borders (`map_borders.with_borders`) are lines over it, those of grazings broken.
+    Borders (`studies.peterka.with_borders`) are lines over it, those of grazings broken.
     """
     figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)

@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.drawing import COLOURS, new_figure
+from vibrojax.figure_style import AT_STROBES
 from vibrojax.studies.figures.base import setting
-from vibrojax.symbols import AT_STROBES
 
 _NARROWEST = 0.02
 """Of the phase plane; a section no wider than rounding is a point, not a cloud."""

@@ -12,9 +12,8 @@ from identification.report.diagnosis.figures.stretch import Stretch, stretches
 from identification.report.figures.base import Picture, residual_panel
 from identification.report.figures.zoom import Curve, Panel, Track, tracks
 from identification.report.page_style import DASHED, PageStyle
-from identification.result.record_view import largest, residual
-from identification.result.result import RecordFit
-from identification.wording.channel_labels import label
+from identification.result.result import RecordFit, largest, residual
+from identification.wording.names import label
 from identification.wording.numbers import significant, unit_text
 from vibrojax.drawing import WIDTH, few_ticks, literal, new_figure
 

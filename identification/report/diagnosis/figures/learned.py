@@ -9,7 +9,7 @@ from identification.report.diagnosis.learned_term import learned_term
 from identification.report.diagnosis.words import axis
 from identification.report.figures.base import MANY, Picture
 from identification.report.page_style import PageStyle
-from identification.wording.channel_labels import label
+from identification.wording.names import label
 from vibrojax.drawing import few_ticks, new_figure
 
 _POINTS = 2500

@@ -8,8 +8,7 @@ from identification.diagnosis.diagnosis import Diagnosis
 from identification.report.diagnosis.words import axis
 from identification.report.figures.base import MANY, Picture
 from identification.report.page_style import DASHED, PageStyle
-from identification.wording.lists import joined
-from identification.wording.numbers import millimetres
+from identification.wording.numbers import joined, millimetres
 from vibrojax.drawing import GREY, few_ticks, new_figure
 
 _LIGHT = "#b0b0b0"

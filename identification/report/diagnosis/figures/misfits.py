@@ -9,7 +9,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.report.figures.base import LINK, Picture
 from identification.report.page_style import PageStyle
-from identification.wording.channel_labels import spoken
+from identification.wording.names import spoken
 from identification.wording.numbers import significant
 from vibrojax.drawing import literal, new_figure
 

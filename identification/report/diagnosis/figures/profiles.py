@@ -10,7 +10,7 @@ from identification.report.diagnosis.model_force import model_force
 from identification.report.diagnosis.words import axis, quantity, quantity_unit
 from identification.report.figures.base import Picture
 from identification.report.page_style import PageStyle
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 from vibrojax.drawing import few_ticks, new_figure
 
 _OTHERS = 6

@@ -10,7 +10,7 @@ from identification.report.figures.base import Picture
 from identification.report.figures.ring_downs import Line, ring_down_picture
 from identification.report.page_style import DASHED, DASHES, PageStyle
 from identification.result.ring_down import RingDown
-from identification.wording.lists import joined
+from identification.wording.numbers import joined
 
 _BOTH = ("nominal", "augmented")
 _BEYOND = (2, 3, 4)

@@ -6,8 +6,7 @@ import numpy as np
 
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.report.rows import recorded
-from identification.result.record_view import impacts, residual
-from identification.result.result import RecordFit
+from identification.result.result import RecordFit, impacts, residual
 
 _PERIODS = 3.0
 _FEWEST = 60

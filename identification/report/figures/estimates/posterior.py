@@ -9,7 +9,7 @@ from scipy.special import chdtri
 from identification.report.figures.base import Picture
 from identification.report.page_style import PageStyle
 from identification.result.result import FitResult, ParameterEstimate
-from identification.wording.symbols import symbol_text
+from identification.wording.names import symbol_text
 from vibrojax.drawing import few_ticks, new_figure
 
 _BINS = 24

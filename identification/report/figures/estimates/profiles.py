@@ -11,8 +11,8 @@ from scipy.special import chdtri
 from identification.report.figures.base import LINK, Picture
 from identification.report.page_style import PageStyle
 from identification.result.result import FitResult, LikelihoodProfile, ParameterEstimate
+from identification.wording.names import symbol_text
 from identification.wording.numbers import unit_text
-from identification.wording.symbols import symbol_text
 from vibrojax.drawing import few_ticks, new_figure
 
 _LEVEL = float(chdtri(1, 0.05))

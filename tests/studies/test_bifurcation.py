@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vibrojax.cli.drawn_over import Over
+from vibrojax.cli.study_options import Over
 from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies import bifurcation
-from vibrojax.studies.branch_lines import pieces, with_branches
+from vibrojax.studies.bifurcation import pieces, with_branches
 from vibrojax.studies.figures.bifurcation import draw
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear

@@ -8,7 +8,7 @@ from vibrojax.batch import grid, integrate
 from vibrojax.contact import HuntCrossley, NoContact
 from vibrojax.errors import InputError
 from vibrojax.integrate import Landing, Smoothed
-from vibrojax.load import STANDARD_GRAVITY, Load
+from vibrojax.model import STANDARD_GRAVITY, Load
 from vibrojax.model_file import model_document
 from vibrojax.suspension import Free, Pendulum, Pivot
 

@@ -1,12 +1,48 @@
-"""Orbits of twice the period, from the point at which they are born."""
+"""From one branch to another: past a grazing at which a branch has a corner, and to orbits of twice the period where they are born."""
+
+import dataclasses
 
 import numpy as np
 
-from vibrojax.continuation.arclength import Curve, curve_through
+from vibrojax.continuation.arclength import Curve, Point, curve_through
 from vibrojax.continuation.orbit import Orbit, landing_of, map_with_jacobian
 from vibrojax.continuation.special import Kind, SpecialPoint
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
+
+_BEYOND = 10.0 ** np.arange(-7.0, -1.5, 0.5)
+_NEAR = 20.0
+
+
+def around_corner(curve: Curve, last: Point) -> Point | None:
+    """The first point of the other piece of a branch that breaks off at a grazing; None where there is none.
+
+    With a rigid stop, or a force that jumps or bends at the touch, the map has another slope on either side of a grazing, and the two
+    pieces of a branch may both lie on the same side of it in the parameter: steps along the tangent then find nothing. Here the slope is
+    taken a little beyond the grazing, where the motion has one impact more or fewer, and the piece that belongs to it is looked for from
+    there, in both senses.
+
+    Source: ours; that the two pieces meet in a corner is the border collision of H. E. Nusse, E. Ott, J. A. Yorke, Border-collision
+    bifurcations: an explanation for observed bifurcation phenomena, Phys. Rev. E 49 (1994) 1073-1076.
+    """
+    touches = int(last.passage.touches)
+    for reach in _BEYOND:
+        try:
+            tangent, beyond = curve.tangent_at(last.z + reach * last.tangent)
+        except NoConvergenceError:
+            continue
+        if beyond == touches:
+            continue
+        for sense in (1.0, -1.0):
+            try:
+                new = curve.corrected(last.z + sense * reach * tangent, tangent)
+            except NoConvergenceError:
+                continue
+            offset = new.z - last.z
+            if abs(int(new.passage.touches) - touches) == 1 and 0.0 < np.linalg.norm(offset) < _NEAR * reach:
+                return dataclasses.replace(new, tangent=new.tangent * (1.0 if new.tangent @ offset >= 0 else -1.0))
+    return None
+
 
 _REACHES = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2)
 """Displacements of the new orbit along the eigenvector, in scaled coordinates, that are tried in turn."""

@@ -8,10 +8,10 @@ import xarray as xr
 
 from identification.commands.run import run_report
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
-from identification.report.diagnosis import diagnosis_provenance, write_diagnosis_json, write_diagnosis_report
-from identification.report.diagnosis.result_file import StoredDiagnosis, stored_diagnosis, write_diagnosis
-from identification.result.netcdf_file import DIAGNOSIS, read_netcdf
-from identification.result.netcdf_result import read_result
+from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
+from identification.report.diagnosis import write_diagnosis_report
+from identification.result.files import stored_fit
+from identification.result.store import read_stored
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.errors import InputError
@@ -37,7 +37,7 @@ def stored(request, tmp_path_factory):
 
 
 def test_every_number_comes_back_as_it_was(stored, tmp_path):
-    before, after = stored[0], read_netcdf(stored[1] / "result.nc", {DIAGNOSIS: stored_diagnosis})
+    before, after = stored[0], read_stored(stored[1] / "result.nc", {"diagnosis": stored_diagnosis})
     texts = []
     for one in (before, after):
         write_diagnosis_json(one.diagnosis, tmp_path / "diagnosis.json", one.provenance)
@@ -75,4 +75,4 @@ def test_other_programs_read_profiles_and_maps(stored):
 
 def test_a_diagnosis_is_no_fit(stored):
     with pytest.raises(InputError, match="is no result of a fit: run vibrojax fit again"):
-        read_result(stored[1] / "result.nc")
+        read_stored(stored[1] / "result.nc", {"fit": stored_fit})

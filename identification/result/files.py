@@ -1,4 +1,4 @@
-"""Fit result as `fit.json`: every number with its unit, in strict JSON."""
+"""Files of a fit: `fit.json`, every number with its unit in strict JSON, and `result.nc`, from which its page is drawn again."""
 
 import dataclasses
 import hashlib
@@ -10,23 +10,81 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from identification.experiment import ParameterOption
-from identification.result.plain_dataclass import to_plain
-from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit
+import numpy as np
+import xarray as xr
+
+from identification.experiment import Experiment, ParameterOption
+from identification.result.reference import Reference
+from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit, residual
+from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples, write_dataset
+from vibrojax.json_file import write_json
 from vibrojax.model_file import model_document
 
 SCHEMA = 1
 VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StoredFit:
+    """Content of a fit's report page.
+
+    Attributes:
+        result: of the fit.
+        reference: known values for comparison, or None.
+        provenance: as in `fit.json`.
+    """
+
+    result: FitResult
+    reference: Reference | None
+    provenance: Mapping[str, Any]
+
+
+def write_result(stored: StoredFit, path: Path) -> None:
+    """Write `result.nc` of a fit; an existing file is replaced."""
+    write_dataset(fit_dataset(stored), path)
+
+
+def fit_dataset(stored: StoredFit) -> xr.Dataset:
+    """Dataset of a fit: measured, predicted and residual series of every record over its time, SI; everything else in one attribute."""
+    result, variables = stored.result, Variables()
+    document = to_plain(stored, variables)
+    variables |= residuals(result.records, "record") | residuals(result.held_back, "held_back")
+    return dataset("fit", document, variables, f"{result.experiment.name}: fitted impact model")
+
+
+def stored_fit(document: dict[str, Any], variables: Mapping[str, np.ndarray]) -> StoredFit:
+    """Restore a fit from document and variables, for `store.read_stored`."""
+    stored = from_plain(StoredFit, document, variables)
+    samples = {each.file: (each.time, each.measured) for each in (*stored.result.records, *stored.result.held_back)}
+    experiment = with_samples(stored.result.experiment, samples)
+    return dataclasses.replace(stored, result=dataclasses.replace(stored.result, experiment=experiment))
+
+
+def residuals(records: tuple[RecordFit, ...], path: str) -> Variables:
+    """Residuals of fitted records, for other programs, as variables `path1_residual_CHANNEL`, ..."""
+    return {
+        f"{path}{number}_residual_{name}": xr.Variable(
+            f"{path}{number}_time",
+            residual(record, name),
+            {"units": "1", "long_name": f"{name}, measured less model over the noise", "record": record.file},
+            {"_FillValue": None},
+        )
+        for number, record in enumerate(records, start=1)
+        for name in record.measured
+    }
+
+
 def provenance(result: FitResult) -> dict[str, Any]:
-    """Provenance of a result: versions, sha256 of every input file and how it was prepared, seed, wall time by stage in s."""
-    experiment = result.experiment
+    """Provenance of a result: as `origin`, the seed, and how the records were prepared."""
+    prepared = {record.file: to_plain(record.preparation, {}) for record in result.experiment.records if record.preparation.words}
+    return origin(result.experiment, result.seconds, seed=result.seed) | ({"preparation": prepared} if prepared else {})
+
+
+def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) -> dict[str, Any]:
+    """Where results come from: versions, sha256 of every file that was read, more if given, wall time by stage in s."""
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
     versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
-    prepared = {record.file: to_plain(record.preparation) for record in experiment.records if record.preparation.words}
-    origin = {"versions": versions, "sha256": hashes, "seed": result.seed, "seconds": plain(result.seconds)}
-    return origin | ({"preparation": prepared} if prepared else {})
+    return {"versions": versions, "sha256": hashes, **more, "seconds": plain(seconds)}
 
 
 def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -78,8 +136,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
 
 def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any] | None = None) -> None:
     """Write `fit_json` to a file."""
-    text = json.dumps(fit_json(result, provenance_), indent=2, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    write_json(fit_json(result, provenance_), path)
 
 
 def state_files(stating: Path, folder: Path) -> None:
@@ -93,8 +150,7 @@ def state_files(stating: Path, folder: Path) -> None:
     others = sorted(path for path in folder.iterdir() if path.name != stating.name)
     found = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in others}
     document["files"] = document.get("files", {}) | found
-    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / stating.name).write_text(text + "\n", encoding="utf-8")
+    write_json(document, folder / stating.name)
 
 
 def plain(value: Any) -> Any:

@@ -8,22 +8,13 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from identification.result.netcdf_file import Series, floats, variable
-from identification.result.plain_dataclass import from_plain, to_plain
+from identification.result.store import series
 
 FILE_NAME = "posterior.nc"
 RHAT_LIMIT = 1.01
 """R-hat above which chains have not met (Vehtari and others 2021)."""
-_SERIES = {
-    "draws": "draws of the parameters",
-    "log_density": "log density of the parameters in the coordinates of the fit, up to a constant",
-    "divergent": "whether the energy error of the trajectory was large",
-    "acceptance": "rate of acceptance along the trajectory",
-    "steps": "gradients that the draw took",
-}
-_PREFIX = "posterior"
+_DRAWS = ("chain", "draw")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -43,11 +34,11 @@ class PosteriorSample:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    draws: np.ndarray
-    log_density: np.ndarray
-    divergent: np.ndarray
-    acceptance: np.ndarray
-    steps: np.ndarray
+    draws: np.ndarray = series(*_DRAWS, "parameter", words="draws of the parameters")
+    log_density: np.ndarray = series(*_DRAWS, words="log density of the parameters in the coordinates of the fit, up to a constant")
+    divergent: np.ndarray = series(*_DRAWS, words="whether the energy error of the trajectory was large")
+    acceptance: np.ndarray = series(*_DRAWS, words="rate of acceptance along the trajectory")
+    steps: np.ndarray = series(*_DRAWS, words="gradients that the draw took")
     rhat: tuple[float, ...]
     ess_bulk: tuple[float, ...]
     ess_tail: tuple[float, ...]
@@ -124,24 +115,3 @@ def arviz() -> ModuleType:
         warnings.simplefilter("ignore")
         import arviz as az
     return az
-
-
-def store_posterior(sample: PosteriorSample | None) -> tuple[dict[str, xr.Variable], dict[str, Any] | None]:
-    """The sample as variables of `result.nc`, and all else as plain data."""
-    if sample is None:
-        return {}, None
-    axes = tuple(f"{_PREFIX}_{name}" for name in ("chain", "draw", "parameter"))
-    series = {name: np.asarray(getattr(sample, name)) for name in _SERIES}
-    variables = {f"{_PREFIX}_{name}": variable(axes[: each.ndim], each, "1", _SERIES[name]) for name, each in series.items()}
-    return variables, to_plain(sample, without=tuple(_SERIES))
-
-
-def restore_posterior(document: dict[str, Any] | None, series: Series) -> PosteriorSample | None:
-    """The sample restored from what `store_posterior` made."""
-    if document is None:
-        return None
-    arrays = {name: series[f"{_PREFIX}_{name}"] for name in _SERIES}
-    arrays |= {name: floats(arrays[name]) for name in ("draws", "log_density", "acceptance")}
-    return from_plain(
-        PosteriorSample, document, **arrays | {"divergent": arrays["divergent"] != 0, "steps": arrays["steps"].astype(np.int64)}
-    )

@@ -9,7 +9,7 @@ from statsmodels.stats.meta_analysis import combine_effects
 from identification.diagnosis.calibration import ALPHA
 from identification.estimation.nominal import nominal_fit
 from identification.likelihood.fitted import Fitted, first_point, fitted
-from identification.result.between_records import Disagreement, disagreements
+from identification.result.variation import Disagreement, disagreements
 from identification.windows.prepare import prepare
 from tests.identification.conftest import cropped
 

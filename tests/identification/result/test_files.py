@@ -4,9 +4,9 @@ import json
 import numpy as np
 import pytest
 
-from identification.result.json_file import fit_json, plain, write_fit_json
+from identification.result.files import fit_json, plain, write_fit_json
 from identification.result.result import Unfitted
-from identification.result.unrest import Unrest
+from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 
 

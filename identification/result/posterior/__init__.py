@@ -1,1 +1,0 @@
-"""Sample of the posterior as part of a result."""
