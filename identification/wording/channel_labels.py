@@ -3,7 +3,7 @@
 import dataclasses
 
 from identification.experiment import CHANNELS, Experiment, si_unit
-from identification.experiment.units import factor_to_si
+from identification.experiment.channels import factor_to_si
 from identification.wording.numbers import unit_text
 
 

@@ -23,7 +23,7 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
         >>> print(default_folder("diagnose", None, "silverbox"))
         diagnose-silverbox
     """
-    from identification.experiment.settings.limited_toml import MAX_BYTES, parse_limited
+    from identification.experiment.limits import MAX_BYTES, parse_limited
 
     if recipe is not None:
         return Path(f"{job}-{_plain(recipe) or 'recipe'}")

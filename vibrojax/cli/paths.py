@@ -34,6 +34,6 @@ def check_experiment(path: Path) -> None:
     Raises:
         ExperimentError: there is none.
     """
-    from identification.experiment.settings.toml_file import find_experiment_file
+    from identification.experiment.toml_file import find_experiment_file
 
     find_experiment_file(path)

@@ -57,8 +57,7 @@ def experiment_source(experiment: Path | None, recipe: str | None, data: Path | 
     if recipe is None or data is None:
         yield data_path("example") if experiment is None else experiment
         return
-    from identification.recipes.load import load_recipe
-    from identification.recipes.prepare import recipe_experiment
+    from identification.recipes.load import load_recipe, recipe_experiment
 
     with recipe_experiment(load_recipe(recipe), data) as folder, removed_at_end([folder]):
         yield folder

@@ -6,10 +6,10 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.limits import LARGEST
 from identification.experiment.readers.apart import APART
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
-from identification.experiment.readers.limits import LARGEST
 
 # isort: off
 # In the order of messages.

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float64, Shaped
 
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers.limits import check_samples
+from identification.experiment.limits import check_samples
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

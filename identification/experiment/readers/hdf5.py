@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.limits import check_claim
 from identification.experiment.readers.base import AbstractReader, Columns, as_column, check_numeric, check_shape
-from identification.experiment.readers.limits import check_claim
 
 
 class Hdf5Reader(AbstractReader):

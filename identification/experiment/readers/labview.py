@@ -9,9 +9,8 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers.layout import EMPTY, SAMPLED_ROWS, Layout, skipped, split
-from identification.experiment.readers.numerals import DECIMALS, is_number
-from identification.experiment.readers.preamble import read_preamble
 from identification.experiment.readers.recorder import TOLERANCE, axis
+from identification.experiment.readers.text import DECIMALS, is_number, read_preamble
 
 FILE_BEGIN, HEADER_END = "LabVIEW Measurement", "***End_of_Header***"
 HEADER_ROW = re.compile(r"X_Value *(?P<delimiter>[\t,;])")

@@ -6,10 +6,9 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 
+from identification.experiment.channels import is_unit
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.readers.numerals import DECIMALS, is_number
-from identification.experiment.readers.preamble import NO_PREAMBLE, Preamble, read_preamble
-from identification.experiment.units import is_unit
+from identification.experiment.readers.text import DECIMALS, NO_PREAMBLE, Preamble, is_number, read_preamble
 
 BLANKS = " "
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", BLANKS: "blanks"}

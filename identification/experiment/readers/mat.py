@@ -7,9 +7,9 @@ import h5py
 from scipy.io import loadmat, whosmat
 
 from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.limits import check_claim
 from identification.experiment.readers.base import AbstractReader, Columns, as_column, check_shape
 from identification.experiment.readers.hdf5 import read_hdf5
-from identification.experiment.readers.limits import check_claim
 
 NUMERIC_CLASSES = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 

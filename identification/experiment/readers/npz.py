@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.limits import check_claim
 from identification.experiment.readers.base import AbstractReader, Columns, as_column, check_numeric, check_shape
-from identification.experiment.readers.limits import check_claim
 
 MEMBER_SUFFIX = ".npy"
 

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.limits import MAX_TEXT_BYTES
 from identification.experiment.readers.base import AbstractReader, Columns
-from identification.experiment.readers.labdata import load_library, silenced
-from identification.experiment.readers.limits import MAX_TEXT_BYTES
-from identification.experiment.readers.recorder import RecorderChannel, stated, to_columns
+from identification.experiment.readers.recorder import RecorderChannel, load_library, silenced, stated, to_columns
 
 LIBRARY = "pyuff"
 FUNCTION, DELIMITER = 58, b"    -1"

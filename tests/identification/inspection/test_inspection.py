@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.experiment.plausibility.sine import fit_sine
-from identification.experiment.settings.schema import Table
+from identification.experiment.signals import fit_sine
+from identification.experiment.toml_file import Table
 from identification.inspection import inspect_path, propose, summary, template
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
 from vibrojax.data_files import data_path

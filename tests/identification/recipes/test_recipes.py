@@ -22,9 +22,7 @@ from identification.recipes import (
     silverbox,
     table,
 )
-from identification.recipes.load import load_recipe, read_recipe, recipe_names
-from identification.recipes.prepare import recipe_experiment
-from identification.recipes.recordings import find_recordings
+from identification.recipes.load import find_recordings, load_recipe, read_recipe, recipe_experiment, recipe_names
 from vibrojax.errors import InputError
 
 RECIPES = recipe_names()
