@@ -168,7 +168,7 @@ def check_bodies(record: Record, declared: Declared) -> Iterator[Finding]:
     """Hammer and cart are what they are called, and both displacements grow the same way.
 
     A cart that rests moves less than its hammer and is not driven; the hammer's accelerometer shows the motion of its displacement and not
-    that of the cart's; in flight the spring pulls the hammer towards the cart, x'' = -omega_n^2 (x - y), so x and y act with opposite signs.
+    that of the cart's; in flight the spring pulls the hammer towards the cart, x'' = -omega_n^2 (x - y): x and y act with opposite signs.
     """
     if record.base != "sine":
         return
@@ -433,15 +433,13 @@ def without_computed(records: Sequence[Record]) -> list[Record]:
     return kept
 
 
-def check_saturation(
-    time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, " samples"], channel: str
-) -> Iterator[Finding]:
+def check_saturation(time: Float64[np.ndarray, " samples"], values: Float64[np.ndarray, " samples"], channel: str) -> Iterator[Finding]:
     """A channel is not cut off at a level that nobody declared: reported and never masked, because it is a finding in itself."""
     for found in find_saturation(values):
         yield Finding(
             f"{channel}: {found.samples} samples in {found.runs} stretches lie at exactly {found.level:.6g} {si_unit(channel)}, the "
-            f"{found.side} value: the channel saturates; kept as recorded. The first is sample {found.first + 1}, {time[found.first]:.6g} s. "
-            f"To leave them out, declare 'range' in [sensors.{channel}]."
+            f"{found.side} value: the channel saturates; kept as recorded. The first is sample {found.first + 1}, {time[found.first]:.6g} "
+            f"s. To leave them out, declare 'range' in [sensors.{channel}]."
         )
 
 
