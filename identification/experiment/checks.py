@@ -136,7 +136,7 @@ def check_directions(record: Record, declared: Declared) -> Iterator[Finding]:
     The cart gets what the hammer loses, or nothing. A channel that is late or early shows the same as one that points the other way.
     """
     impacts = _load_cell_impacts(record)
-    if is_turned(impacts):
+    if is_turned(record):
         yield Finding(
             f"impact_force of record {shown(record.file)} falls in {len(impacts)} impacts, {_first(record, impacts)}: expected a "
             "force that is positive in compression; set sign = -1 in [sensors.impact_force]",
@@ -159,9 +159,11 @@ def check_directions(record: Record, declared: Declared) -> Iterator[Finding]:
         )
 
 
-def is_turned(impacts: list[Impact]) -> bool:
-    """Whether a load cell reads most of the impulse of its impacts as pulls."""
-    return len(impacts) >= FEWEST_IMPACTS and sum(impact.impulse for impact in impacts) < 0.0
+def is_turned(record: Record) -> bool:
+    """Whether a load cell reads most of the impulse of its impacts as pulls; a preload that an impact relieves is none."""
+    impacts, felt = _load_cell_impacts(record), contact_force(record)
+    falls = len(impacts) >= FEWEST_IMPACTS and sum(impact.impulse for impact in impacts) < 0.0
+    return falls and felt is not None and bool(np.nanmin(record.channels["impact_force"]) < -felt[1])
 
 
 def check_bodies(record: Record, declared: Declared) -> Iterator[Finding]:
@@ -343,6 +345,15 @@ CHECKS: tuple[Callable[[Record, Declared], Iterator[Finding]], ...] = (
 def first_finding(record: Record, declared: Declared) -> Finding | None:
     """What the first check that finds something says; None where a record suits its description."""
     return next((finding for check in CHECKS for finding in check(record, declared)), None)
+
+
+def all_findings(record: Record, declared: Declared) -> Iterator[Finding]:
+    """What is found in one record alone, before it is part of an experiment; saturation apart, which is a fact of a column."""
+    first = first_finding(record, declared)
+    yield from () if first is None else (first,)
+    yield from () if first is not None else check_calibrations([record], declared.mass)
+    for pair in ONE_MOTION:
+        yield from (finding for _, finding in check_computed(record, pair))
 
 
 def check_records(

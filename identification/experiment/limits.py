@@ -1,4 +1,9 @@
-"""What a file from elsewhere may claim, and where it may lie: the defence against damaged files and those made to do harm."""
+"""What a file from elsewhere may claim, and where it may lie: the defence against damaged files and those made to do harm.
+
+Readers refuse, before they allocate, more samples, memory or text than a record can have (`check_samples`, `check_claim`, `check_shape`,
+`check_numeric`, `text_limit`); the process that reads for compiled libraries has limits on memory and time (`limit_process`); TOML is short
+and shallow (`parse_limited`); and a record lies inside its experiment's folder (`record_path`).
+"""
 
 import hashlib
 import math
@@ -8,28 +13,81 @@ import tomllib
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
+import numpy as np
+
 from identification.experiment.errors import ExperimentError, check_printable, shown
 
 MAX_SAMPLES = 50_000_000
 MAX_TEXT_BYTES = 4 * 2**30
 LARGEST = math.sqrt(sys.float_info.max / MAX_SAMPLES) / 2**16
 """A larger number counts as missing: units, differences and sums of squares of up to this one stay finite in double precision."""
-# A measured signal carries noise and never shrinks a hundredfold; small files are let through whatever their ratio.
-MAX_RATIO = 100
-FREE_BYTES = 64 * 2**20
-# For a file that is read in a process of its own: what the libraries take to start with, and far more than any of them needs for a byte.
+MAX_RATIO, FREE_BYTES = 100, 64 * 2**20
+"""A measured signal carries noise and never shrinks a hundredfold; small files are let through whatever their ratio."""
 FREE_SECONDS, BYTES_PER_SECOND = 15, 1_000_000
 FREE_MEMORY, COPIES = 2**30, 3
+"""Of a file that is read in a process of its own: what libraries take to start with, and far more than any of them needs for a byte."""
+MAX_BYTES = 4_000_000
+"""Of a TOML text: some ten thousand records."""
+MOST_PARTS = 16
+"""Of a dotted key: the parser takes time and memory with the square of their number."""
+_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_PARTS}}}")
+
+
+def check_samples(samples: int, what: str) -> None:
+    """Refuse more samples than a record may have; `what` claims them, for the message."""
+    if samples > MAX_SAMPLES:
+        raise ExperimentError(f"{what} claims {samples} samples: expected at most {MAX_SAMPLES}; cut or decimate the record")
+
+
+def check_claim(claimed_bytes: int, stored_bytes: int) -> None:
+    """Refuse to read a file that would take more memory than its own size can back."""
+    if claimed_bytes > allowed_bytes(stored_bytes):
+        raise ExperimentError(
+            f"the file claims {claimed_bytes} bytes in a file of {stored_bytes} bytes: expected at most {allowed_bytes(stored_bytes)}; "
+            "the file is damaged, export it again"
+        )
+
+
+def check_shape(shape: tuple[int, ...], name: str) -> None:
+    """Refuse a shape that is no column, before anything is allocated.
+
+    Args:
+        shape: as the file claims.
+        name: the column's name.
+
+    Raises:
+        ExperimentError: more than one dimension longer than 1, or too many samples.
+    """
+    samples = 1
+    for length in shape:
+        samples *= int(length)
+    check_samples(samples, f"column {shown(name)}")
+    if len(shape) == 0 or (samples > 0 and max(shape) != samples):
+        raise ExperimentError(f"column {shown(name)} has shape {tuple(shape)}: expected one dimension; store one array per channel")
+
+
+def check_numeric(dtype: np.dtype, name: str) -> None:
+    """Refuse a type that holds no real numbers.
+
+    Args:
+        dtype: as the file declares.
+        name: the column's name.
+
+    Raises:
+        ExperimentError: text, objects, complex or logical values, structures.
+    """
+    if dtype.kind not in "iuf":
+        raise ExperimentError(f"column {shown(name)} holds {dtype}: expected integers or real numbers; store it as float64")
+
+
+def text_limit(stored_bytes: int, *, packed: bool = False) -> int:
+    """Bytes that a text file may have, unfolded where it is packed."""
+    return min(MAX_TEXT_BYTES, allowed_bytes(stored_bytes)) if packed else MAX_TEXT_BYTES
 
 
 def allowed_bytes(stored_bytes: int) -> int:
-    """Number of bytes that a file may unfold to.
-
-    Args:
-        stored_bytes: the file's own size.
-
-    Returns:
-        The limit in bytes.
+    """Bytes that a file of so many may unfold to.
 
     Example:
         >>> allowed_bytes(10) == FREE_BYTES
@@ -38,46 +96,8 @@ def allowed_bytes(stored_bytes: int) -> int:
     return max(FREE_BYTES, MAX_RATIO * stored_bytes)
 
 
-def check_samples(samples: int, what: str) -> None:
-    """Refuse more samples than a record may have.
-
-    Args:
-        samples: as the file claims.
-        what: for the message.
-
-    Raises:
-        ExperimentError: more than `MAX_SAMPLES`.
-    """
-    if samples > MAX_SAMPLES:
-        raise ExperimentError(f"{what} claims {samples} samples: expected at most {MAX_SAMPLES}; cut or decimate the record")
-
-
-def check_claim(claimed_bytes: int, stored_bytes: int, what: str) -> None:
-    """Refuse a claim that the file's own size cannot back.
-
-    Args:
-        claimed_bytes: memory that reading would take.
-        stored_bytes: size of the file.
-        what: for the message.
-
-    Raises:
-        ExperimentError: the claim is beyond `allowed_bytes`.
-    """
-    if claimed_bytes > allowed_bytes(stored_bytes):
-        raise ExperimentError(
-            f"{what} claims {claimed_bytes} bytes in a file of {stored_bytes} bytes: expected at most {allowed_bytes(stored_bytes)}; "
-            "the file is damaged, export it again"
-        )
-
-
 def allowed_seconds(stored_bytes: int) -> int:
-    """Processor time that reading a file may take.
-
-    Args:
-        stored_bytes: the file's own size.
-
-    Returns:
-        The limit in s.
+    """Processor time that reading a file of so many bytes may take, s.
 
     Example:
         >>> allowed_seconds(3_000_000)
@@ -87,22 +107,19 @@ def allowed_seconds(stored_bytes: int) -> int:
 
 
 def allowed_memory(stored_bytes: int) -> int:
-    """Memory that reading a file may take: some copies of what it may unfold to.
-
-    Args:
-        stored_bytes: the file's own size.
-
-    Returns:
-        The limit in bytes.
-    """
+    """Bytes of memory that reading a file may take: some copies of what it may unfold to."""
     return FREE_MEMORY + COPIES * allowed_bytes(stored_bytes)
 
 
-MAX_BYTES = 4_000_000
-"""Some ten thousand records."""
-MOST_PARTS = 16
-_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
-_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_PARTS}}}")
+def limit_process(stored_bytes: int) -> None:
+    """From here on this process has so much memory and time as a file of so many bytes may take."""
+    import resource  # not there on every system
+
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    memory, seconds = pages * resource.getpagesize() + allowed_memory(stored_bytes), allowed_seconds(stored_bytes)
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def parse_limited(text: str) -> dict[str, Any]:

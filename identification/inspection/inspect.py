@@ -5,22 +5,28 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float64
 from rich import box
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from identification.experiment.channels import CART_CHANNELS
+from identification.experiment.checks import MOSTLY_SINE, Declared, Finding, all_findings, is_turned
 from identification.experiment.errors import ExperimentError, listed
+from identification.experiment.experiment import Record
 from identification.experiment.noise import estimate_noise
 from identification.experiment.readers import READERS, check_suffix
 from identification.experiment.samples import Saturation, check_time, find_saturation
-from identification.experiment.signals import CONTACT, Sine, fit_sine
+from identification.experiment.signals import Sine, contact_force, fit_sine
 from identification.inspection.columns import Column, FileColumns, Mapped, is_angle, map_columns, matched, read_file
 from vibrojax.errors import printable
 
 GAP = 1.5
 """Of the median step: a longer one is a gap."""
+AT_REST = 5.0
+"""Noises: a channel whose standard deviation is less stands still."""
+REST_SHARE = 0.02
+"""Of the hammer's standard deviation: a cart that moves less stands still, though impacts shake it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,21 +81,19 @@ class ColumnFacts:
     saturation: tuple[Saturation, ...]
 
 
-def time_facts(found: FileColumns) -> TimeFacts:
-    """Properties of the time stamps of a file.
-
-    Args:
-        found: the file's columns.
-
-    Returns:
-        The facts.
-    """
+def _time_facts(found: FileColumns) -> TimeFacts:
+    """Properties of the time stamps of a file."""
     time = found.seconds
     usable = time[np.isfinite(time)]
     steps = np.diff(usable)
     median = float(np.median(steps)) if steps.size else float("nan")
     even = steps[(steps > 0.0) & (steps <= GAP * median)]
     gaps = steps[steps > GAP * median]
+    problem = ""
+    try:
+        check_time(time, "the record")
+    except ExperimentError as error:
+        problem = str(error)
     return TimeFacts(
         samples=int(time.size),
         begin=float(usable[0]) if usable.size else float("nan"),
@@ -100,19 +104,12 @@ def time_facts(found: FileColumns) -> TimeFacts:
         longest_gap=float(gaps.max(initial=0.0)),
         repeated=int(np.sum(steps == 0.0)),
         backwards=int(np.sum(steps < 0.0)),
-        problem=_problem(time),
+        problem=problem,
     )
 
 
-def column_facts(column: Column) -> ColumnFacts:
-    """Properties of one column.
-
-    Args:
-        column: as read.
-
-    Returns:
-        The facts.
-    """
+def _column_facts(column: Column) -> ColumnFacts:
+    """Properties of one column."""
     finite = np.isfinite(column.values)
     usable = column.values[finite]
     marked = np.where(finite, column.values, np.nan)
@@ -125,26 +122,6 @@ def column_facts(column: Column) -> ColumnFacts:
         noise=estimate_noise(marked),
         saturation=find_saturation(marked),
     )
-
-
-def _problem(time: Float64[np.ndarray, " samples"]) -> str:
-    """What the loader would say."""
-    try:
-        check_time(time, "the record")
-    except ExperimentError as error:
-        return str(error)
-    return ""
-
-
-AT_REST = 5.0
-"""Noises: a channel whose standard deviation is less stands still."""
-REST_SHARE = 0.02
-"""Of the hammer's standard deviation: a cart that moves less stands still, though impacts shake it."""
-IMPACT_ACCELERATION = 10.0
-"""Typical deviations that an acceleration reaches in an impact."""
-PULL_SHARE, FEWEST_PULLS = 0.2, 2
-"""Of the deepest pull, which a force passes in an impact; and how many impacts, for one may be a glitch."""
-SINE_SHARE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,88 +143,6 @@ class Guess:
     impacts: bool | None = None
 
 
-def guess_kind(seconds: Float64[np.ndarray, " samples"], mapped: tuple[Mapped, ...]) -> Guess:
-    """Guess the kind of a record.
-
-    Args:
-        seconds: time stamps, shape (samples,).
-        mapped: its channels.
-
-    Returns:
-        The guess and its reason.
-    """
-    channels = {one.channel: one.column.values * one.factor for one in mapped}
-    for name in ("cart_displacement", "cart_acceleration"):
-        if name in channels and _moves(channels[name], channels.get(name.replace("cart", "hammer"))):
-            return _excited(seconds, channels[name], name)
-    impacts = _impacts(channels)
-    if "applied_force" in channels and _moves(channels["applied_force"], None):
-        return Guess(kind="forced", why="an applied force is recorded and no cart moves", impacts=impacts)
-    cart = any(name.startswith("cart") for name in channels)
-    rest = "the cart is at rest" if cart else "no motion of a cart is recorded"
-    if impacts is None and "relative_displacement" in channels and not cart and any(map(is_angle, mapped)):
-        return Guess(kind="free-decay", why=f"{rest}, and an angle is")
-    if impacts is None:
-        return Guess(kind="drop-test", why=f"{rest}; these channels do not show whether impacts occur")
-    if impacts:
-        return Guess(kind="drop-test", why=f"{rest} and impacts occur")
-    return Guess(kind="free-decay", why=f"{rest} and no impact is seen", impacts=False)
-
-
-def _excited(seconds: np.ndarray, cart: np.ndarray, name: str) -> Guess:
-    """A moving cart: a sine, or not."""
-    sine = fit_sine(seconds, cart)
-    if sine is None or sine.share < SINE_SHARE:
-        share = 0.0 if sine is None else sine.share
-        why = f"{name} moves, but a sine explains only {100 * share:.0f} % of it: its recorded motion had better drive the model"
-        return Guess(kind="cart-excitation", why=why, measured=True)
-    why = f"{name} is a sine to {100 * sine.share:.4g} %, of {sine.frequency:.7g} Hz, standard error {sine.stderr:.1g} Hz"
-    return Guess(kind="cart-excitation", why=why, sine=sine)
-
-
-def _moves(values: np.ndarray, beside: np.ndarray | None) -> bool:
-    """Whether a channel is more than noise, and more than a trace of what happens beside it."""
-    spread = float(np.nanstd(values)) if np.isfinite(values).any() else 0.0
-    noise = estimate_noise(np.where(np.isfinite(values), values, np.nan)) or 0.0
-    trace = 0.0 if beside is None or not np.isfinite(beside).any() else REST_SHARE * float(np.nanstd(beside))
-    return spread > max(AT_REST * noise, trace)
-
-
-def reads_pulls(one: Mapped) -> bool:
-    """Whether a channel is a load cell that reads impacts as pulls.
-
-    Args:
-        one: a channel of a record.
-
-    Returns:
-        False for other channels, and where no impact is seen.
-    """
-    force = one.column.values
-    if one.channel != "impact_force" or not np.isfinite(force).any():
-        return False
-    level = max(PULL_SHARE * float(np.nanmax(-force)), _contact(force))
-    pulls, pushes = (int(np.sum(np.diff((signed > level).astype(int)) == 1)) for signed in (-force, force))
-    return pulls >= FEWEST_PULLS and pulls > pushes
-
-
-def _contact(force: np.ndarray) -> float:
-    """The force beyond which a load cell feels a contact, above its noise."""
-    return CONTACT * (estimate_noise(np.where(np.isfinite(force), force, np.nan)) or 0.0)
-
-
-def _impacts(channels: dict[str, np.ndarray]) -> bool | None:
-    """Whether impacts occur; None where no channel shows it."""
-    force = channels.get("impact_force")
-    if force is not None and np.isfinite(force).any():
-        off = np.abs(force - np.nanmedian(force))
-        return float(np.nanmax(off)) > _contact(force)
-    acceleration = channels.get("hammer_acceleration")
-    if acceleration is not None and np.isfinite(acceleration).any():
-        off = np.abs(acceleration - np.nanmedian(acceleration))
-        return float(np.nanmax(off)) > IMPACT_ACCELERATION * float(np.nanmedian(off))
-    return None
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Inspected:
     """One inspected file.
@@ -258,6 +153,8 @@ class Inspected:
         columns: facts of every usable column.
         mapped: the columns that seem to be channels.
         guess: what kind of record it seems to be.
+        findings: what the checks of records say of it, if channels, units and kind are as guessed.
+        turned: whether its load cell reads impacts as pulls.
     """
 
     found: FileColumns
@@ -265,6 +162,8 @@ class Inspected:
     columns: tuple[ColumnFacts, ...]
     mapped: tuple[Mapped, ...]
     guess: Guess
+    findings: tuple[Finding, ...] = ()
+    turned: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -323,21 +222,67 @@ def _known(path: Path) -> bool:
 
 def _inspected(found: FileColumns) -> Inspected:
     """Inspect one file."""
-    time = time_facts(found)
-    mapped = map_columns(found.columns)
-    mapped = mapped if time.problem else matched(found.seconds, mapped)
-    guess = Guess(kind="drop-test", why="its time stamps are unusable, so nothing could be determined")
-    if not time.problem:
-        guess = guess_kind(found.seconds, mapped)
-    if found.untimed and guess.sine is not None:
-        guess = replace(guess, why="the cart moves as a sine; without time stamps its frequency is not known")
-    return Inspected(
-        found=found,
-        time=time,
-        columns=tuple(column_facts(column) for column in found.columns),
-        mapped=mapped,
-        guess=guess,
-    )
+    time, columns, mapped = _time_facts(found), tuple(map(_column_facts, found.columns)), map_columns(found.columns)
+    if time.problem:
+        guess = Guess(kind="drop-test", why="its time stamps are unusable, so nothing could be determined")
+        return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=guess)
+    mapped = matched(found.seconds, mapped)
+    record = _as_drop_test(found, mapped)
+    guess = _guess(record, angle=any(map(is_angle, mapped)))
+    turned = is_turned(record)
+    if found.untimed:
+        why = guess.why if guess.sine is None else "the cart moves as a sine; without time stamps its frequency is not known"
+        return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=replace(guess, why=why), turned=turned)
+    frequency = None if guess.sine is None else guess.sine.rounded
+    record = replace(record, kind=guess.kind, base="measured" if guess.measured else "sine", excitation_frequency=frequency)
+    units = {one.channel: "V" if one.is_output else one.unit for one in mapped}  # of an output no scale is known
+    findings = tuple(all_findings(record, Declared(units=units)))
+    return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=guess, findings=findings, turned=turned)
+
+
+def _as_drop_test(found: FileColumns, mapped: tuple[Mapped, ...]) -> Record:
+    """The file as a record of a drop test whose gap nobody knows."""
+    marked = {one.channel: one.factor * np.where(np.isfinite(one.column.values), one.column.values, np.nan) for one in mapped}
+    channels = {channel: values for channel, values in marked.items() if np.isfinite(values).any()}
+    noise = {channel: std for channel, values in channels.items() if (std := estimate_noise(values)) is not None}
+    return Record(file=found.file, kind="drop-test", gap=float("nan"), time=found.seconds, channels=channels, noise=noise)
+
+
+def _guess(record: Record, *, angle: bool) -> Guess:
+    """Guess the kind of a record from its channels; `angle` where one of them is an angle."""
+    for name in CART_CHANNELS:
+        if name in record.channels and _moves(record, name, beside=name.replace("cart", "hammer")):
+            return _excited(record.time, record.channels[name], name)
+    felt = contact_force(record)
+    impacts = None if felt is None else bool(np.nanmax(np.abs(felt[0])) > felt[1])
+    if "applied_force" in record.channels and _moves(record, "applied_force"):
+        return Guess(kind="forced", why="an applied force is recorded and no cart moves", impacts=impacts)
+    cart = any(name in record.channels for name in CART_CHANNELS)
+    rest = "the cart is at rest" if cart else "no motion of a cart is recorded"
+    if impacts is None and "relative_displacement" in record.channels and not cart and angle:
+        return Guess(kind="free-decay", why=f"{rest}, and an angle is")
+    if impacts is None:
+        return Guess(kind="drop-test", why=f"{rest}; these channels do not show whether impacts occur")
+    if impacts:
+        return Guess(kind="drop-test", why=f"{rest} and impacts occur")
+    return Guess(kind="free-decay", why=f"{rest} and no impact is seen", impacts=False)
+
+
+def _excited(seconds: np.ndarray, cart: np.ndarray, name: str) -> Guess:
+    """A moving cart: a sine, or not."""
+    sine = fit_sine(seconds, cart)
+    if sine is None or sine.share < MOSTLY_SINE:
+        share = 0.0 if sine is None else sine.share
+        why = f"{name} moves, but a sine explains only {100 * share:.0f} % of it: its recorded motion had better drive the model"
+        return Guess(kind="cart-excitation", why=why, measured=True)
+    why = f"{name} is a sine to {100 * sine.share:.4g} %, of {sine.frequency:.7g} Hz, standard error {sine.stderr:.1g} Hz"
+    return Guess(kind="cart-excitation", why=why, sine=sine)
+
+
+def _moves(record: Record, channel: str, *, beside: str = "") -> bool:
+    """Whether a channel is more than noise, and more than a trace of what happens in the one beside it."""
+    trace = REST_SHARE * float(np.nanstd(record.channels[beside])) if beside in record.channels else 0.0
+    return float(np.nanstd(record.channels[channel])) > max(AT_REST * record.noise.get(channel, 0.0), trace)
 
 
 def summary(inspection: Inspection) -> Group:
@@ -379,7 +324,8 @@ def _file(one: Inspected) -> list[RenderableType]:
     if one.time.problem:
         lines.append(_bold(f"a fit would refuse it: {one.time.problem}"))
     lines += [_bold(f"{name} cannot be used: {reason}") for name, reason in one.found.unusable.items()]
-    return [*lines, Text(f"looks like {one.guess.kind}: {one.guess.why}")]
+    lines.append(Text(f"looks like {one.guess.kind}: {one.guess.why}"))
+    return [*lines, *(_bold(("a fit would refuse it: " if found.refuses else "odd: ") + found.sentence) for found in one.findings)]
 
 
 def _bold(text: str) -> Text:

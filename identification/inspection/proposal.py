@@ -5,7 +5,7 @@ from pathlib import Path
 from identification.experiment.channels import CHANNELS, TIME, example, is_stand_in, same_unit, si_unit
 from identification.experiment.readers import stem_of
 from identification.inspection.columns import Mapped, is_angle
-from identification.inspection.inspect import Inspected, Inspection, reads_pulls
+from identification.inspection.inspect import Inspected, Inspection
 from vibrojax.errors import printable
 
 TEMPLATE = """\
@@ -190,7 +190,7 @@ def propose(inspection: Inspection, folder: Path) -> str:
         HEAD.format(name=_text(inspection.folder.resolve().name or "experiment")),
         *_rig([each for each, _ in sensors.values()], stopless),
     ]
-    turned = any(reads_pulls(each) for one in usable for each in one.mapped)
+    turned = any(one.turned for one in usable)
     parts += [_sensor(*sensors[channel], turned=turned and channel == "impact_force") for channel in CHANNELS if channel in sensors]
     parts += [
         _record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}, stopless) for one in inspection.files

@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.limits import allowed_memory, allowed_seconds
+from identification.experiment.limits import allowed_memory, allowed_seconds, limit_process
 from identification.experiment.readers.base import AbstractReader, Columns
 from identification.experiment.readers.recorder import silenced
 
@@ -183,7 +183,7 @@ def _answer(request: dict[str, Any], pipe: int, read: Read) -> NoReturn:
     try:
         _end_with_parent()
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-        _limited(request["stored"])
+        limit_process(request["stored"])
         header, arrays = _read(request, read)
         text = json.dumps(header).encode()
         text += b" " * (-len(text) % LENGTH)
@@ -212,17 +212,6 @@ def _read(request: dict[str, Any], read: Read) -> tuple[dict[str, Any], list[Any
 def _has_memory_error(error: BaseException | None) -> bool:
     """Whether it began with a lack of memory."""
     return error is not None and (isinstance(error, MemoryError) or _has_memory_error(error.__cause__ or error.__context__))
-
-
-def _limited(stored: int) -> None:
-    """From here on this process has so much memory and time as the file may take."""
-    import resource  # not there on every system
-
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    memory, seconds = pages * resource.getpagesize() + allowed_memory(stored), allowed_seconds(stored)
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def _end_with_parent() -> None:

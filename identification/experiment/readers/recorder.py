@@ -140,7 +140,7 @@ def to_columns(channels: Sequence[RecorderChannel], wanted: AbstractSet[str], st
     chosen = [channel for channel in channels if channel.name in wanted]
     for channel in chosen:
         check_samples(channel.samples, f"channel {shown(channel.name)}")
-    check_claim(8 * sum(channel.samples for channel in chosen), stored_bytes, "the file")
+    check_claim(8 * sum(channel.samples for channel in chosen), stored_bytes)
     names = [channel.name for channel in channels]
     values = {channel.name: as_column(channel.read(), channel.name) for channel in chosen}
     units = {channel.name: channel.unit.strip() for channel in chosen if stated(channel.unit)}

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.errors import ExperimentError
-from identification.experiment.limits import MAX_TEXT_BYTES, allowed_bytes
+from identification.experiment.limits import text_limit
 
 BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 WESTERN = "cp1252"
@@ -34,7 +34,7 @@ def read_lines(path: Path) -> tuple[list[str], str]:
     """
     stored = path.stat().st_size
     packed = path.suffix.lower() == ".gz"
-    limit = min(MAX_TEXT_BYTES, allowed_bytes(stored)) if packed else MAX_TEXT_BYTES
+    limit = text_limit(stored, packed=packed)
     with gzip.open(path, "rb") if packed else path.open("rb") as stream:
         content = stream.read(limit + 1 if packed else min(limit, stored) + 1)
     if len(content) > limit:
