@@ -98,17 +98,9 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
 
 
 def same_unit(unit: str, other: str, dimension: str) -> bool:
-    """Say whether two texts mean one unit of a dimension.
+    """Whether two texts mean one unit of a dimension; False also where one of them is no such unit.
 
     A stand-in for an SI unit, such as the volt, has its factor and is another unit all the same.
-
-    Args:
-        unit: any text.
-        other: any text.
-        dimension: as for `factor_to_si`.
-
-    Returns:
-        False also where one of them is no unit of that dimension.
 
     Example:
         >>> same_unit("m/s2", "m/s^2", "acceleration"), same_unit("V", "m", "displacement")
@@ -122,13 +114,7 @@ def same_unit(unit: str, other: str, dimension: str) -> bool:
 
 
 def is_unit(text: str) -> bool:
-    """Say whether a text is a unit, of a channel or of something else that recorders write beside it.
-
-    Args:
-        text: without brackets.
-
-    Returns:
-        Whether it is known.
+    """Whether a text without brackets is a unit, of a channel or of something else that recorders write beside it.
 
     Example:
         >>> is_unit("mm"), is_unit("°C"), is_unit("Force")
@@ -209,13 +195,7 @@ KINDS = ("drop-test", "cart-excitation", "free-decay", "forced", "prescribed")
 
 
 def means_time(column: str) -> bool:
-    """Say whether a column's name says that it holds time stamps.
-
-    Args:
-        column: as the file names it.
-
-    Returns:
-        Whether it does, in English, German or Portuguese.
+    """Whether a column's name says that it holds time stamps, in English, German or Portuguese.
 
     Example:
         >>> means_time("Zeit  1 - Messrate [s]"), means_time("t_ms"), means_time("Impact")

@@ -25,10 +25,6 @@ class ExperimentError(ValueError):
         ValueError.__init__(self, " ".join(message.split()))
 
 
-class DoubtError(ExperimentError):
-    """Records make a mistake in their description likely and do not prove it; loading turns it into a warning."""
-
-
 def shown(value: object) -> str:
     """Write a value as it may appear in a message: quoted, without control characters, shortened.
 

@@ -50,15 +50,7 @@ def check_claim(claimed_bytes: int, stored_bytes: int) -> None:
 
 
 def check_shape(shape: tuple[int, ...], name: str) -> None:
-    """Refuse a shape that is no column, before anything is allocated.
-
-    Args:
-        shape: as the file claims.
-        name: the column's name.
-
-    Raises:
-        ExperimentError: more than one dimension longer than 1, or too many samples.
-    """
+    """Refuse a shape that is no column, or too many samples, before anything is allocated; `name` is the column's."""
     samples = 1
     for length in shape:
         samples *= int(length)
@@ -68,15 +60,7 @@ def check_shape(shape: tuple[int, ...], name: str) -> None:
 
 
 def check_numeric(dtype: np.dtype, name: str) -> None:
-    """Refuse a type that holds no real numbers.
-
-    Args:
-        dtype: as the file declares.
-        name: the column's name.
-
-    Raises:
-        ExperimentError: text, objects, complex or logical values, structures.
-    """
+    """Refuse a type that holds no real numbers: text, objects, complex or logical values, structures."""
     if dtype.kind not in "iuf":
         raise ExperimentError(f"column {shown(name)} holds {dtype}: expected integers or real numbers; store it as float64")
 
@@ -144,17 +128,9 @@ def parse_limited(text: str) -> dict[str, Any]:
 
 
 def record_path(folder: Path, file: str) -> Path:
-    """Resolve a record's path and check that it stays inside the folder.
+    """Resolve a record's path, as written in the experiment file, and check that it stays inside the folder; it need not exist.
 
-    Args:
-        folder: the experiment's folder.
-        file: relative path as written in the experiment file.
-
-    Returns:
-        The path; the file need not exist.
-
-    Raises:
-        ExperimentError: the path is absolute, climbs out with "..", holds control characters, or a link leads out of the folder.
+    Refused is a path that is absolute, climbs out with "..", holds control characters, or leads out of the folder through a link.
     """
     remedy = "expected a path inside the experiment's folder; put the file there"
     windows = PureWindowsPath(file)
@@ -171,18 +147,7 @@ def record_path(folder: Path, file: str) -> Path:
 
 
 def file_exists(path: Path, file: str) -> bool:
-    """Say whether a record's file is there.
-
-    Args:
-        path: from `record_path`.
-        file: as written, for the message.
-
-    Returns:
-        False where nothing bears that name.
-
-    Raises:
-        ExperimentError: something bears it that is not a plain file.
-    """
+    """Whether a record's file is there; what bears its name and is no plain file is refused. `file` is the name for the message."""
     try:
         if path.is_file():
             return True
@@ -195,13 +160,6 @@ def file_exists(path: Path, file: str) -> bool:
 
 
 def sha256_of(path: Path) -> str:
-    """Digest a file's bytes.
-
-    Args:
-        path: the file.
-
-    Returns:
-        sha256 in hexadecimal.
-    """
+    """sha256 of a file's bytes, in hexadecimal."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -128,15 +128,7 @@ _MOTION = (*MOTION_CHANNELS, "hammer_acceleration")
 
 
 def check_fittable(records: Sequence[Record], *, mass_is_known: bool) -> None:
-    """Refuse what no fit could say anything of.
-
-    Args:
-        records: with their channels.
-        mass_is_known: False where the mass is to be estimated.
-
-    Raises:
-        ExperimentError: a record does not show the hammer's motion, or no fitted one holds the force that identifies the mass.
-    """
+    """Refuse records of which no fit could say anything: without the hammer's motion, or without a force where the mass is estimated."""
     for record in records:
         if not record.channels.keys() & set(_MOTION):
             raise ExperimentError(

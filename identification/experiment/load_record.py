@@ -45,17 +45,9 @@ class RawRecord:
 
 
 def wanted_columns(settings: RecordSettings, sensors: dict[str, Sensor]) -> dict[str, str]:
-    """Say which column to look for, for time and for every sensor.
+    """Name of the column to look for, by channel: that of `columns` of the record, else the channel's own; for time and every sensor.
 
-    Args:
-        settings: of the record; its `columns` rename.
-        sensors: of the experiment.
-
-    Returns:
-        Column name by channel name.
-
-    Raises:
-        ExperimentError: a channel with a column or unit of its own has no sensor, or two channels want one column.
+    Refused are a channel with a column or unit of its own and no sensor, and two channels that want one column.
     """
     for key, channels in (("columns", settings.columns), ("units", settings.units)):
         for channel in channels:
@@ -69,19 +61,9 @@ def wanted_columns(settings: RecordSettings, sensors: dict[str, Sensor]) -> dict
 
 
 def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, need_channels: bool) -> RawRecord:
-    """Put the file's columns under the names of channels.
+    """Put the file's columns under the names of channels; with `need_channels` at least one beside time must be there.
 
-    Args:
-        columns: as read.
-        wanted: from `wanted_columns`.
-        settings: of the record.
-        need_channels: whether at least one channel beside time must be there.
-
-    Returns:
-        Time and channels.
-
-    Raises:
-        ExperimentError: no time, no channel, a column that was named is not there, or the lengths differ.
+    Refused are a file without time, or without a column that was named, and channels whose lengths differ.
     """
     values = dict(columns.values)
     rate, notices = settings.numbers["sampling_frequency"], []
@@ -128,19 +110,10 @@ def _notices(columns: Columns, wanted: dict[str, str], channels: dict[str, Float
 
 
 def stated_unit(dimension: str, declared: str | None, column: str, units: Mapping[str, str]) -> tuple[str | None, tuple[str, ...]]:
-    """The unit that a file states for a column, and what is odd about it.
+    """The unit that a file states for a column of a dimension, None where it is silent; and a sentence, if there is a contradiction.
 
     Brackets behind the column's name count as its statement. Where the experiment file contradicts them by a factor only, it counts, since
     names are often copied from another table.
-
-    Args:
-        dimension: of the channel, or "time".
-        declared: the unit in the experiment file; None where it declares none.
-        column: its name.
-        units: that the file states beside the names, by column.
-
-    Returns:
-        The unit, None where the file is silent; and a sentence, if there is a contradiction.
 
     Example:
         >>> stated_unit("displacement", "m", "Laser [mm]", {})[0], stated_unit("displacement", None, "Laser [mm]", {})[0]
@@ -157,23 +130,11 @@ def stated_unit(dimension: str, declared: str | None, column: str, units: Mappin
 
 
 def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, stated: str | None) -> float:
-    """Find the factor that turns the recorded numbers of a channel into SI.
+    """SI value of one unit of the recorded numbers of a channel.
 
     `units` of the record overrules everything, for a file whose own statement is wrong, or whose numbers are no sensor's output. Else the
     unit that the file states and that of the sensor's table must agree, and one of them must be there. A sensor with a sensitivity has
     units of its output, by default that of its sensitivity.
-
-    Args:
-        channel: its name.
-        sensor: its table.
-        settings: of the record.
-        stated: the unit that the record's file itself states; None where it is silent.
-
-    Returns:
-        SI value of one unit.
-
-    Raises:
-        ExperimentError: no unit, two that differ, or one that is unknown or of another dimension.
     """
     dimension, table = CHANNELS[channel], f"[sensors.{channel}]"
 
@@ -213,18 +174,7 @@ def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, state
 
 
 def time_factor(settings: RecordSettings, stated: str | None) -> float:
-    """Find the factor that turns the recorded time stamps into seconds: `time_unit` of the record, else what the file states, else s.
-
-    Args:
-        settings: of the record.
-        stated: the unit that the record's file itself states; None where it is silent.
-
-    Returns:
-        Seconds in one unit.
-
-    Raises:
-        ExperimentError: the unit is unknown.
-    """
+    """Seconds in one unit of the recorded time stamps: of `time_unit` of the record, else of what the file states, else s."""
     if settings.time_unit is not None or stated is None:
         return factor_to_si(settings.time_unit or "s", TIME, settings.where)
     try:

@@ -26,14 +26,9 @@ COARSEST_ROUNDING = 1e-5
 def drop_bad_time(
     time: Float64[np.ndarray, " samples"], channels: dict[str, Float64[np.ndarray, " samples"]]
 ) -> tuple[Float64[np.ndarray, " kept"], dict[str, Float64[np.ndarray, " kept"]], tuple[str, ...]]:
-    """Leave out samples without a time stamp, or with that of the sample before.
+    """Leave out samples without a time stamp, or with that of the sample before; a notice says how many.
 
-    Args:
-        time: as recorded, shape (samples,).
-        channels: beside it, shape (samples,) each.
-
-    Returns:
-        What is left, and a notice on what is not. Time that runs backwards is left as it is.
+    Time that runs backwards is left as it is.
     """
     lost = ~np.isfinite(time)
     sound = np.flatnonzero(~lost)
@@ -49,17 +44,9 @@ def drop_bad_time(
 
 
 def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
-    """Check the time stamps of a record.
+    """Refuse time stamps, s, that are too few, not finite, that do not grow, or are too far from 0 to be exact; `where` names the record.
 
-    Args:
-        time: s, shape (samples,).
-        where: the record, for messages.
-
-    Returns:
-        A notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
-
-    Raises:
-        ExperimentError: no or too few samples, a time that is not finite, that does not grow, or that is too far from 0 to be exact.
+    Given is a notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
     """
     if time.size < MIN_SAMPLES:
         count = f"only {time.size} samples" if time.size else "no samples, it is empty"
@@ -93,16 +80,7 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
 
 
 def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
-    """Check that the samples of a file can show its drive: pauses between them say nothing of that.
-
-    Args:
-        frequency: of the excitation, Hz; None without one.
-        time: s, checked, shape (samples,).
-        where: the record, for messages.
-
-    Raises:
-        ExperimentError: there are fewer than two samples in a period.
-    """
+    """Refuse a drive, Hz, of which a period has fewer than two samples; pauses between samples say nothing of that."""
     sampling = 1.0 / float(np.median(np.diff(time)))
     if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
         raise ExperimentError(
@@ -121,15 +99,7 @@ def _in_ms(frequency: float, sampling: float) -> str:
 
 
 def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:
-    """Make the time stamps of a record that has no file.
-
-    Args:
-        duration: s, above 0.
-        sampling_frequency: Hz, above 0.
-        where: the record, for messages.
-
-    Returns:
-        Stamps from 0 to `duration` inclusive, s, shape (samples,).
+    """Time stamps, s, of a record that has no file: from 0 to `duration`, s, inclusive, at `sampling_frequency`, Hz.
 
     Raises:
         ExperimentError: one of the two is missing, or they give fewer than two or too many samples.
@@ -154,16 +124,7 @@ _ROUNDING = 1e-9
 def mark_missing(
     values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str
 ) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
-    """Turn infinite samples into NaN, with a notice on all NaN samples.
-
-    Args:
-        values: one channel, SI, shape (samples,).
-        time: s, shape (samples,).
-        channel: its name.
-
-    Returns:
-        The channel with NaN for every unusable sample, and a notice if there are any.
-    """
+    """A channel, SI, with NaN for every infinite sample, and a notice on all NaN samples."""
     lost = ~np.isfinite(values)
     if not lost.any():
         return values, ()
@@ -175,17 +136,7 @@ def mark_missing(
 def mask_range(
     values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str, sensor: Sensor
 ) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
-    """Turn samples at or beyond the declared range of the sensor into NaN.
-
-    Args:
-        values: one channel, SI, shape (samples,).
-        time: s, shape (samples,).
-        channel: its name.
-        sensor: with the range, or without.
-
-    Returns:
-        The masked channel, and a notice if anything was masked.
-    """
+    """A channel, SI, with NaN for samples at or beyond the declared range of the sensor, and a notice on these."""
     if sensor.range is None:
         return values, ()
     low, high = sensor.range
@@ -200,13 +151,7 @@ def mask_range(
 
 
 def runs_of(mask: Bool[np.ndarray, " samples"]) -> tuple[Int[np.ndarray, " stretches"], Int[np.ndarray, " stretches"]]:
-    """Find the stretches in which a mask holds.
-
-    Args:
-        mask: shape (samples,).
-
-    Returns:
-        Index of the first sample of each stretch and index past its last, shape (stretches,) each.
+    """Index of the first sample of each stretch in which a mask holds, and index past its last.
 
     Example:
         >>> [edge.tolist() for edge in runs_of(np.array([False, True, True, False]))]
@@ -325,8 +270,8 @@ def prepared(
     """Prepare a record, in this order: crop, low-pass, decimation or resampling, removal of a trend.
 
     Args:
-        time: s, checked, shape (samples,).
-        channels: SI, shape (samples,) each; NaN where not usable.
+        time: s, checked.
+        channels: SI; NaN where not usable.
         asked: what the record declares.
         where: the record, for messages.
 

@@ -14,17 +14,7 @@ WITH_LENGTH = ("pendulum", "pivot")
 
 
 def read_suspension(table: Table) -> Suspension:
-    """Read `[suspension]`.
-
-    Args:
-        table: the table.
-
-    Returns:
-        The suspension; its length is set for those of `WITH_LENGTH` only.
-
-    Raises:
-        ExperimentError: unknown kind, a pendulum without length, or a length that would have no meaning.
-    """
+    """Read `[suspension]`; a length is needed for those of `WITH_LENGTH`, and refused for the others."""
     table.allow("kind", "length")
     kind = table.needed_string("kind", SUSPENSIONS)
     if kind in WITH_LENGTH:
@@ -37,18 +27,7 @@ def read_suspension(table: Table) -> Suspension:
 
 
 def read_load(table: Table, suspension: Suspension) -> Load:
-    """Read `[rig]`: constant forces on the hammer that are known.
-
-    Args:
-        table: the table; empty where nothing is known.
-        suspension: how the hammer hangs.
-
-    Returns:
-        The load.
-
-    Raises:
-        ExperimentError: unknown key, a value without its unit or out of range, or an incline of a body on a bearing.
-    """
+    """Read `[rig]`: constant forces on the hammer that are known; an incline of a body on a bearing is refused."""
     table.allow("incline", "constant_force")
     incline = table.quantity("incline", "angle", example="5 deg", bare=False) or 0.0
     if abs(incline) > pi / 2:
@@ -62,17 +41,7 @@ def read_load(table: Table, suspension: Suspension) -> Load:
 
 
 def read_parameters(tables: Table) -> dict[str, ParameterOption]:
-    """Read the tables `[parameters.NAME]`; whether the chosen law has such a parameter is checked by the fit.
-
-    Args:
-        tables: the table of tables.
-
-    Returns:
-        The options by parameter name.
-
-    Raises:
-        ExperimentError: unknown key, a value of the wrong kind, or wishes that contradict one another.
-    """
+    """Read the tables `[parameters.NAME]`; whether the chosen law has such a parameter is checked by the fit."""
     options = {}
     for name in tables.values:
         table = tables.table(name, f"[parameters.{name}]")
@@ -118,18 +87,7 @@ def _check_agreement(option: ParameterOption, where: str) -> None:
 
 
 def read_sensors(tables: Table) -> dict[str, Sensor]:
-    """Read the tables `[sensors.CHANNEL]`.
-
-    Args:
-        tables: the table of tables.
-
-    Returns:
-        The sensors by channel name.
-
-    Raises:
-        ExperimentError: unknown channel, unit of another dimension, an unreadable sensitivity, noise or zero not above 0, or a range
-            that is not two rising numbers.
-    """
+    """Read the tables `[sensors.CHANNEL]`, by channel."""
     sensors = {}
     for channel in tables.values:
         if channel not in CHANNELS:
@@ -172,17 +130,7 @@ TRENDS = ("constant", "linear")
 
 
 def read_preparation(table: Table) -> Preparation:
-    """Read `crop`, `lowpass`, `decimate`, `resample` and `detrend`.
-
-    Args:
-        table: of the record.
-
-    Returns:
-        The preparation; empty where none is declared.
-
-    Raises:
-        ExperimentError: one of them is not as it should be, or two exclude each other.
-    """
+    """Read `crop`, `lowpass`, `decimate`, `resample` and `detrend` of a record; empty where none is declared."""
     decimate = table.values.get("decimate")
     if decimate is not None and (isinstance(decimate, bool) or not isinstance(decimate, int) or decimate < 2):
         raise ExperimentError(f"decimate in {table.where} is {shown(decimate)}: expected a whole number of at least 2; correct it")
@@ -279,18 +227,7 @@ class RecordSettings:
 
 
 def read_record_settings(values: object, number: int) -> RecordSettings:
-    """Check one `[[record]]` table.
-
-    Args:
-        values: the table as parsed.
-        number: its place in the experiment file, from 1.
-
-    Returns:
-        The settings.
-
-    Raises:
-        ExperimentError: something in it is missing, unknown or of the wrong type.
-    """
+    """Check one `[[record]]` table as parsed, the `number`-th of the experiment file, from 1."""
     if not isinstance(values, dict):
         raise ExperimentError(f"record number {number} is {shown(values)}: expected a table; write [[record]] and its keys below")
     name = values.get("file")

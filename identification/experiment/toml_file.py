@@ -15,17 +15,7 @@ FILE_NAME = "experiment.toml"
 
 
 def find_experiment_file(path: Path) -> Path:
-    """Find the experiment file that a path means.
-
-    Args:
-        path: a folder that holds `experiment.toml`, or a `.toml` file itself.
-
-    Returns:
-        The file.
-
-    Raises:
-        ExperimentError: there is no such file.
-    """
+    """The experiment file that a path means: `experiment.toml` of a folder, or a `.toml` file itself; refused where there is none."""
     try:
         file = path / FILE_NAME if path.is_dir() else path
         found = file.is_file()
@@ -41,9 +31,6 @@ def find_experiment_file(path: Path) -> Path:
 
 def parse_toml(file: Path) -> tuple[dict[str, object], str]:
     """Read and parse an experiment file.
-
-    Args:
-        file: the file.
 
     Returns:
         The top table, and the sha256 of the file's bytes in hexadecimal.
@@ -91,33 +78,13 @@ class Table:
     where: str
 
     def allow(self, *known: str, noun: str = "key") -> None:
-        """Refuse every key that is not `known`, with the nearest known one as a hint.
-
-        Args:
-            known: the accepted keys.
-            noun: what a key is called here.
-
-        Raises:
-            ExperimentError: a key is unknown.
-        """
+        """Refuse every key that is not `known`, with the nearest known one as a hint; `noun` is what a key is called here."""
         for key in self.values:
             if key not in known:
                 raise ExperimentError(f"unknown {noun} {shown(key)} in {self.where}{suggestion(key, known)}")
 
     def number(self, key: str, *, unit: str = "", positive: bool = False) -> float | None:
-        """Read an optional number.
-
-        Args:
-            key: its name.
-            unit: for the message.
-            positive: whether it must lie above 0.
-
-        Returns:
-            The number, finite; None where the key is absent.
-
-        Raises:
-            ExperimentError: it is not a number, not finite, or not above 0.
-        """
+        """Read an optional number, finite and, where `positive`, above 0; None where the key is absent. `unit` is for the message."""
         if key not in self.values:
             return None
         return finite(self.values[key], f"{key} in {self.where}", unit=unit, positive=positive)
@@ -130,7 +97,7 @@ class Table:
         return value
 
     def quantity(self, key: str, dimension: str, *, example: str, bare: bool = True) -> float | None:
-        """Read an optional number with its unit, such as "5 deg"; a bare number is in SI where that is allowed.
+        """Read an optional number with its unit, such as "5 deg"; a bare number, where that is allowed, is in SI.
 
         Args:
             key: its name.
@@ -140,9 +107,6 @@ class Table:
 
         Returns:
             The number in SI, finite; None where the key is absent.
-
-        Raises:
-            ExperimentError: it is neither, or its unit is unknown or of another dimension.
         """
         value = self.values.get(key)
         if value is None:
@@ -155,18 +119,7 @@ class Table:
         return finite(value, f"{key} in {self.where}", unit=SI_UNITS[dimension])
 
     def string(self, key: str, choices: Iterable[str] | None = None) -> str | None:
-        """Read an optional, non-empty string, one of `choices` where these are given.
-
-        Args:
-            key: its name.
-            choices: the accepted words, or None for any.
-
-        Returns:
-            The string; None where the key is absent.
-
-        Raises:
-            ExperimentError: it is not a string, empty, or not among the choices.
-        """
+        """Read an optional, non-empty string, one of `choices` where these are given; None where the key is absent."""
         if key not in self.values:
             return None
         value = self.values[key]
@@ -187,35 +140,14 @@ class Table:
         return value
 
     def flag(self, key: str) -> bool:
-        """Read an optional true or false (absent: False).
-
-        Args:
-            key: its name.
-
-        Returns:
-            The flag.
-
-        Raises:
-            ExperimentError: it is neither true nor false.
-        """
+        """Read an optional true or false (absent: False)."""
         value = self.values.get(key, False)
         if not isinstance(value, bool):
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected true or false, without quotes; correct it")
         return value
 
     def table(self, key: str, where: str) -> "Table":
-        """Enter a table below this one (absent: empty).
-
-        Args:
-            key: its name.
-            where: how messages name it.
-
-        Returns:
-            The table.
-
-        Raises:
-            ExperimentError: the value is not a table.
-        """
+        """Enter a table below this one (absent: empty); `where` is how messages name it."""
         value = self.values.get(key, {})
         if not isinstance(value, dict):
             raise ExperimentError(f"{where} is {shown(value)}: expected a table; write a line '{where}' and its keys below")
@@ -223,19 +155,7 @@ class Table:
 
 
 def finite(value: object, what: str, *, unit: str = "", positive: bool = False) -> float:
-    """Check that a parsed value is a finite number; neither true nor "1" is one.
-
-    Args:
-        value: as parsed.
-        what: how a message names it.
-        unit: for the message.
-        positive: whether it must lie above 0.
-
-    Returns:
-        The number as a float.
-
-    Raises:
-        ExperimentError: it is not such a number.
+    """Check that a parsed value is a finite number, above 0 where `positive`; neither true nor "1" is one. `what` and `unit` name it.
 
     Example:
         >>> finite(2, "mass", positive=True)

@@ -24,9 +24,9 @@ from identification.experiment.channels import (
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers import read_columns
 from identification.experiment.readers.apart import TooCostlyError
+from identification.experiment.readers.recorder import same_axis
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
-SAME_TIME = 0.01
 LONG_STEP = 0.05
 """s: a median step above is more likely written in a smaller unit, for an impact lasts milliseconds."""
 
@@ -105,7 +105,7 @@ def read_file(path: Path) -> FileColumns:
         stamps = own_time.get(column.name, time.values)
         if column.name == time.name:
             continue
-        if column.values.size != time.values.size or not _same(stamps, time.values):
+        if column.values.size != time.values.size or not same_axis(time.values, stamps):
             unusable[column.name] = f"{column.values.size} samples on another time axis: resample it to that of the others and export again"
         else:
             columns.append(column)
@@ -166,13 +166,6 @@ def _time_unit(time: Column) -> tuple[str, str]:
     unit = next((one for one in ("s", "ms") if step * FACTORS[TIME][one] <= LONG_STEP), "us")
     statement = f"{time.unit!r} is no known unit of time" if time.unit else "the file states none"
     return unit, "" if unit == "s" else f"{statement}, and steps of {step:.4g} are long for s"
-
-
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two time axes of one length are the same."""
-    if one is other or one.size < 2:
-        return True
-    return bool(np.nanmax(np.abs(one - other)) <= SAME_TIME * abs(float(np.nanmedian(np.diff(other)))))
 
 
 # Parts of names in English, German and Portuguese, in lower case and without accents.
@@ -236,14 +229,7 @@ class Mapped:
 
 
 def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
-    """Guess the channels of a file.
-
-    Args:
-        columns: all but the time.
-
-    Returns:
-        One entry for each channel that one column alone can be, in the order of `CHANNELS`.
-    """
+    """Guess the channels of a file: one entry for each channel that one column alone can be, in the order of `CHANNELS`."""
     exact = {column.name: column for column in columns if column.name in CHANNELS}
     guesses: dict[str, list[Column]] = {}
     for column in columns:
@@ -265,15 +251,7 @@ def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
 
 
 def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
-    """Accelerations whose unit nothing states are in the one in which they agree with their displacement, if there is one.
-
-    Args:
-        time: s, shape (samples,).
-        mapped: channels of one file.
-
-    Returns:
-        The same channels.
-    """
+    """Accelerations whose unit nothing states are in the one in which they agree with their displacement, if there is one."""
     by_name = {one.channel: one for one in mapped}
     for displacement, acceleration in ONE_BODY:
         one, other = by_name.get(acceleration), by_name.get(displacement)
@@ -287,14 +265,7 @@ def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
 
 
 def is_angle(one: Mapped) -> bool:
-    """Say whether a channel is an angle, by its name or unit.
-
-    Args:
-        one: a channel.
-
-    Returns:
-        Whether it is written in rad or deg.
-    """
+    """Whether a channel is an angle, written in rad or deg."""
     return one.unit in ANGULAR
 
 

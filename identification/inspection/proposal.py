@@ -121,11 +121,7 @@ excitation_frequency = 6.25 # Hz, as set; amplitude and phase of the cart are es
 
 
 def template() -> str:
-    """Write the template.
-
-    Returns:
-        TOML text; it describes two records, whose files must be put beside it.
-    """
+    """TOML text that describes two records, whose files must be put beside it."""
     return TEMPLATE
 
 

@@ -98,31 +98,13 @@ def recordings_folder(recipe: Recipe, data: Path) -> Path:
 
 
 def recording_states(recipe: Recipe, data: Path) -> dict[str, str]:
-    """For every raw file of a recipe whether it is `PRESENT`, `MISSING`, or there with other content, `DIFFERS`.
-
-    Args:
-        recipe: as loaded.
-        data: folder of the data set, or the folder above it.
-
-    Returns:
-        State by path in the data set's folder.
-
-    Raises:
-        InputError: a file is there and cannot be read.
-    """
+    """Whether every raw file of a recipe is `PRESENT`, `MISSING`, or there with other content, `DIFFERS`; by path in the data set."""
     folder = recordings_folder(recipe, data)
     return {path: _state(folder / path, wanted) for path, wanted in recipe.sha256.items()}
 
 
 def find_recordings(recipe: Recipe, data: Path) -> Path:
-    """Folder that holds the recipe's raw files, each checked by its digest.
-
-    Args:
-        recipe: as loaded.
-        data: folder of the data set, or the folder above it.
-
-    Returns:
-        The folder.
+    """Folder that holds the recipe's raw files, each checked by its digest; `data` is the folder of the data set, or the one above it.
 
     Raises:
         InputError: a raw file is missing, cannot be read, or is another than the recipe was written for.

@@ -2,8 +2,8 @@
 
 A reader turns a file into named columns of float64 numbers. It converts no unit and knows no channel: names are those of the file.
 A format that keeps the time beside its channels, not among them, offers it as a column "time".
-It refuses, before it allocates, a file that claims more than `experiment/limits.py` allows. A reader that hands the file to compiled code, or to a
-library that was not written for damaged files, is `apart`: it runs in a process of its own, whose crash is an error of the file.
+It refuses, before it allocates, a file that claims more than `experiment/limits.py` allows. A reader that hands the file to compiled code,
+or to a library that was not written for damaged files, is `apart`: it runs in a process of its own, whose crash is an error of the file.
 
 To add one: implement this one method, `read`, and name its `suffixes` and `format`, then import it in `readers/__init__.py`.
 """

@@ -28,18 +28,7 @@ class Hdf5Reader(AbstractReader):
 
 
 def read_hdf5(path: Path, wanted: AbstractSet[str]) -> Columns:
-    """Read the wanted data sets of an HDF5 file.
-
-    Args:
-        path: the file.
-        wanted: names of data sets.
-
-    Returns:
-        Names of all data sets, and the wanted ones.
-
-    Raises:
-        ExperimentError: a wanted data set is not a plain column, or claims more than the file can hold.
-    """
+    """Read the wanted data sets of an HDF5 file, and the names of all; refused is what is no plain column or claims too much."""
     stored = path.stat().st_size
     with h5py.File(path, "r", locking=False) as file:
         datasets = _datasets(file)

@@ -21,17 +21,7 @@ INSTALL = 'pip install "vibrojax[labdata]"'
 
 
 def load_library(name: str, kind: str) -> ModuleType:
-    """Import the library that reads a format.
-
-    Args:
-        name: of the module.
-        kind: the format, for the message.
-
-    Returns:
-        The module.
-
-    Raises:
-        ExperimentError: it is not installed; the message says how to install it.
+    """Import the library that reads a format, `kind` for the message.
 
     Example:
         >>> load_library("no_such_library", "TDMS")
@@ -53,9 +43,6 @@ def silenced(name: str) -> Iterator[None]:
     """A block in which a library logs nothing, nor reports errors while its half-made objects are thrown away.
 
     What is wrong with a file is said once, by the reader.
-
-    Args:
-        name: of the library.
     """
     logger, hook = logging.getLogger(name), sys.unraisablehook
     before = logger.disabled, logger.level, [(child, child.disabled) for child in _children(name)]
@@ -105,14 +92,7 @@ class RecorderChannel:
 
 
 def unique_names(names: Sequence[str], full_names: Sequence[str]) -> list[str]:
-    """Name channels as briefly as can be: by their own name where no other channel of the file bears it, else in full.
-
-    Args:
-        names: own names; may repeat or be empty.
-        full_names: with the group, unique.
-
-    Returns:
-        The names.
+    """Name channels as briefly as can be: by their own name where no other channel of the file bears it, else in full, with the group.
 
     Example:
         >>> unique_names(["x", "F", "x"], ["fast/x", "fast/F", "slow/x"])
@@ -124,16 +104,7 @@ def unique_names(names: Sequence[str], full_names: Sequence[str]) -> list[str]:
 def to_columns(channels: Sequence[RecorderChannel], wanted: AbstractSet[str], stored_bytes: int) -> Columns:
     """Read the wanted channels and their common time axis, which becomes the column "time" where no channel bears that name.
 
-    Args:
-        channels: all channels of the file.
-        wanted: names of columns.
-        stored_bytes: size of the file.
-
-    Returns:
-        Names of all columns, the wanted ones, and their units.
-
-    Raises:
-        ExperimentError: no channel at all, too many samples, wanted channels on different time axes, or without any time axis.
+    Refused are a file without channels or with too many samples for its size, and wanted channels on different time axes or without one.
     """
     if not channels:
         raise ExperimentError("the file holds no channel: expected at least one with samples; export the record again")
@@ -160,10 +131,9 @@ def stated(unit: str) -> bool:
 def _common_time(channels: Sequence[RecorderChannel]) -> tuple[Float64[np.ndarray, " samples"], str]:
     """The time axis of all channels, and its unit."""
     first, time = channels[0], _time_of(channels[0])
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     for other in channels[1:]:
         another = _time_of(other)
-        if another.size != time.size or other.time_unit != first.time_unit or np.abs(another - time).max(initial=0.0) > TOLERANCE * step:
+        if other.time_unit != first.time_unit or not same_axis(time, another):
             raise ExperimentError(
                 f"channels {shown(first.name)} ({axis(time)}) and {shown(other.name)} ({axis(another)}) are sampled differently: "
                 "expected one time axis for all channels of a record; resample them to one rate and export again"
@@ -181,14 +151,22 @@ def _time_of(channel: RecorderChannel) -> Float64[np.ndarray, " samples"]:
     return as_column(channel.time(), TIME)
 
 
+def same_axis(time: Float64[np.ndarray, " _"], other: Float64[np.ndarray, " _"]) -> bool:
+    """Whether two time axes are one, but for rounding and for stamps that one of them lacks (NaN).
+
+    Example:
+        >>> same_axis(np.array([0.0, 0.5, 1.0]), np.array([0.0, np.nan, 1.001])), same_axis(np.array([0.0, 0.5]), np.array([0.0, 0.6]))
+        (True, False)
+    """
+    if time.size != other.size:
+        return False
+    steps = np.diff(time[np.isfinite(time)])
+    apart = np.abs(other - time)
+    return bool(apart[np.isfinite(apart)].max(initial=0.0) <= TOLERANCE * abs(float(np.median(steps)) if steps.size else 0.0))
+
+
 def axis(time: Float64[np.ndarray, " samples"]) -> str:
-    """Describe a time axis in a message.
-
-    Args:
-        time: s, shape (samples,).
-
-    Returns:
-        Its number of samples, first stamp and step.
+    """A time axis in a message: its number of samples, first stamp and step.
 
     Example:
         >>> axis(np.array([0.0, 0.5, 1.0]))

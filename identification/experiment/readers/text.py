@@ -19,18 +19,10 @@ CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 
 
 def read_lines(path: Path) -> tuple[list[str], str]:
-    """Read the lines of a text file, plain or gzip-compressed.
+    """Lines of a text file, plain or gzip-compressed, without their ends, and a sentence on the encoding where it had to be guessed.
 
     UTF-8, with or without byte-order mark, and UTF-16 with one; what is neither is read as Windows-1252, which holds what Latin-1 prints.
-
-    Args:
-        path: an existing plain file.
-
-    Returns:
-        The lines without their ends, and a sentence on the encoding where it had to be guessed; else nothing.
-
-    Raises:
-        ExperimentError: too large, or no text.
+    A file that is too large, or no text, is refused.
     """
     stored = path.stat().st_size
     packed = path.suffix.lower() == ".gz"
@@ -71,14 +63,7 @@ _NUMBERS = {
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Say whether a cell is a number.
-
-    Args:
-        cell: text without surrounding blanks.
-        decimal: the decimal mark, "." or ",".
-
-    Returns:
-        Whether it is one; "nan" and "inf" are.
+    """Whether a cell without surrounding blanks is a number under a decimal mark, "." or ","; "nan" and "inf" are.
 
     Example:
         >>> is_number("-1,5e-3", ","), is_number("1_0", "."), is_number("1.234,5", ",")
@@ -88,15 +73,7 @@ def is_number(cell: str, decimal: str) -> bool:
 
 
 def to_number(cell: str, decimal: str) -> float | None:
-    """Read a number; None where the cell is none.
-
-    Args:
-        cell: text without surrounding blanks.
-        decimal: the decimal mark, "." or ",".
-
-    Returns:
-        The number.
-    """
+    """The number that a cell is under a decimal mark; None where it is none."""
     if not is_number(cell, decimal):
         return None
     return float(cell.replace(",", ".") if decimal == "," else cell)
@@ -107,13 +84,7 @@ DAY = 86400.0
 
 
 def is_clock(cell: str) -> bool:
-    """Say whether a cell is a time of day, with or without a date before it.
-
-    Args:
-        cell: text without surrounding blanks.
-
-    Returns:
-        Whether it is one.
+    """Whether a cell without surrounding blanks is a time of day, with or without a date before it.
 
     Example:
         >>> is_clock("2024-03-01 10:11:12.345"), is_clock("10:11")
@@ -123,13 +94,9 @@ def is_clock(cell: str) -> bool:
 
 
 def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
-    """Seconds since the first stamp; a stamp more than half a day earlier than the one before belongs to the next day.
+    """Seconds since the first of a column's stamps, NaN where a cell is no time of day.
 
-    Args:
-        cells: of one column.
-
-    Returns:
-        s; NaN where a cell is no time of day.
+    A stamp more than half a day earlier than the one before belongs to the next day.
 
     Example:
         >>> seconds_of(["23:59:59,5", "00:00:00,5"]).tolist()
@@ -211,12 +178,7 @@ NO_PREAMBLE = Preamble()
 def read_preamble(lines: Sequence[str], delimiter: str) -> Preamble:
     """Read the lines above a header row as entries: "key: value", "key = value", a key and cells, or a row of keys above one of numbers.
 
-    Args:
-        lines: without blank ones.
-        delimiter: of the file.
-
-    Returns:
-        The entries; a line that is none is passed over, of two with one key the last counts.
+    A line that is none is passed over; of two with one key the last counts.
 
     Example:
         >>> read_preamble(["# Sample rate: 2,5 kHz"], ";").rate
