@@ -13,15 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from identification.experiment.channels import (
-    CART_CHANNELS,
-    MOTION_CHANNELS,
-    NEAR,
-    STANDARD_GRAVITY,
-    is_stand_in,
-    mistaken_unit,
-    si_unit,
-)
+from identification.experiment.channels import CART_CHANNELS, MOTION_CHANNELS, NEAR, STANDARD_GRAVITY, is_stand_in, mistaken_unit, si_unit
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.experiment import Record, Sensor
 from identification.experiment.samples import find_saturation

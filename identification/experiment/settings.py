@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import pi
 
 from identification.experiment.channels import CHANNELS, KINDS, TIME, factor_to_si, output_of, read_sensitivity, si_unit
-from identification.experiment.errors import ExperimentError, listed, shown, suggestion
+from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Load, ParameterOption, Preparation, Prior, Sensor, Suspension
 from identification.experiment.readers import stem_of
 from identification.experiment.toml_file import Table, finite
@@ -89,9 +89,8 @@ def _check_agreement(option: ParameterOption, where: str) -> None:
 def read_sensors(tables: Table) -> dict[str, Sensor]:
     """Read the tables `[sensors.CHANNEL]`, by channel."""
     sensors = {}
+    tables.allow(*CHANNELS, noun="channel")
     for channel in tables.values:
-        if channel not in CHANNELS:
-            raise ExperimentError(f"unknown channel {shown(channel)} in {tables.where}{suggestion(channel, CHANNELS)}")
         table = tables.table(channel, f"[sensors.{channel}]")
         table.allow("unit", "sensitivity", "sign", "noise", "zero", "range")
         unit, stated = table.string("unit"), table.string("sensitivity")
@@ -114,15 +113,20 @@ def _sign(table: Table) -> int:
 
 
 def _limits(table: Table, key: str, unit: str) -> tuple[float, float] | None:
-    """Read an optional `key = [lo, hi]`."""
+    """Read an optional `key = [lo, hi]`; `unit` is "in N", or words in its place."""
+    return _rising(table, key, unit, wanted="numbers", first="lower number", written="[lowest, highest]")
+
+
+def _rising(table: Table, key: str, unit: str, *, wanted: str, first: str, written: str) -> tuple[float, float] | None:
+    """Read an optional list of two rising numbers, in the words of its messages."""
     if key not in table.values:
         return None
-    value = table.values[key]
+    value, given = table.values[key], f"{key} in {table.where}"
     if not isinstance(value, list) or len(value) != 2:
-        raise ExperimentError(f"{key} in {table.where} is {shown(value)}: expected two numbers {unit}; write {key} = [lowest, highest]")
-    low, high = (finite(each, f"{key} in {table.where}", unit=unit.removeprefix("in ")) for each in value)
+        raise ExperimentError(f"{given} is {shown(value)}: expected two {wanted} {unit}; write {key} = {written}")
+    low, high = (finite(each, given, unit=unit.removeprefix("in ")) for each in value)
     if low >= high:
-        raise ExperimentError(f"{key} in {table.where} is {shown(value)}: expected the lower number first; write {key} = [lowest, highest]")
+        raise ExperimentError(f"{given} is {shown(value)}: expected the {first} first; write {key} = {written}")
     return low, high
 
 
@@ -138,7 +142,7 @@ def read_preparation(table: Table) -> Preparation:
     if decimate is not None and resample is not None:
         raise ExperimentError(f"{table.where} has both decimate and resample: expected one of the two; remove one")
     return Preparation(
-        crop=_crop(table),
+        crop=_rising(table, "crop", "in s", wanted="instants", first="earlier instant", written="[first, last]"),
         lowpass=table.number("lowpass", unit="Hz", positive=True),
         decimate=decimate,
         resample=resample,
@@ -146,25 +150,10 @@ def read_preparation(table: Table) -> Preparation:
     )
 
 
-def _crop(table: Table) -> tuple[float, float] | None:
-    """Read `crop = [first, last]`, s."""
-    if "crop" not in table.values:
-        return None
-    value, where = table.values["crop"], f"crop in {table.where}"
-    if not isinstance(value, list) or len(value) != 2:
-        raise ExperimentError(f"{where} is {shown(value)}: expected two instants in s; write crop = [first, last]")
-    first, last = (finite(each, where, unit="s") for each in value)
-    if first >= last:
-        raise ExperimentError(f"{where} is {shown(value)}: expected the earlier instant first; write crop = [first, last]")
-    return first, last
-
-
 def _detrend(table: Table) -> dict[str, str]:
     """Read `detrend = { channel = "linear" }`."""
     trends = table.table("detrend", f"detrend of {table.where}")
-    for channel in trends.values:
-        if channel not in CHANNELS:
-            raise ExperimentError(f"unknown channel {shown(channel)} in {trends.where}{suggestion(channel, CHANNELS)}")
+    trends.allow(*CHANNELS, noun="channel")
     return {channel: trends.needed_string(channel, TRENDS) for channel in trends.values}
 
 
@@ -180,12 +169,12 @@ KEYS = (
     "gap",
     "base",
     "held_back",
-    *NUMBERS,
-    *POSITIVE_NUMBERS,
     "columns",
     "units",
     "time_unit",
     "drop_bad_time",
+    *NUMBERS,
+    *POSITIVE_NUMBERS,
     *PREPARATION,
 )
 
@@ -268,9 +257,8 @@ def _units(table: Table) -> dict[str, str]:
     """Read `units = { channel = "unit" }`."""
     units = table.table("units", f"units of {table.where}")
     found: dict[str, str] = {}
+    units.allow(*CHANNELS, noun="channel")
     for channel in units.values:
-        if channel not in CHANNELS:
-            raise ExperimentError(f"unknown channel {shown(channel)} in {units.where}{suggestion(channel, CHANNELS)}")
         found[channel] = units.needed_string(channel)
         if not output_of(found[channel]):  # of a sensor, whose sensitivity is not known here
             factor_to_si(found[channel], CHANNELS[channel], units.where)
@@ -281,9 +269,8 @@ def _columns(table: Table) -> dict[str, str]:
     """Read `columns = { channel = "column name" }`."""
     columns = table.table("columns", f"columns of {table.where}")
     names: dict[str, str] = {}
+    columns.allow(TIME, *CHANNELS, noun="channel")
     for channel in columns.values:
-        if channel not in CHANNELS and channel != TIME:
-            raise ExperimentError(f"unknown channel {shown(channel)} in {columns.where}{suggestion(channel, (TIME, *CHANNELS))}")
         name = columns.needed_string(channel)
         if name in names.values():
             raise ExperimentError(f"column {shown(name)} in {columns.where} is named twice: expected one channel each; remove one")

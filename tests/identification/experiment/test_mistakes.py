@@ -2,13 +2,14 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, Record, load_experiment
-from identification.experiment.checks import Declared, check_bodies, check_records
+from identification.experiment.checks import Declared, check_bodies, check_directions, check_records
 from vibrojax.data_files import data_path
 
 COLUMNS = ("time", "hammer_displacement", "cart_displacement", "impact_force", "hammer_acceleration")
@@ -203,6 +204,28 @@ def test_a_mistake_is_stated_with_what_would_be_right(name, tables, tmp_path):
         with pytest.raises(ExperimentError, match=message) as caught:
             load_experiment(folder)
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["sign of the load cell", "gap in mm", "no impact", "channels exchanged, load cell", "mass in g"])
+def test_the_sample_at_which_a_mistake_shows_is_named(name, tables, tmp_path):
+    text, change, leave_out, _ = MISTAKES[name]
+    folder = written(tmp_path, tables, text, change, leave_out=leave_out)
+    try:
+        (said, *_) = load_experiment(folder).warnings
+    except ExperimentError as error:
+        said = str(error)
+    record, sample, seconds = re.search(r"'(\w+).npz'.* at sample (\d+), ([\d.]+) s", said).groups()
+    assert float(seconds) == pytest.approx(tables[record]["time"][int(sample) - 1], rel=1e-5)
+
+
+def test_a_preload_that_impacts_relieve_is_no_turned_load_cell():
+    """Its force falls from 8 N to none and never below."""
+    time = np.arange(4000) / 4000.0
+    force = np.where(np.arange(time.size) % 800 < 20, 0.0, 8.0) + np.random.default_rng(0).normal(0.0, 0.01, time.size)
+    record = Record(file="a.csv", kind="forced", gap=0.0, time=time, channels={"impact_force": force}, noise={"impact_force": 0.01})
+    assert list(check_directions(record, Declared())) == []
+    turned = replace(record, channels={"impact_force": force - 8.0})
+    assert [found.refuses for found in check_directions(turned, Declared())] == [True]
 
 
 @pytest.mark.parametrize("leave_out", [(), ACC, CELL, ACC + CELL, ("cart_displacement",), ("hammer_displacement",)], ids=" ".join)
