@@ -214,6 +214,7 @@ def check_scales(record: Record, declared: Declared) -> Iterator[Finding]:
     Accelerations are compared with displacements, the force of the impacts with mass times deceleration and with what it does to the
     hammer's speed. A channel in a stand-in for an SI unit, such as the volt, is not compared with another.
     """
+    gives = "what {} gives for it"
     for one, other, ratio in scale_ratios(record, declared.mass):
         units = {name: declared.units.get(name) for name in (one, other)}
         if any(map(is_stand_in, units.values())):
@@ -228,14 +229,14 @@ def check_scales(record: Record, declared: Declared) -> Iterator[Finding]:
         through = declared.through & {one, other}
         if through and any(abs(ratio / slip - 1.0) < NEAR for slip in SLIPS):
             where = " or ".join(f"{'sensitivity or ' if name in through else ''}unit in [sensors.{name}]" for name in (one, other))
-            given = f"what {other} gives for it"
-            yield _slip(record, one, given, ratio, f", a factor between units: expected one motion; correct {where}{mass}")
+            yield _slip(record, one, gives.format(other), ratio, f", a factor between units: expected one motion; correct {where}{mass}")
         for channel, partner, factor in ((one, other, ratio), (other, one, 1.0 / ratio)) if not through else ():
             if unit := mistaken_unit(channel, factor, units[channel]):
                 unit += " or its time in ms" if abs(abs(ratio) * 1e-6 - 1.0) < NEAR else ""
                 remedy = f"correct 'unit' in [sensors.{channel}], or 'units' of the record{mass}"
-                given = f"what {partner} gives for it"
-                yield _slip(record, channel, given, factor, f", as if its numbers were in {unit}: expected one motion; {remedy}")
+                yield _slip(
+                    record, channel, gives.format(partner), factor, f", as if its numbers were in {unit}: expected one motion; {remedy}"
+                )
         if one == "impact_force" and not 1.0 / FAR < ratio < FAR:
             remedy = "correct 'mass' in [hammer], which is in kg, or the unit of the load cell or of the accelerometer"
             yield _slip(record, one, "mass times deceleration", ratio, f": expected about the same; {remedy}")
@@ -324,13 +325,8 @@ def _in_mm(gap: float, place: float) -> str:
     return f"; {gap:g} mm would be gap = {1e-3 * gap:g}" if gap and abs(1e-3 * gap - place) < SLIP else ""
 
 
-CHECKS: tuple[Callable[[Record, Declared], Iterator[Finding]], ...] = (
-    check_drive,
-    check_directions,
-    check_bodies,
-    check_scales,
-    check_contact,
-)
+CHECKS: tuple[Callable[[Record, Declared], Iterator[Finding]], ...]
+CHECKS = (check_drive, check_directions, check_bodies, check_scales, check_contact)
 """Of one record, in the order in which the first that finds something speaks: what follows from it would only mislead."""
 
 

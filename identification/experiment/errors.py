@@ -26,13 +26,9 @@ class ExperimentError(ValueError):
 
 
 def shown(value: object) -> str:
-    """Write a value as it may appear in a message: quoted, without control characters, shortened.
+    """Write a value that was read from a file as it may appear in a message: quoted, without control characters, on one line.
 
-    Args:
-        value: anything that was read from a file.
-
-    Returns:
-        At most about 60 characters, on one line.
+    Beyond about 60 characters it is shortened.
 
     Example:
         >>> shown("a" * 100)[-5:]
@@ -45,14 +41,7 @@ def shown(value: object) -> str:
 
 
 def suggestion(given: str, accepted: Iterable[str]) -> str:
-    """Say which accepted word was probably meant, or list them all.
-
-    Args:
-        given: the word as written.
-        accepted: the words that would have been right.
-
-    Returns:
-        The end of a message, beginning with a colon.
+    """The end of a message, beginning with a colon, that says which accepted word was probably meant, or lists them all.
 
     Example:
         >>> suggestion("gapp", ["gap", "kind"])
@@ -64,14 +53,7 @@ def suggestion(given: str, accepted: Iterable[str]) -> str:
 
 
 def check_printable(text: str, what: str) -> str:
-    """Refuse a name that a report or a terminal cannot show.
-
-    Args:
-        text: the name.
-        what: it is of, for the message.
-
-    Returns:
-        The name.
+    """Refuse a name, `what` says of what, that a report or a terminal cannot show; else give it back.
 
     Raises:
         ExperimentError: it holds a control character, such as a line break or an escape, or a mark that turns the direction of writing.
@@ -82,14 +64,7 @@ def check_printable(text: str, what: str) -> str:
 
 
 def listed(words: Iterable[str], most: int = 20) -> str:
-    """Join words for a message; beyond `most` only their count is given.
-
-    Args:
-        words: what to list.
-        most: how many are written out.
-
-    Returns:
-        The words, separated by commas; "none" if there are none.
+    """Join words for a message, separated by commas; beyond `most` only their count is given, and "none" if there are none.
 
     Example:
         >>> listed(["m", "mm"]), listed([])

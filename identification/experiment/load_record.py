@@ -188,16 +188,13 @@ ANSWERS = ("reaction_force", "impact_force", "hammer_acceleration")
 
 
 def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Sensor], *, need_file: bool) -> Record:
-    """Load one record; its noise is filled in later, when all records are there.
+    """Load one record, without its noise, which is filled in later, when all records are there.
 
     Args:
         settings: the checked table.
         folder: the experiment's folder.
         sensors: of the experiment.
         need_file: False lets a record go without its file or its channels, if its time stamps are known.
-
-    Returns:
-        The record, without noise.
 
     Raises:
         ExperimentError: the file is missing, damaged or not as it should be, or lacks a channel that the record's kind needs.
