@@ -360,7 +360,8 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
     allow = Table.allow
 
     def watched(table, *keys, noun="key"):
-        known.setdefault(re.sub(r"record '.*'|(?<=sensors\.)\w+", "", table.where), set()).update(keys)
+        if noun == "key":  # the channels have a test of their own
+            known.setdefault(re.sub(r"record '.*'|(?<=sensors\.)\w+", "", table.where), set()).update(keys)
         allow(table, *keys, noun=noun)
 
     monkeypatch.setattr(Table, "allow", watched)
