@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.experiment import load_experiment
-from identification.recipes.load import load_recipe, recipe_names
-from identification.recipes.prepare import recipe_experiment
+from identification.recipes.load import load_recipe, recipe_experiment, recipe_names
 from identification.result.result import FitResult, RecordFit
 from vibrojax.cli.environment import prepare_jax
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from benchmarks.machine import machine
 from identification.experiment import Experiment, load_experiment
-from identification.recipes.load import load_recipe
-from identification.recipes.prepare import recipe_experiment
+from identification.recipes.load import load_recipe, recipe_experiment
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.model import Model
 

@@ -22,8 +22,7 @@ prepare_jax()
 
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
-from identification.recipes.load import load_recipe
-from identification.recipes.prepare import recipe_experiment
+from identification.recipes.load import load_recipe, recipe_experiment
 from identification.report.figures.base import ACCENT, MODEL
 from vibrojax.drawing import STYLE
 

@@ -17,8 +17,7 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 from identification.experiment import load_experiment
-from identification.recipes.load import load_recipe
-from identification.recipes.prepare import recipe_experiment
+from identification.recipes.load import load_recipe, recipe_experiment
 
 RECIPES = ("free_swing", "multiarm_pendulum", "torque_pendulum")
 TERMS = ("dry friction", "quadratic drag", "cubic spring")

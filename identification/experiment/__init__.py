@@ -2,12 +2,9 @@
 
 from identification.experiment.channels import CHANNELS, KINDS, MOTION_CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError
-from identification.experiment.experiment import Experiment
+from identification.experiment.experiment import Experiment, Load, ParameterOption, Prior, Record, Sensor, Suspension
 from identification.experiment.load import load_experiment
 from identification.experiment.noise import estimate_noise
-from identification.experiment.record import Record
-from identification.experiment.rig import Load, ParameterOption, Prior, Suspension
-from identification.experiment.sensor import Sensor
 
 __all__ = [
     "CHANNELS",

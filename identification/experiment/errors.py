@@ -5,8 +5,6 @@ from collections.abc import Iterable
 
 from vibrojax.errors import shown as shown
 
-SHOWN_LENGTH = 60
-
 
 class ExperimentError(ValueError):
     r"""An experiment or one of its records is not as the format asks.
@@ -27,19 +25,8 @@ class ExperimentError(ValueError):
         ValueError.__init__(self, " ".join(message.split()))
 
 
-class DoubtError(ExperimentError):
-    """Records make a mistake in their description likely and do not prove it; loading turns it into a warning."""
-
-
 def suggestion(given: str, accepted: Iterable[str]) -> str:
-    """Say which accepted word was probably meant, or list them all.
-
-    Args:
-        given: the word as written.
-        accepted: the words that would have been right.
-
-    Returns:
-        The end of a message, beginning with a colon.
+    """The end of a message, beginning with a colon, that says which accepted word was probably meant, or lists them all.
 
     Example:
         >>> suggestion("gapp", ["gap", "kind"])
@@ -51,14 +38,7 @@ def suggestion(given: str, accepted: Iterable[str]) -> str:
 
 
 def check_printable(text: str, what: str) -> str:
-    """Refuse a name that a report or a terminal cannot show.
-
-    Args:
-        text: the name.
-        what: it is of, for the message.
-
-    Returns:
-        The name.
+    """Refuse a name, `what` says of what, that a report or a terminal cannot show; else give it back.
 
     Raises:
         ExperimentError: it holds a control character, such as a line break or an escape, or a mark that turns the direction of writing.
@@ -69,14 +49,7 @@ def check_printable(text: str, what: str) -> str:
 
 
 def listed(words: Iterable[str], most: int = 20) -> str:
-    """Join words for a message; beyond `most` only their count is given.
-
-    Args:
-        words: what to list.
-        most: how many are written out.
-
-    Returns:
-        The words, separated by commas; "none" if there are none.
+    """Join words for a message, separated by commas; beyond `most` only their count is given, and "none" if there are none.
 
     Example:
         >>> listed(["m", "mm"]), listed([])

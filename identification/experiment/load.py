@@ -1,20 +1,25 @@
 """From an experiment folder to an experiment."""
 
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
-from identification.experiment.columns.derived import without_derived
-from identification.experiment.columns.load_record import load_record
+from identification.experiment.channels import CHANNELS, MOTION_CHANNELS
+from identification.experiment.checks import check_records, without_computed
 from identification.experiment.errors import ExperimentError, check_printable, listed, shown
-from identification.experiment.experiment import Experiment
-from identification.experiment.fittable import check_fittable
-from identification.experiment.plausibility.check import check_plausible
+from identification.experiment.experiment import Experiment, Record
+from identification.experiment.load_record import load_record
+from identification.experiment.noise import with_noise
 from identification.experiment.readers import stem_of
-from identification.experiment.settings.noise_table import with_noise
-from identification.experiment.settings.record_settings import RecordSettings, read_record_settings
-from identification.experiment.settings.rig_settings import read_load, read_parameters, read_sensors, read_suspension
-from identification.experiment.settings.schema import Table
-from identification.experiment.settings.toml_file import find_experiment_file, parse_toml
+from identification.experiment.settings import (
+    RecordSettings,
+    read_load,
+    read_parameters,
+    read_record_settings,
+    read_sensors,
+    read_suspension,
+)
+from identification.experiment.toml_file import Table, find_experiment_file, parse_toml
 
 SCHEMA = 1
 TABLES = ("experiment", "hammer", "rig", "suspension", "contact", "parameters", "sensors")
@@ -52,7 +57,7 @@ experiment.toml; check the path
     suspension = read_suspension(tables["suspension"])
     sensors = read_sensors(tables["sensors"])
     settings = _record_settings(values.get("record"), file.name, to_fit=need_files)
-    records = without_derived([load_record(each, file.parent, sensors, need_file=need_files) for each in settings])
+    records = without_computed([load_record(each, file.parent, sensors, need_file=need_files) for each in settings])
     mass_is_known = not tables["hammer"].flag("estimate_mass")
     if need_files:
         check_fittable(records, mass_is_known=mass_is_known)
@@ -60,7 +65,7 @@ experiment.toml; check the path
     law = tables["contact"].string("law")
     measured = {channel: sensor for channel, sensor in sensors.items() if sensor.sensitivity is None}
     units = [dict.fromkeys(sensors) | {name: each.units.get(name, one.unit) for name, one in measured.items()} for each in settings]
-    warnings = check_plausible(records, units, sensors, mass=mass if mass_is_known else None, law=law) if need_files else ()
+    warnings = check_records(records, units, sensors, mass=mass if mass_is_known else None, law=law) if need_files else ()
     return Experiment(
         name=check_printable(tables["experiment"].string("name") or file.parent.resolve().name, "the name of the experiment"),
         folder=file.parent,
@@ -117,3 +122,23 @@ def _record_settings(tables: object, name: str, *, to_fit: bool) -> list[RecordS
                 "because results bear them; rename one"
             )
     return settings
+
+
+_MOTION = (*MOTION_CHANNELS, "hammer_acceleration")
+
+
+def check_fittable(records: Sequence[Record], *, mass_is_known: bool) -> None:
+    """Refuse records of which no fit could say anything: without the hammer's motion, or without a force where the mass is estimated."""
+    for record in records:
+        if not record.channels.keys() & set(_MOTION):
+            raise ExperimentError(
+                f"record {shown(record.file)} shows no motion of the hammer, only {listed(record.channels)}: expected one of "
+                f"{listed(_MOTION)}; add its table [sensors.…] and name its column in 'columns' of the record"
+            )
+    forces = [channel for channel, dimension in CHANNELS.items() if dimension == "force"]
+    held = {channel for record in records if not record.held_back for channel in record.channels}
+    if not mass_is_known and not held & set(forces):
+        raise ExperimentError(
+            f"the mass is to be estimated, and no fitted record holds a force: expected one of {listed(forces)}, since motion alone "
+            "identifies only ratios to the mass; weigh the hammer and remove 'estimate_mass'"
+        )

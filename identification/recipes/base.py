@@ -6,7 +6,7 @@ come from and which part of which raw file becomes which record. The recordings 
 A raw reader knows the layout of one data set and nothing else: it returns columns under names and in units of its choice, which the
 recipe's `experiment.toml` then declares.
 
-To add one: write a file with one function `(folder, cut) -> columns` of the type `RawReader`, then list it in `recipes/__init__.py`.
+To add one: write a function `(folder, cut) -> columns` of the type `RawReader` in `layouts.py`, then list it in `RAW_READERS` there.
 """
 
 from collections.abc import Callable, Mapping

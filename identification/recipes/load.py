@@ -1,22 +1,30 @@
-"""Recipes by name."""
+"""Recipes by name, their recordings checked by digest, and the experiment that is made of them."""
 
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.settings.schema import Table
-from identification.experiment.settings.toml_file import parse_toml
+from identification.experiment.limits import sha256_of
+from identification.experiment.toml_file import FILE_NAME, Table, parse_toml
+from identification.recipes import RAW_READERS
 from identification.recipes.base import Cut, Recipe
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
 SCHEMA = 1
-FILE_NAME = "recipe.toml"
+RECIPE_FILE = "recipe.toml"
 TEXTS = ("title", "origin", "licence", "citation", "obtain", "expect", "reader", "data_folder")
 
 
 def recipe_names() -> tuple[str, ...]:
     """Names of all recipes that come with the project, sorted."""
-    return tuple(sorted(file.parent.name for file in data_path("recipes").glob(f"*/{FILE_NAME}")))
+    return tuple(sorted(file.parent.name for file in data_path("recipes").glob(f"*/{RECIPE_FILE}")))
 
 
 def load_recipe(name: str) -> Recipe:
@@ -45,8 +53,8 @@ def load_recipe(name: str) -> Recipe:
 
 def read_recipe(folder: Path) -> Recipe:
     """Read the recipe of a folder; errors as for `load_recipe`."""
-    values, _ = parse_toml(folder / FILE_NAME)
-    table = Table(values=values, where=f"{folder.name}/{FILE_NAME}")
+    values, _ = parse_toml(folder / RECIPE_FILE)
+    table = Table(values=values, where=f"{folder.name}/{RECIPE_FILE}")
     table.allow("schema", *TEXTS, "file", "record")
     if table.needed_number("schema", unit="") != SCHEMA:
         raise ExperimentError(f"schema in {table.where} is {shown(values['schema'])}: expected {SCHEMA}")
@@ -77,3 +85,73 @@ def _cut(table: Table) -> Cut:
         stop=table.needed_number("stop", unit="s"),
         options={key: value for key, value in table.values.items() if key not in named},
     )
+
+
+PRESENT, MISSING, DIFFERS = "present", "missing", "differs"
+SHOWN_DIGITS = 12
+
+
+def recordings_folder(recipe: Recipe, data: Path) -> Path:
+    """Folder that should hold the recipe's raw files: its usual folder below `data` if there is one, else `data` itself."""
+    below = data / recipe.data_folder
+    return below if below.is_dir() else data
+
+
+def recording_states(recipe: Recipe, data: Path) -> dict[str, str]:
+    """Whether every raw file of a recipe is `PRESENT`, `MISSING`, or there with other content, `DIFFERS`; by path in the data set."""
+    folder = recordings_folder(recipe, data)
+    return {path: _state(folder / path, wanted) for path, wanted in recipe.sha256.items()}
+
+
+def find_recordings(recipe: Recipe, data: Path) -> Path:
+    """Folder that holds the recipe's raw files, each checked by its digest; `data` is the folder of the data set, or the one above it.
+
+    Raises:
+        InputError: a raw file is missing, cannot be read, or is another than the recipe was written for.
+    """
+    folder, states = recordings_folder(recipe, data), recording_states(recipe, data)
+    missing = [path for path, state in states.items() if state == MISSING]
+    if missing:
+        what = f"{len(missing)} of {len(states)} files of recipe {recipe.name!r}, the first {missing[0]!r}"
+        raise InputError(f"{folder} lacks {what}: get the recordings from {recipe.origin} and name their folder with --data")
+    other = next((path for path, state in states.items() if state == DIFFERS), None)
+    if other is not None:
+        digest = sha256_of(folder / other)
+        raise InputError(
+            f"{folder / other} is not the file that recipe {recipe.name!r} was written for "
+            f"(sha256 {digest[:SHOWN_DIGITS]}…, expected {recipe.sha256[other][:SHOWN_DIGITS]}…): get it again from {recipe.origin}"
+        )
+    return folder
+
+
+def _state(file: Path, wanted: str) -> str:
+    if not file.is_file():
+        return MISSING
+    try:
+        return PRESENT if sha256_of(file) == wanted else DIFFERS
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror or error}; check its rights") from error
+
+
+@contextmanager
+def recipe_experiment(recipe: Recipe, data: Path) -> Iterator[Path]:
+    """Lend an experiment folder made from the recordings; it is gone when the block ends.
+
+    Args:
+        recipe: as loaded.
+        data: folder of the data set, or the folder above it.
+
+    Yields:
+        A folder with `experiment.toml` and one file per record.
+
+    Raises:
+        InputError: a raw file is missing, cannot be read, or is another than the recipe was written for.
+    """
+    source = find_recordings(recipe, data)
+    with tempfile.TemporaryDirectory(prefix=f"{recipe.name}-") as name:
+        folder = Path(name)
+        shutil.copyfile(recipe.folder / FILE_NAME, folder / FILE_NAME)
+        for cut in recipe.cuts:
+            columns: dict[str, Any] = dict(RAW_READERS[recipe.reader](source, cut))
+            np.savez(folder / cut.file, **columns)
+        yield folder

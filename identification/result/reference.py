@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from identification.experiment.errors import ExperimentError, check_printable, shown
-from identification.experiment.settings.schema import Table
-from identification.experiment.settings.toml_file import parse_toml
+from identification.experiment.toml_file import Table, parse_toml
 from identification.result.result import FitResult
 from vibrojax.errors import InputError
 from vibrojax.model import MASS

@@ -6,7 +6,7 @@ import re
 from markupsafe import Markup, escape
 
 from identification.experiment import CHANNELS, Experiment, si_unit
-from identification.experiment.units import factor_to_si
+from identification.experiment.channels import factor_to_si
 from identification.wording.numbers import unit_text
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS

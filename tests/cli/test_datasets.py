@@ -6,8 +6,7 @@ import sys
 
 import pytest
 
-from identification.recipes.load import load_recipe, recipe_names
-from identification.recipes.recordings import DIFFERS, MISSING, PRESENT, recording_states
+from identification.recipes.load import DIFFERS, MISSING, PRESENT, load_recipe, recipe_names, recording_states
 from vibrojax.cli import main
 
 

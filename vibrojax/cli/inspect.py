@@ -110,7 +110,7 @@ def datasets(
 
 def _lines(recipe, data: Path | None) -> list[str]:
     """What is said about one recipe."""
-    from identification.recipes.recordings import PRESENT, recording_states, recordings_folder
+    from identification.recipes.load import PRESENT, recording_states, recordings_folder
 
     states = {} if data is None else recording_states(recipe, data)
     lines = [

@@ -57,8 +57,7 @@ def experiment_source(experiment: Path | None, recipe: str | None, data: Path | 
     if recipe is None or data is None:
         yield data_path("example") if experiment is None else experiment
         return
-    from identification.recipes.load import load_recipe
-    from identification.recipes.prepare import recipe_experiment
+    from identification.recipes.load import load_recipe, recipe_experiment
 
     with recipe_experiment(load_recipe(recipe), data) as folder, removed_at_end([folder]):
         yield folder
@@ -82,7 +81,7 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
         >>> print(default_folder("diagnose", None, "silverbox"))
         diagnose-silverbox
     """
-    from identification.experiment.settings.limited_toml import MAX_BYTES, parse_limited
+    from identification.experiment.limits import MAX_BYTES, parse_limited
 
     if recipe is not None:
         return Path(f"{job}-{_plain(recipe) or 'recipe'}")
@@ -130,6 +129,6 @@ def check_experiment(path: Path) -> None:
     Raises:
         ExperimentError: there is none.
     """
-    from identification.experiment.settings.toml_file import find_experiment_file
+    from identification.experiment.toml_file import find_experiment_file
 
     find_experiment_file(path)

@@ -6,10 +6,10 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.limits import LARGEST
 from identification.experiment.readers.apart import APART
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
-from identification.experiment.readers.limits import LARGEST
 
 # isort: off
 # In the order of messages.
@@ -28,16 +28,7 @@ READERS: tuple[AbstractReader, ...] = tuple(
 
 
 def check_suffix(file: str) -> tuple[AbstractReader, str]:
-    """Find the reader of a file by its name.
-
-    Args:
-        file: name or path; upper and lower case are one.
-
-    Returns:
-        The reader and the suffix that chose it.
-
-    Raises:
-        ExperimentError: no reader has such a suffix.
+    """The reader of a file and the suffix that chose it, by the file's name or path; upper and lower case are one.
 
     Example:
         >>> check_suffix("march/cart1.CSV.gz")[1]
@@ -51,13 +42,7 @@ def check_suffix(file: str) -> tuple[AbstractReader, str]:
 
 
 def stem_of(file: str) -> str:
-    """Strip folder and suffix from a record's path.
-
-    Args:
-        file: path of a record.
-
-    Returns:
-        The bare name.
+    """A record's name, its path without folder and suffix.
 
     Example:
         >>> stem_of("march/cart1.csv.gz")

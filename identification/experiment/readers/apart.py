@@ -1,11 +1,13 @@
 """Reading in a process of its own: a library that crashes, hangs or fills the memory ends that process alone.
 
-One process is started when the first such file is read and forks a child for every file (`serving`), so that no file meets what another
-one has left. The child writes into a pipe of its own: a header in JSON, then the numbers; nothing is unpickled.
+One process is started when the first such file is read and forks a child for every file, so that no file meets what another one has left.
+The child has limits on memory and time and writes into a pipe of its own: a header in JSON, then the numbers; nothing is unpickled.
 """
 
 import atexit
 import contextlib
+import ctypes
+import importlib
 import json
 import os
 import signal
@@ -13,14 +15,17 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers.base import Columns
-from identification.experiment.readers.limits import allowed_memory, allowed_seconds
+from identification.experiment.limits import allowed_memory, allowed_seconds, limit_process
+from identification.experiment.readers.base import AbstractReader, Columns
+from identification.experiment.readers.recorder import silenced
 
 LENGTH = 8
 """Bytes of the header's length, and the multiple to which the header is filled up."""
@@ -28,9 +33,13 @@ ERROR, OUT_OF_MEMORY = "error", 70
 """Key of a header that holds a message in place of columns; exit status of a child that had no memory left."""
 _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 _SERVE = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from identification.experiment.readers.serving import serve; "
-    "serve(int(sys.argv[2]))"
+    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
+    "from identification.experiment.readers import apart, check_suffix, read_here; apart.serve(int(sys.argv[2]), check_suffix, read_here)"
 )
+_DIE_WITH_PARENT = 1
+"""Request of Linux's `prctl`."""
+Read = Callable[[Path, AbstractSet[str], str], Columns]
+"""Reads the wanted columns of a file, whose name is for messages."""
 
 
 class TooCostlyError(ExperimentError):
@@ -129,3 +138,85 @@ def _columns(content: bytearray) -> Columns:
 
 APART = ReadingProcess()
 """For all files."""
+
+
+def serve(line: int, reader_of: Callable[[str], tuple[AbstractReader, str]], read: Read) -> None:
+    """Answer requests until the other side closes the line.
+
+    Args:
+        line: number of an open socket; every request is a line of JSON and comes with a pipe to write to.
+        reader_of: finds the reader of a file.
+        read: reads the wanted columns of a file in this process.
+    """
+    _end_with_parent()
+    with socket.socket(fileno=line) as asked:
+        while True:
+            text, pipes, _, _ = socket.recv_fds(asked, 2**20, 1)
+            while text and not text.endswith(b"\n"):
+                text += asked.recv(2**20) or b"\n"
+            if not text or not pipes:
+                return
+            request = json.loads(text)
+            _load_library(reader_of(request["file"])[0].library)
+            child = os.fork()
+            if child == 0:
+                asked.close()
+                _answer(request, pipes[0], read)
+            os.close(pipes[0])
+            _, status = os.waitpid(child, 0)
+            asked.sendall(f"{os.waitstatus_to_exitcode(status):{LENGTH}d}".encode())
+
+
+def _load_library(library: str | None) -> None:
+    """Here, so that it is loaded once; where it is not installed the reader says so."""
+    if library is not None:
+        try:
+            with silenced(library):
+                importlib.import_module(library)
+        except ImportError:
+            pass
+
+
+def _answer(request: dict[str, Any], pipe: int, read: Read) -> NoReturn:
+    """Read one file and end."""
+    status = 1
+    try:
+        _end_with_parent()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        limit_process(request["stored"])
+        header, arrays = _read(request, read)
+        text = json.dumps(header).encode()
+        text += b" " * (-len(text) % LENGTH)
+        with open(pipe, "wb") as stream:
+            stream.write(len(text).to_bytes(LENGTH, "little") + text)
+            for values in arrays:
+                stream.write(values.data)
+        status = 0
+    except MemoryError:
+        status = OUT_OF_MEMORY
+    finally:
+        os._exit(status)
+
+
+def _read(request: dict[str, Any], read: Read) -> tuple[dict[str, Any], list[Any]]:
+    try:
+        found = read(Path(request["path"]), frozenset(request["wanted"]), request["file"])
+    except ExperimentError as error:
+        if _has_memory_error(error):
+            raise MemoryError from error
+        return {ERROR: str(error)}, []
+    columns = [(name, len(values)) for name, values in found.values.items()]
+    return {"names": found.names, "units": found.units, "columns": columns}, list(found.values.values())
+
+
+def _has_memory_error(error: BaseException | None) -> bool:
+    """Whether it began with a lack of memory."""
+    return error is not None and (isinstance(error, MemoryError) or _has_memory_error(error.__cause__ or error.__context__))
+
+
+def _end_with_parent() -> None:
+    """Where the system can: whoever ends the program leaves no process behind."""
+    try:
+        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    except (OSError, AttributeError):
+        pass

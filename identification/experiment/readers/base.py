@@ -2,8 +2,8 @@
 
 A reader turns a file into named columns of float64 numbers. It converts no unit and knows no channel: names are those of the file.
 A format that keeps the time beside its channels, not among them, offers it as a column "time".
-It refuses, before it allocates, a file that claims more than `limits` allows. A reader that hands the file to compiled code, or to a
-library that was not written for damaged files, is `apart`: it runs in a process of its own, whose crash is an error of the file.
+It refuses, before it allocates, a file that claims more than `experiment/limits.py` allows. A reader that hands the file to compiled code,
+or to a library that was not written for damaged files, is `apart`: it runs in a process of its own, whose crash is an error of the file.
 
 To add one: implement this one method, `read`, and name its `suffixes` and `format`, then import it in `readers/__init__.py`.
 """
@@ -17,8 +17,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float64, Shaped
 
-from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers.limits import check_samples
+from identification.experiment.limits import check_numeric, check_shape
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,35 +79,3 @@ def as_column(array: Shaped[np.ndarray, "..."], name: str) -> Float64[np.ndarray
     check_shape(array.shape, name)
     check_numeric(array.dtype, name)
     return np.array(array, dtype=np.float64).reshape(-1)
-
-
-def check_shape(shape: tuple[int, ...], name: str) -> None:
-    """Refuse a shape that is no column, before anything is allocated.
-
-    Args:
-        shape: as the file claims.
-        name: the column's name.
-
-    Raises:
-        ExperimentError: more than one dimension longer than 1, or too many samples.
-    """
-    samples = 1
-    for length in shape:
-        samples *= int(length)
-    check_samples(samples, f"column {shown(name)}")
-    if len(shape) == 0 or (samples > 0 and max(shape) != samples):
-        raise ExperimentError(f"column {shown(name)} has shape {tuple(shape)}: expected one dimension; store one array per channel")
-
-
-def check_numeric(dtype: np.dtype, name: str) -> None:
-    """Refuse a type that holds no real numbers.
-
-    Args:
-        dtype: as the file declares.
-        name: the column's name.
-
-    Raises:
-        ExperimentError: text, objects, complex or logical values, structures.
-    """
-    if dtype.kind not in "iuf":
-        raise ExperimentError(f"column {shown(name)} holds {dtype}: expected integers or real numbers; store it as float64")

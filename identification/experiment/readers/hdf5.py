@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.readers.base import AbstractReader, Columns, as_column, check_numeric, check_shape
-from identification.experiment.readers.limits import check_claim
+from identification.experiment.limits import check_claim, check_numeric, check_shape
+from identification.experiment.readers.base import AbstractReader, Columns, as_column
 
 
 class Hdf5Reader(AbstractReader):
@@ -28,23 +28,12 @@ class Hdf5Reader(AbstractReader):
 
 
 def read_hdf5(path: Path, wanted: AbstractSet[str]) -> Columns:
-    """Read the wanted data sets of an HDF5 file.
-
-    Args:
-        path: the file.
-        wanted: names of data sets.
-
-    Returns:
-        Names of all data sets, and the wanted ones.
-
-    Raises:
-        ExperimentError: a wanted data set is not a plain column, or claims more than the file can hold.
-    """
+    """Read the wanted data sets of an HDF5 file, and the names of all; refused is what is no plain column or claims too much."""
     stored = path.stat().st_size
     with h5py.File(path, "r", locking=False) as file:
         datasets = _datasets(file)
         chosen = {name: _checked(dataset, name) for name, dataset in datasets.items() if name in wanted}
-        check_claim(8 * sum(max(prod(dataset.shape), prod(dataset.chunks or ())) for dataset in chosen.values()), stored, "the file")
+        check_claim(8 * sum(max(prod(dataset.shape), prod(dataset.chunks or ())) for dataset in chosen.values()), stored)
         values = {name: as_column(np.asarray(dataset[()]), name) for name, dataset in chosen.items()}
     return Columns(names=tuple(datasets), values=values)
 

@@ -9,9 +9,8 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers.layout import EMPTY, SAMPLED_ROWS, Layout, skipped, split
-from identification.experiment.readers.numerals import DECIMALS, is_number
-from identification.experiment.readers.preamble import read_preamble
-from identification.experiment.readers.recorder import TOLERANCE, axis
+from identification.experiment.readers.recorder import axis, same_axis
+from identification.experiment.readers.text import DECIMALS, is_number, read_preamble
 
 FILE_BEGIN, HEADER_END = "LabVIEW Measurement", "***End_of_Header***"
 HEADER_ROW = re.compile(r"X_Value *(?P<delimiter>[\t,;])")
@@ -20,16 +19,9 @@ DECIMAL, COUNTS, UNITS = "Decimal_Separator", "Samples", "Y_Unit_Label"
 
 
 def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
-    """Find header row, channels and samples of a LabVIEW measurement file, whatever its rows of samples hold.
+    """Layout of a LabVIEW measurement file, and its lines with the comments of the rows of samples cut off.
 
-    Args:
-        lines: the whole file.
-
-    Returns:
-        The layout, and the lines with the comments of the rows of samples cut off; None where the file is none of LabVIEW's with a header.
-
-    Raises:
-        ExperimentError: the file holds several segments.
+    None where the file is none of LabVIEW's with a header; refused is one that holds several segments.
     """
     headers = _header_rows(lines)
     if not headers:
@@ -63,29 +55,19 @@ def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
 def common_time(
     values: dict[str, Float64[np.ndarray, " samples"]], own_times: dict[str, str]
 ) -> tuple[str, Float64[np.ndarray, " samples"]] | None:
-    """Make one column of time of those that channels have of their own.
+    """Make one column of time, s, of those that channels have of their own: its name and stamps.
 
-    Args:
-        values: columns that were read, shape (samples,) each.
-        own_times: name of the column of time, by channel.
-
-    Returns:
-        Name of the column that stands for all, and s, shape (samples,): where one column has an empty cell, the stamp of another. None
-        where no channel was read together with its time.
-
-    Raises:
-        ExperimentError: the columns of two channels differ by more than rounding.
+    Where one column has an empty cell, the stamp of another one counts; columns that differ by more than rounding are refused. `own_times`
+    has the name of the column of time, by channel. None where no channel was read together with its time.
     """
     read = {channel: values[column] for channel, column in own_times.items() if channel in values and column in values}
     if not read:
         return None
     first, *others = read
     time = read[first]
-    steps = np.diff(time[np.isfinite(time)])
-    allowed = TOLERANCE * float(np.median(steps)) if steps.size else 0.0
     for other in others:
         another = read[other]
-        if (np.abs(another - time) > allowed).any():
+        if not same_axis(read[first], another):
             raise ExperimentError(
                 f"channels {shown(first)} ({_axis(read[first])}) and {shown(other)} ({_axis(another)}) have different X_Value columns: "
                 "expected one time axis for all channels of a record; resample them to one rate, or export them to files of their own"

@@ -6,10 +6,9 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 
+from identification.experiment.channels import is_unit
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.readers.numerals import DECIMALS, is_number
-from identification.experiment.readers.preamble import NO_PREAMBLE, Preamble, read_preamble
-from identification.experiment.units import is_unit
+from identification.experiment.readers.text import DECIMALS, NO_PREAMBLE, Preamble, is_number, read_preamble
 
 BLANKS = " "
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", BLANKS: "blanks"}
@@ -52,27 +51,13 @@ class Layout:
 
 
 def skipped(line: str) -> bool:
-    """Say whether a line holds neither header nor samples: blank, delimiters alone, or a comment.
-
-    Args:
-        line: of the file.
-
-    Returns:
-        Whether it is passed over.
-    """
+    """Whether a line holds neither header nor samples: blank, delimiters alone, or a comment."""
     bare = line.strip(EMPTY)
     return not bare or bare.startswith("#")
 
 
 def split(line: str, delimiter: str) -> list[str]:
-    """Split one line into cells, quotes honoured.
-
-    Args:
-        line: of the file.
-        delimiter: one character; a blank stands for any number of them.
-
-    Returns:
-        The cells without surrounding blanks.
+    """Cells of one line, without surrounding blanks, quotes honoured; a blank as delimiter stands for any number of them.
 
     Example:
         >>> split('0,5; "a;b" ;', ";")
@@ -289,13 +274,7 @@ class _Table:
 
 
 def is_row_of_units(cells: list[str]) -> bool:
-    """Say whether a row names units rather than columns: most of what is filled in is a known one.
-
-    Args:
-        cells: of the row.
-
-    Returns:
-        Whether at least half of the filled cells are known units.
+    """Whether a row names units rather than columns: at least half of what is filled in are known ones.
 
     Example:
         >>> is_row_of_units(["s", "[mm]", "-"]), is_row_of_units(["Time", "Force"])

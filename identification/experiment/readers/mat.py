@@ -7,9 +7,9 @@ import h5py
 from scipy.io import loadmat, whosmat
 
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers.base import AbstractReader, Columns, as_column, check_shape
+from identification.experiment.limits import check_claim, check_shape
+from identification.experiment.readers.base import AbstractReader, Columns, as_column
 from identification.experiment.readers.hdf5 import read_hdf5
-from identification.experiment.readers.limits import check_claim
 
 NUMERIC_CLASSES = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 
@@ -31,7 +31,7 @@ class MatReader(AbstractReader):
             check_shape(shape, name)
             if kind not in NUMERIC_CLASSES:
                 raise ExperimentError(f"column {shown(name)} holds {kind}: expected integers or real numbers; store it as double")
-        check_claim(sum(8 * max(shape) for _, shape, _ in chosen), path.stat().st_size, "the file")
+        check_claim(sum(8 * max(shape) for _, shape, _ in chosen), path.stat().st_size)
         names = [name for name, _, _ in chosen]
         arrays = loadmat(path, variable_names=names) if names else {}
         return Columns(names=tuple(entry[0] for entry in listing), values={name: as_column(arrays[name], name) for name in names})

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers.base import AbstractReader, Columns, as_column, check_numeric, check_shape
-from identification.experiment.readers.limits import check_claim
+from identification.experiment.limits import check_claim, check_numeric, check_shape
+from identification.experiment.readers.base import AbstractReader, Columns, as_column
 
 MEMBER_SUFFIX = ".npy"
 
@@ -30,7 +30,7 @@ class NpzReader(AbstractReader):
                 if name in names[:place]:
                     raise ExperimentError(f"array {shown(name)} is there twice: expected different names; rename one")
             chosen = {name: info for name, info in zip(names, members, strict=True) if name in wanted}
-            check_claim(sum(info.file_size for info in chosen.values()), path.stat().st_size, "the file")
+            check_claim(sum(info.file_size for info in chosen.values()), path.stat().st_size)
             values = {name: _column(archive, info, name) for name, info in chosen.items()}
         return Columns(names=tuple(names), values=values)
 

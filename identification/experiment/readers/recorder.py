@@ -1,16 +1,69 @@
-"""Channels of a recorder's file, each with its own time axis, as columns on one time axis."""
+"""Recorders' own formats: the libraries behind them, and channels, each with its own time axis, as columns on one time axis."""
 
-from collections.abc import Callable, Sequence
+import importlib
+import logging
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 from jaxtyping import Float64, Shaped
 
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, listed, shown
+from identification.experiment.limits import check_claim, check_samples
 from identification.experiment.readers.base import Columns, as_column
-from identification.experiment.readers.limits import check_claim, check_samples
+
+INSTALL = 'pip install "vibrojax[labdata]"'
+
+
+def load_library(name: str, kind: str) -> ModuleType:
+    """Import the library that reads a format, `kind` for the message.
+
+    Example:
+        >>> load_library("no_such_library", "TDMS")
+        Traceback (most recent call last):
+        identification.experiment.errors.ExperimentError: TDMS files need the package no_such_library, which is not installed: \
+run pip install "vibrojax[labdata]", or export the record to .csv, .h5, .mat or .npz
+    """
+    try:
+        with silenced(name):
+            return importlib.import_module(name)
+    except ImportError as error:
+        raise ExperimentError(
+            f"{kind} files need the package {name}, which is not installed: run {INSTALL}, or export the record to .csv, .h5, .mat or .npz"
+        ) from error
+
+
+@contextmanager
+def silenced(name: str) -> Iterator[None]:
+    """A block in which a library logs nothing, nor reports errors while its half-made objects are thrown away.
+
+    What is wrong with a file is said once, by the reader.
+    """
+    logger, hook = logging.getLogger(name), sys.unraisablehook
+    before = logger.disabled, logger.level, [(child, child.disabled) for child in _children(name)]
+    try:
+        sys.unraisablehook = lambda unraisable: None
+        logger.disabled = True
+        for child, _ in before[2]:
+            child.disabled = True
+        yield
+    finally:
+        sys.unraisablehook = hook
+        logger.disabled = before[0]
+        for child, disabled in before[2]:
+            child.disabled = disabled
+
+
+def _children(name: str) -> list[logging.Logger]:
+    """The loggers of a library's modules."""
+    loggers = list(logging.Logger.manager.loggerDict.items())
+    return [one for key, one in loggers if key.startswith(f"{name}.") and isinstance(one, logging.Logger)]
+
 
 TOLERANCE = 0.01
 """Of a sampling step: time axes that differ by less are one."""
@@ -39,14 +92,7 @@ class RecorderChannel:
 
 
 def unique_names(names: Sequence[str], full_names: Sequence[str]) -> list[str]:
-    """Name channels as briefly as can be: by their own name where no other channel of the file bears it, else in full.
-
-    Args:
-        names: own names; may repeat or be empty.
-        full_names: with the group, unique.
-
-    Returns:
-        The names.
+    """Name channels as briefly as can be: by their own name where no other channel of the file bears it, else in full, with the group.
 
     Example:
         >>> unique_names(["x", "F", "x"], ["fast/x", "fast/F", "slow/x"])
@@ -58,23 +104,14 @@ def unique_names(names: Sequence[str], full_names: Sequence[str]) -> list[str]:
 def to_columns(channels: Sequence[RecorderChannel], wanted: AbstractSet[str], stored_bytes: int) -> Columns:
     """Read the wanted channels and their common time axis, which becomes the column "time" where no channel bears that name.
 
-    Args:
-        channels: all channels of the file.
-        wanted: names of columns.
-        stored_bytes: size of the file.
-
-    Returns:
-        Names of all columns, the wanted ones, and their units.
-
-    Raises:
-        ExperimentError: no channel at all, too many samples, wanted channels on different time axes, or without any time axis.
+    Refused are a file without channels or with too many samples for its size, and wanted channels on different time axes or without one.
     """
     if not channels:
         raise ExperimentError("the file holds no channel: expected at least one with samples; export the record again")
     chosen = [channel for channel in channels if channel.name in wanted]
     for channel in chosen:
         check_samples(channel.samples, f"channel {shown(channel.name)}")
-    check_claim(8 * sum(channel.samples for channel in chosen), stored_bytes, "the file")
+    check_claim(8 * sum(channel.samples for channel in chosen), stored_bytes)
     names = [channel.name for channel in channels]
     values = {channel.name: as_column(channel.read(), channel.name) for channel in chosen}
     units = {channel.name: channel.unit.strip() for channel in chosen if stated(channel.unit)}
@@ -94,10 +131,9 @@ def stated(unit: str) -> bool:
 def _common_time(channels: Sequence[RecorderChannel]) -> tuple[Float64[np.ndarray, " samples"], str]:
     """The time axis of all channels, and its unit."""
     first, time = channels[0], _time_of(channels[0])
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     for other in channels[1:]:
         another = _time_of(other)
-        if another.size != time.size or other.time_unit != first.time_unit or np.abs(another - time).max(initial=0.0) > TOLERANCE * step:
+        if other.time_unit != first.time_unit or not same_axis(time, another):
             raise ExperimentError(
                 f"channels {shown(first.name)} ({axis(time)}) and {shown(other.name)} ({axis(another)}) are sampled differently: "
                 "expected one time axis for all channels of a record; resample them to one rate and export again"
@@ -115,14 +151,22 @@ def _time_of(channel: RecorderChannel) -> Float64[np.ndarray, " samples"]:
     return as_column(channel.time(), TIME)
 
 
+def same_axis(time: Float64[np.ndarray, " _"], other: Float64[np.ndarray, " _"]) -> bool:
+    """Whether two time axes are one, but for rounding and for stamps that one of them lacks (NaN).
+
+    Example:
+        >>> same_axis(np.array([0.0, 0.5, 1.0]), np.array([0.0, np.nan, 1.001])), same_axis(np.array([0.0, 0.5]), np.array([0.0, 0.6]))
+        (True, False)
+    """
+    if time.size != other.size:
+        return False
+    steps = np.diff(time[np.isfinite(time)])
+    apart = np.abs(other - time)
+    return bool(apart[np.isfinite(apart)].max(initial=0.0) <= TOLERANCE * abs(float(np.median(steps)) if steps.size else 0.0))
+
+
 def axis(time: Float64[np.ndarray, " samples"]) -> str:
-    """Describe a time axis in a message.
-
-    Args:
-        time: s, shape (samples,).
-
-    Returns:
-        Its number of samples, first stamp and step.
+    """A time axis in a message: its number of samples, first stamp and step.
 
     Example:
         >>> axis(np.array([0.0, 0.5, 1.0]))

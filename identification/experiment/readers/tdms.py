@@ -8,9 +8,9 @@ import numpy as np
 
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers.base import AbstractReader, Columns, check_numeric
-from identification.experiment.readers.labdata import load_library, silenced
-from identification.experiment.readers.recorder import RecorderChannel, to_columns, unique_names
+from identification.experiment.limits import check_numeric
+from identification.experiment.readers.base import AbstractReader, Columns
+from identification.experiment.readers.recorder import RecorderChannel, load_library, silenced, to_columns, unique_names
 
 LIBRARY = "nptdms"
 

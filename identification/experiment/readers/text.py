@@ -1,11 +1,17 @@
-"""A text file's bytes as lines: unpacked, decoded, control characters refused."""
+"""Text of a record file: its lines, numbers with decimal point or comma, times of day, and what recorders write above the header row."""
 
 import gzip
+import itertools
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float64
+
 from identification.experiment.errors import ExperimentError
-from identification.experiment.readers.limits import MAX_TEXT_BYTES, allowed_bytes
+from identification.experiment.limits import text_limit
 
 BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 WESTERN = "cp1252"
@@ -13,22 +19,14 @@ CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 
 
 def read_lines(path: Path) -> tuple[list[str], str]:
-    """Read the lines of a text file, plain or gzip-compressed.
+    """Lines of a text file, plain or gzip-compressed, without their ends, and a sentence on the encoding where it had to be guessed.
 
     UTF-8, with or without byte-order mark, and UTF-16 with one; what is neither is read as Windows-1252, which holds what Latin-1 prints.
-
-    Args:
-        path: an existing plain file.
-
-    Returns:
-        The lines without their ends, and a sentence on the encoding where it had to be guessed; else nothing.
-
-    Raises:
-        ExperimentError: too large, or no text.
+    A file that is too large, or no text, is refused.
     """
     stored = path.stat().st_size
     packed = path.suffix.lower() == ".gz"
-    limit = min(MAX_TEXT_BYTES, allowed_bytes(stored)) if packed else MAX_TEXT_BYTES
+    limit = text_limit(stored, packed=packed)
     with gzip.open(path, "rb") if packed else path.open("rb") as stream:
         content = stream.read(limit + 1 if packed else min(limit, stored) + 1)
     if len(content) > limit:
@@ -55,3 +53,162 @@ def _decoded(content: bytes) -> tuple[str, str]:
 def _line(text: str, place: int) -> int:
     """Number of the line, from 1, that holds a place."""
     return text.count("\n", 0, place) + 1
+
+
+DECIMALS = (".", ",")
+_NUMBERS = {
+    mark: re.compile(rf"[-+]?(?:\d+(?:\{mark}\d*)?|\{mark}\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
+    for mark in DECIMALS
+}
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell without surrounding blanks is a number under a decimal mark, "." or ","; "nan" and "inf" are.
+
+    Example:
+        >>> is_number("-1,5e-3", ","), is_number("1_0", "."), is_number("1.234,5", ",")
+        (True, False, False)
+    """
+    return cell.isascii() and _NUMBERS[decimal].fullmatch(cell) is not None
+
+
+def to_number(cell: str, decimal: str) -> float | None:
+    """The number that a cell is under a decimal mark; None where it is none."""
+    if not is_number(cell, decimal):
+        return None
+    return float(cell.replace(",", ".") if decimal == "," else cell)
+
+
+CLOCK = re.compile(r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:[.,]\d+)?)Z?")
+DAY = 86400.0
+
+
+def is_clock(cell: str) -> bool:
+    """Whether a cell without surrounding blanks is a time of day, with or without a date before it.
+
+    Example:
+        >>> is_clock("2024-03-01 10:11:12.345"), is_clock("10:11")
+        (True, False)
+    """
+    return CLOCK.fullmatch(cell) is not None
+
+
+def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
+    """Seconds since the first of a column's stamps, NaN where a cell is no time of day.
+
+    A stamp more than half a day earlier than the one before belongs to the next day.
+
+    Example:
+        >>> seconds_of(["23:59:59,5", "00:00:00,5"]).tolist()
+        [0.0, 1.0]
+    """
+    found = [CLOCK.fullmatch(cell) for cell in cells]
+    whole = np.array([np.nan if one is None else 60.0 * (60.0 * int(one["h"]) + int(one["m"])) + int(one["s"][:2]) for one in found])
+    part = np.array([0.0 if one is None else float("0" + one["s"][2:].replace(",", ".")) for one in found])
+    usable = np.flatnonzero(np.isfinite(whole))
+    if usable.size:
+        days = np.cumsum(np.diff(whole[usable], prepend=whole[usable[0]]) < -0.5 * DAY)
+        whole[usable] = whole[usable] - whole[usable[0]] + DAY * days
+        part -= part[usable[0]]
+    return whole + part
+
+
+RATES = (
+    "sample rate",
+    "samplerate",
+    "sampling rate",
+    "sampling frequency",
+    "sample frequency",
+    "data rate",
+    "abtastrate",
+    "abtastfrequenz",
+    "messrate",
+    "taxa de amostragem",
+    "frequencia de amostragem",
+    "frequência de amostragem",
+)
+"""Keys of a sampling rate; Hz unless the value says kHz."""
+STEPS = ("delta x", "delta t", "sampling interval", "sample interval", "abtastintervall", "intervalo de amostragem")
+"""Keys of a sampling step; s unless the value says ms or us."""
+FACTORS = {"": 1.0, "hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "s/s": 1.0}
+ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<value>.*)$")
+VALUE = re.compile(r"[-+\d.,eE]+")
+# Qualisys Track Manager, which writes millimetres.
+QUALISYS, MARKERS, FREQUENCY, AXES = "no of frames", "marker names", "frequency", ("X", "Y", "Z")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preamble:
+    """The entries above a header row.
+
+    Attributes:
+        entries: cells by key, which is in lower case and with blanks for underscores.
+    """
+
+    entries: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def rate(self) -> float | None:
+        """Sampling rate, Hz, where the preamble states one."""
+        for keys, turned in ((RATES + ((FREQUENCY,) if QUALISYS in self.entries else ()), False), (STEPS, True)):
+            for key in keys:
+                value = _quantity(self.entries.get(key, ()))
+                if value is not None and value > 0.0:
+                    return 1.0 / value if turned else value
+        return None
+
+    def names_for(self, width: int) -> tuple[str, ...]:
+        """Names of all columns that the preamble gives in place of a header row: markers, each with three coordinates; else none."""
+        markers = [cell for cell in self.entries.get(MARKERS, ()) if cell]
+        names = tuple(f"{marker} {axis}" for marker in markers for axis in AXES)
+        if not names or width - len(names) not in (0, 2):
+            return ()
+        return (("Frame", "Time") if width - len(names) == 2 else ()) + names
+
+    def units_for(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Units of the columns, empty where nothing is said."""
+        if QUALISYS in self.entries:
+            return tuple("mm" if name.endswith(tuple(f" {axis}" for axis in AXES)) else "s" if name == "Time" else "" for name in names)
+        return ()
+
+
+NO_PREAMBLE = Preamble()
+
+
+def read_preamble(lines: Sequence[str], delimiter: str) -> Preamble:
+    """Read the lines above a header row as entries: "key: value", "key = value", a key and cells, or a row of keys above one of numbers.
+
+    A line that is none is passed over; of two with one key the last counts.
+
+    Example:
+        >>> read_preamble(["# Sample rate: 2,5 kHz"], ";").rate
+        2500.0
+    """
+    entries = {}
+    for line in lines:
+        if found := ENTRY.match(line):
+            cells = (
+                [cell.strip().strip('"') for cell in found["value"].split(delimiter)] if delimiter.strip(" ") else [found["value"].strip()]
+            )
+            entries[_key(found["key"])] = tuple(cells)
+    for above, below in itertools.pairwise(lines):
+        keys, values = (re.split(r"\s*[,;\t]\s*", line.strip(" #%")) for line in (above, below))
+        if len(keys) == len(values) > 1 and all(VALUE.fullmatch(value) for value in values):
+            entries |= {_key(key): (value,) for key, value in zip(keys, values, strict=True)}
+    return Preamble(entries=entries)
+
+
+def _key(text: str) -> str:
+    """A key as it is looked up."""
+    return text.strip().lower().replace("_", " ")
+
+
+def _quantity(cells: Sequence[str]) -> float | None:
+    """The number that an entry states, in Hz or s; None without one."""
+    text = " ".join(cell for cell in cells[:2] if cell)
+    found = VALUE.match(text)
+    if found is None:
+        return None
+    number = to_number(found.group(), ",") if "," in found.group() else to_number(found.group(), ".")
+    unit = text[found.end() :].strip(" []()").split(" ")[0].lower()
+    return None if number is None else number * FACTORS.get(unit, 1.0)

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.limits import text_limit
 from identification.experiment.readers.base import AbstractReader, Columns
-from identification.experiment.readers.labdata import load_library, silenced
-from identification.experiment.readers.limits import MAX_TEXT_BYTES
-from identification.experiment.readers.recorder import RecorderChannel, stated, to_columns
+from identification.experiment.readers.recorder import RecorderChannel, load_library, silenced, stated, to_columns
 
 LIBRARY = "pyuff"
 FUNCTION, DELIMITER = 58, b"    -1"
@@ -50,8 +49,8 @@ class UffReader(AbstractReader):
 def _check_end(path: Path) -> None:
     """Every data set ends with a line "-1"; a file that was cut off does not."""
     size = path.stat().st_size
-    if size > MAX_TEXT_BYTES:
-        raise ExperimentError(f"the file has {size} bytes: expected at most {MAX_TEXT_BYTES}; cut or decimate the record")
+    if size > text_limit(size):
+        raise ExperimentError(f"the file has {size} bytes: expected at most {text_limit(size)}; cut or decimate the record")
     with path.open("rb") as stream:
         stream.seek(max(0, size - TAIL_BYTES))
         tail = stream.read()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.beginnings import beginnings
-from identification.experiment.record import Preparation
+from identification.experiment.experiment import Preparation
 from identification.windows.windows import WindowLength
 
 LEAST = 2 * WindowLength().longest

@@ -16,13 +16,13 @@ REPLACED = """
 import sys; sys.path[:] = __import__("json").loads(sys.argv[1])
 import os, signal
 from pathlib import Path
-from identification.experiment.readers import base, serving
+from identification.experiment.readers import apart, base, check_suffix
 import numpy as np
 def read(path, wanted, file):
     {body}
     return base.Columns(names=("F",), values={{"F": np.arange(3.0)}})
-serving.read_here, serving.allowed_seconds = read, lambda stored: 1
-serving.serve(int(sys.argv[2]))
+apart.allowed_seconds = lambda stored: 1
+apart.serve(int(sys.argv[2]), check_suffix, read)
 """
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from identification.experiment import load_experiment
-from identification.experiment.columns.derived import noise_coherence
+from identification.experiment.signals import noise_coherence
 
 RATE = 2000.0
 TIME = np.arange(6000) / RATE

@@ -2,15 +2,14 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, Record, load_experiment
-from identification.experiment.errors import DoubtError
-from identification.experiment.plausibility.bodies import check_bodies
-from identification.experiment.plausibility.check import check_plausible
+from identification.experiment.checks import Declared, check_bodies, check_directions, check_records
 from vibrojax.data_files import data_path
 
 COLUMNS = ("time", "hammer_displacement", "cart_displacement", "impact_force", "hammer_acceleration")
@@ -207,6 +206,28 @@ def test_a_mistake_is_stated_with_what_would_be_right(name, tables, tmp_path):
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["sign of the load cell", "gap in mm", "no impact", "channels exchanged, load cell", "mass in g"])
+def test_the_sample_at_which_a_mistake_shows_is_named(name, tables, tmp_path):
+    text, change, leave_out, _ = MISTAKES[name]
+    folder = written(tmp_path, tables, text, change, leave_out=leave_out)
+    try:
+        (said, *_) = load_experiment(folder).warnings
+    except ExperimentError as error:
+        said = str(error)
+    record, sample, seconds = re.search(r"'(\w+).npz'.* at sample (\d+), ([\d.]+) s", said).groups()
+    assert float(seconds) == pytest.approx(tables[record]["time"][int(sample) - 1], rel=1e-5)
+
+
+def test_a_preload_that_impacts_relieve_is_no_turned_load_cell():
+    """Its force falls from 8 N to none and never below."""
+    time = np.arange(4000) / 4000.0
+    force = np.where(np.arange(time.size) % 800 < 20, 0.0, 8.0) + np.random.default_rng(0).normal(0.0, 0.01, time.size)
+    record = Record(file="a.csv", kind="forced", gap=0.0, time=time, channels={"impact_force": force}, noise={"impact_force": 0.01})
+    assert list(check_directions(record, Declared())) == []
+    turned = replace(record, channels={"impact_force": force - 8.0})
+    assert [found.refuses for found in check_directions(turned, Declared())] == [True]
+
+
 @pytest.mark.parametrize("leave_out", [(), ACC, CELL, ACC + CELL, ("cart_displacement",), ("hammer_displacement",)], ids=" ".join)
 def test_nothing_is_said_of_a_sound_experiment(leave_out, tables, tmp_path):
     assert load_experiment(written(tmp_path, tables, EXPERIMENT, leave_out=leave_out)).warnings == ()
@@ -221,7 +242,7 @@ def test_a_drive_whose_frequency_changes_is_left_to_the_diagnosis(cycles):
         cart = 1e-3 * np.sin(2.0 * np.pi * (6.5 * time + cycles * (time / time[-1]) ** 2)) + noise
         channels = {"cart_displacement": cart}
         record = Record(file="a.csv", kind="cart-excitation", gap=0.0, time=time, channels=channels, excitation_frequency=6.5)
-        assert check_plausible([record], [{"cart_displacement": "m"}], {}, mass=None, law="none") == (), seed
+        assert check_records([record], [{"cart_displacement": "m"}], {}, mass=None, law="none") == (), seed
 
 
 @pytest.mark.parametrize("late", [-0.007, -0.002, 0.002, 0.007])
@@ -245,7 +266,7 @@ def test_harmonics_and_hum_of_a_drive_without_impacts_raise_no_doubt(addition):
     noise = dict.fromkeys(channels, 1e-5)
     record = Record(file="a.csv", kind="cart-excitation", gap=1.0, time=time, channels=channels, noise=noise, excitation_frequency=6.25)
     units = {name: "m" for name in channels}
-    assert check_plausible([record], [units], {}, mass=0.4, law="none") == ()
+    assert check_records([record], [units], {}, mass=0.4, law="none") == ()
 
 
 @pytest.mark.parametrize("channel", ["hammer_displacement", "hammer_acceleration", "impact_force"])
@@ -285,11 +306,8 @@ def doubt(hammer: np.ndarray, cart: np.ndarray, time: np.ndarray) -> str:
     """What is doubted in a free decay with these motions; empty where nothing is."""
     noise = np.random.default_rng(0).normal(0.0, 1e-6, (2, time.size))
     channels = {"hammer_displacement": hammer + noise[0], "cart_displacement": cart + noise[1]}
-    try:
-        check_bodies(Record(file="a.csv", kind="free-decay", gap=0.0, time=time, channels=channels), [])
-    except DoubtError as error:
-        return str(error)
-    return ""
+    record = Record(file="a.csv", kind="free-decay", gap=0.0, time=time, channels=channels)
+    return next((found.sentence for found in check_bodies(record, Declared())), "")
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.01, 0.03])

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from identification.experiment import ExperimentError
+from identification.experiment.limits import LARGEST
 from identification.experiment.readers import READERS, check_suffix, read_columns, stem_of
-from identification.experiment.readers.limits import LARGEST
 
 numbers = st.floats(-LARGEST, LARGEST, allow_nan=False, width=64)
 samples = hnp.arrays(np.float64, st.integers(1, 40), elements=numbers)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import load_experiment
-from identification.experiment.columns.saturation import find_saturation
+from identification.experiment.samples import find_saturation
 
 TIME = np.arange(8000) / 4000.0
 

@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from identification.experiment import ExperimentError
-from identification.experiment.record import Record
-from identification.experiment.settings.scales import check_scales
+from identification.experiment.checks import Declared, check_scales
+from identification.experiment.experiment import Record
 
 MASS, OMEGA = 0.5, 40.0
 UNITS: dict[str, str | None] = {"hammer_displacement": "m", "hammer_acceleration": "m/s^2", "impact_force": "N"}
@@ -28,22 +27,20 @@ def bouncing(*, displacement: float = 1.0, acceleration: float = 1.0, force: flo
     return Record(file="cart1.csv", kind="cart-excitation", gap=0.001, time=time, channels=channels)
 
 
-def message_of(record: Record, mass: float | None = MASS, **units: str | None) -> str:
+def message_of(record: Record, mass: float | None = MASS, through: frozenset[str] = frozenset(), **units: str | None) -> str:
     """What is found wrong; empty where nothing is."""
-    try:
-        check_scales(record, UNITS | units, mass)
-    except ExperimentError as error:
-        return str(error)
-    return ""
+    found = next(check_scales(record, Declared(units=UNITS | units, mass=mass, through=through)), None)
+    assert found is None or found.refuses
+    return "" if found is None else found.sentence
 
 
 @pytest.mark.parametrize("off", [1e3, 1e-3, 9.80665])
 @pytest.mark.parametrize("through", [{"hammer_acceleration"}, {"hammer_displacement", "hammer_acceleration"}])
 def test_a_slip_in_a_sensitivity_blames_it_and_not_its_partner_alone(off, through):
-    with pytest.raises(ExperimentError, match="a factor between units: expected one motion; correct ") as raised:
-        check_scales(bouncing(acceleration=off), UNITS | dict.fromkeys(through), MASS, frozenset(through))
-    assert all(f"sensitivity or unit in [sensors.{name}]" in str(raised.value) for name in through)
-    check_scales(bouncing(acceleration=1.3), UNITS | dict.fromkeys(through), MASS, frozenset(through))
+    said = message_of(bouncing(acceleration=off), through=frozenset(through), **dict.fromkeys(through))
+    assert "a factor between units: expected one motion; correct " in said
+    assert all(f"sensitivity or unit in [sensors.{name}]" in said for name in through)
+    assert message_of(bouncing(acceleration=1.3), through=frozenset(through), **dict.fromkeys(through)) == ""
 
 
 @pytest.mark.parametrize("off", [1.0, 0.8, 1.3])

@@ -7,7 +7,7 @@ import pytest
 from scipy.constants import g
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.experiment.sensitivity import read_sensitivity
+from identification.experiment.channels import read_sensitivity
 from tests.identification.experiment.malformed import columns, edit, write_valid
 
 CART = "[sensors.cart_displacement]"

@@ -1,7 +1,7 @@
 import pytest
 
 from identification.experiment import CHANNELS, ExperimentError, si_unit
-from identification.experiment.units import factor_to_si
+from identification.experiment.channels import factor_to_si
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.experiment.plausibility.sine import fit_sine
-from identification.experiment.settings.schema import Table
+from identification.experiment.signals import fit_sine
+from identification.experiment.toml_file import Table
 from identification.inspection import inspect_path, propose, summary, template
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
 from vibrojax.data_files import data_path
@@ -184,6 +184,32 @@ def test_a_load_cell_that_is_right_is_not_turned(what, tmp_path):
     assert "sign" not in propose(inspect_path(tmp_path), tmp_path)
 
 
+def printed(folder) -> str:
+    """The tables of a folder, as a wide terminal shows them."""
+    console = Console(width=400, record=True, file=io.StringIO(), force_terminal=False)
+    console.print(summary(inspect_path(folder)))
+    return console.export_text()
+
+
+def test_what_a_fit_would_refuse_or_doubt_is_said_with_the_same_words(tmp_path):
+    """Impacts that read as pulls, and a scaled displacement in place of an acceleration."""
+    values = channels("drop-test")
+    write_csv(tmp_path / "run.csv", values)
+    assert "a fit would refuse it" not in printed(tmp_path) and "odd: " not in printed(tmp_path)
+    write_csv(tmp_path / "run.csv", values | {"impact_force": -values["impact_force"]})
+    found = re.search(r"a fit would refuse it: (impact_force of record 'run.csv' falls in 3 impacts, .*)", printed(tmp_path))
+    (tmp_path / "experiment.toml").write_text(filled(propose(inspect_path(tmp_path), tmp_path)).replace("sign = -1", "sign = 1"))
+    with pytest.raises(ExperimentError) as refused:
+        load_experiment(tmp_path)
+    assert found is not None and str(refused.value) == found.group(1).strip()
+    driven = channels("cart-excitation")
+    slipped = {"cart_acceleration [m/s^2]": -1e-3 * (2 * np.pi * 6.25) ** 2 * driven["cart_displacement"]}
+    write_csv(tmp_path / "run.csv", driven | slipped)
+    said = printed(tmp_path)
+    assert "a fit would refuse it: cart_displacement is 1e+03 times what cart_acceleration gives for it in record 'run.csv'" in said
+    assert "odd: cart_acceleration: computed from cart_displacement" in said
+
+
 def test_files_of_voltages_ask_for_the_sensitivities(tmp_path):
     values = channels("cart-excitation")
     volts = {"Laser (V)": 800.0 * values["hammer_displacement"], "Cart LVDT (V)": 500.0 * values["cart_displacement"]}
@@ -334,7 +360,8 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
     allow = Table.allow
 
     def watched(table, *keys, noun="key"):
-        known.setdefault(re.sub(r"record '.*'|(?<=sensors\.)\w+", "", table.where), set()).update(keys)
+        if noun == "key":  # the channels have a test of their own
+            known.setdefault(re.sub(r"record '.*'|(?<=sensors\.)\w+", "", table.where), set()).update(keys)
         allow(table, *keys, noun=noun)
 
     monkeypatch.setattr(Table, "allow", watched)

@@ -9,22 +9,8 @@ from scipy.io import savemat
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ExperimentError, load_experiment
-from identification.recipes import (
-    RAW_READERS,
-    Cut,
-    Recipe,
-    air_track,
-    cyberdiver,
-    free_swing,
-    friction_backlash,
-    pcb_shock,
-    pendulum,
-    silverbox,
-    table,
-)
-from identification.recipes.load import load_recipe, read_recipe, recipe_names
-from identification.recipes.prepare import recipe_experiment
-from identification.recipes.recordings import find_recordings
+from identification.recipes import RAW_READERS, Cut, Recipe, layouts
+from identification.recipes.load import find_recordings, load_recipe, read_recipe, recipe_experiment, recipe_names
 from vibrojax.errors import InputError
 
 RECIPES = recipe_names()
@@ -48,7 +34,7 @@ def made(tmp_path) -> Recipe:
     folder, data = tmp_path / "toy", tmp_path / "data" / "toy-set"
     folder.mkdir()
     data.mkdir(parents=True)
-    t = np.arange(200) / silverbox.SAMPLING_HZ
+    t = np.arange(200) / layouts.SILVERBOX_HZ
     savemat(data / "raw.mat", {"V1": np.sin(90.0 * t)[None] + 3.0, "V2": np.cos(70.0 * t)[None] - 1.0})
     digest = hashlib.sha256((data / "raw.mat").read_bytes()).hexdigest()
     (folder / "experiment.toml").write_text(
@@ -123,7 +109,7 @@ def test_a_recipe_becomes_an_experiment_and_leaves_nothing(made, tmp_path):
     with recipe_experiment(made, tmp_path / "data") as folder:
         (record,) = load_experiment(folder).records
     assert record.time[0] == 0.0
-    assert record.time.size == np.floor(0.2 * silverbox.SAMPLING_HZ) - np.ceil(0.1 * silverbox.SAMPLING_HZ) + 1
+    assert record.time.size == np.floor(0.2 * layouts.SILVERBOX_HZ) - np.ceil(0.1 * layouts.SILVERBOX_HZ) + 1
     assert set(record.channels) == {"hammer_displacement", "applied_force"}
     assert not folder.exists()
 
@@ -133,7 +119,7 @@ def test_lost_markers_become_nan(tmp_path):
     cells = ["200.0", "", "0.000", "lost", "190.0", "188.0"]
     rows += [f"{cell}\t0\t0\t-100.0\t0\t0" for cell in cells]
     (tmp_path / "m.tsv").write_text("\n".join(rows))
-    columns = air_track.read(tmp_path, cut("m.tsv", 0.0, 0.0081))
+    columns = layouts.air_track(tmp_path, cut("m.tsv", 0.0, 0.0081))
     np.testing.assert_allclose(columns["closing"], [-300.0, np.nan, np.nan, np.nan, -290.0])
     np.testing.assert_allclose(columns["time"], 0.002 * np.arange(5), atol=1e-12)
 
@@ -141,18 +127,18 @@ def test_lost_markers_become_nan(tmp_path):
 def test_a_table_without_riders_is_refused(tmp_path):
     (tmp_path / "m.tsv").write_text("a X\ta Y\n1\t2\n")
     with pytest.raises(InputError, match="m.tsv has no line with the columns a X, b X"):
-        air_track.read(tmp_path, cut("m.tsv", 0.0, 1.0))
+        layouts.air_track(tmp_path, cut("m.tsv", 0.0, 1.0))
 
 
 def test_the_nose_is_the_body_less_the_compression(tmp_path):
-    t = np.arange(3000) * cyberdiver.STEP_S
+    t = np.arange(3000) * layouts.STEP_S
     moving = np.where(t > 0.02, t - 0.02, 0.0)
     compression_um = np.round(40.0 + 5e5 * moving**2)  # 1 m/s^2
     counts = np.zeros((3, t.size), np.int16)
-    counts[cyberdiver.AXIAL] = 7
+    counts[layouts.AXIAL] = 7
     run = {"run/t0_us": 0, "run/pos_um": compression_um.astype(np.int16), "run/acc_counts": counts}
     np.savez(tmp_path / "drops.npz", **run)
-    columns = cyberdiver.read(tmp_path, cut("drops.npz", 0.03, 0.05, run="run", rest=[0.0, 0.015], every=5))
+    columns = layouts.cyberdiver(tmp_path, cut("drops.npz", 0.03, 0.05, run="run", rest=[0.0, 0.015], every=5))
     assert columns["time"][1] == pytest.approx(1e-4)
     np.testing.assert_allclose(columns["compression"], 0.5e3 * (columns["time"] + 0.01) ** 2, atol=2e-3)
     np.testing.assert_allclose(columns["body"], 0.0, atol=1e-12)
@@ -164,17 +150,17 @@ def test_strokes_are_read_with_their_force(tmp_path):
     t = np.arange(4096) / 1024.0
     table = np.stack([t, np.sin(t), np.cos(t), 0 * t, 0 * t, 0 * t], axis=1).astype(np.float32)
     np.savez(tmp_path / "tests.npz", **{"slow": table})
-    columns = friction_backlash.read(tmp_path, cut("tests.npz", 1.0, 2.0, test="slow", every=4))
+    columns = layouts.friction_backlash(tmp_path, cut("tests.npz", 1.0, 2.0, test="slow", every=4))
     assert len(columns["time"]) == 257
     np.testing.assert_allclose(columns["stroke"], np.sin(columns["time"] + 1.0), atol=1e-6)
     np.testing.assert_allclose(columns["force"], np.cos(columns["time"] + 1.0), atol=1e-6)
 
 
 def test_what_the_amplifiers_read_before_the_hit_is_taken_off(tmp_path):
-    t = np.arange(2000) / pcb_shock.SAMPLING_HZ
+    t = np.arange(2000) / layouts.PCB_HZ
     hit = np.where(np.arange(2000) == 1200, 100.0, 0.0)
     np.savez(tmp_path / "table.npz", **{"one": np.stack([hit + 3.0, 2.0 * hit - 5.0], axis=1).astype(np.float32)})
-    columns = pcb_shock.read(tmp_path, cut("table.npz", t[1190] - 1e-6, t[1210] + 1e-6, test="one"))
+    columns = layouts.pcb_shock(tmp_path, cut("table.npz", t[1190] - 1e-6, t[1210] + 1e-6, test="one"))
     assert len(columns["time"]) == 21
     assert (columns["table"][10], columns["board"][10]) == (pytest.approx(100.0), pytest.approx(200.0))
     assert np.abs(np.delete(columns["board"], 10)).max() < 1e-5
@@ -193,7 +179,7 @@ def test_segments_of_a_swing_follow_each_other(tmp_path):
     swings = [np.stack([np.pi + part, 0 * part]) for part in parts]
     file = {"Time_id": cells(parts[:3]), "Time_vad": cells(parts[3:]), "Y_id": cells(swings[:3]), "Y_vad": cells(swings[3:])}
     savemat(tmp_path / "segments.mat", file)
-    columns = pendulum.read(tmp_path, cut("segments.mat", 0.05, 0.3505, every=10))
+    columns = layouts.pendulum(tmp_path, cut("segments.mat", 0.05, 0.3505, every=10))
     np.testing.assert_allclose(columns["angle"], 0.05 + 0.01 * np.arange(31), atol=1e-12)
     np.testing.assert_allclose(columns["time"], 0.01 * np.arange(31), atol=1e-12)
 
@@ -202,7 +188,7 @@ def test_one_swing_is_read_from_its_own_structure(tmp_path):
     t = 60.0 + np.arange(100) / 1e4
     signals = {"values": (np.pi + 0.1 * t)[:, None], "dimensions": 1, "label": ""}
     savemat(tmp_path / "swing.mat", {"Theta1": {"time": t[:, None], "signals": signals, "blockName": ""}})
-    columns = pendulum.read(tmp_path, cut("swing.mat", 60.0, 61.0, every=2))
+    columns = layouts.pendulum(tmp_path, cut("swing.mat", 60.0, 61.0, every=2))
     np.testing.assert_allclose(columns["angle"], 0.1 * (60.0 + columns["time"]), atol=1e-9)
     assert len(columns["time"]) == 50
 
@@ -211,14 +197,14 @@ def test_a_swing_is_read_from_its_lines(tmp_path):
     (tmp_path / "swing.txt").write_text(
         "trigger_start_deg, sample_rate, duration_sec\n90, 500, 1 \n" + "".join(f"{0.5 * i}\n" for i in range(500))
     )
-    columns = free_swing.read(tmp_path, cut("swing.txt", 0.1, 0.2))
+    columns = layouts.free_swing(tmp_path, cut("swing.txt", 0.1, 0.2))
     np.testing.assert_allclose(columns["angle"], 25.0 + 0.5 * np.arange(51))
     np.testing.assert_allclose(columns["time"], 0.002 * np.arange(51), atol=1e-12)
 
 
 def test_a_table_is_read_by_its_header(tmp_path):
     (tmp_path / "run.csv").write_text("time,position,torque\n" + "".join(f"{0.5 * i},{2 * i},{-i}\n" for i in range(9)))
-    columns = table.read(tmp_path, cut("run.csv", 1.0, 2.5))
+    columns = layouts.table(tmp_path, cut("run.csv", 1.0, 2.5))
     assert {name: values.tolist() for name, values in columns.items()} == {
         "time": [0.0, 0.5, 1.0, 1.5],
         "position": [4.0, 6.0, 8.0, 10.0],

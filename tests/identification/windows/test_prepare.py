@@ -8,7 +8,7 @@ import pytest
 
 from identification.estimation.records import record_fits
 from identification.experiment import ExperimentError, ParameterOption
-from identification.experiment.record import Preparation
+from identification.experiment.experiment import Preparation
 from identification.least_squares.fit import integrator_for
 from identification.result.result import NO_WINDOW
 from identification.windows.prepare import prepare

@@ -1,12 +1,66 @@
-"""Typed access to one table of the experiment file, with messages that say what to do."""
+"""The experiment file: found, parsed, and read table by table with messages that say what to do."""
 
+import hashlib
 import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
+from identification.experiment.channels import SI_UNITS, factor_to_si
 from identification.experiment.errors import ExperimentError, listed, shown, suggestion
-from identification.experiment.units import SI_UNITS, factor_to_si
+from identification.experiment.limits import MAX_BYTES, parse_limited
+
+FILE_NAME = "experiment.toml"
+
+
+def find_experiment_file(path: Path) -> Path:
+    """The experiment file that a path means: `experiment.toml` of a folder, or a `.toml` file itself; refused where there is none."""
+    try:
+        file = path / FILE_NAME if path.is_dir() else path
+        found = file.is_file()
+    except (OSError, ValueError) as error:
+        raise ExperimentError(f"{path} cannot be opened: {error}; give an experiment's folder or its {FILE_NAME}") from error
+    if not found:
+        what = f"the folder {path} holds no {FILE_NAME}" if file != path else f"{path} does not exist"
+        raise ExperimentError(f"{what}: expected an experiment's folder or its {FILE_NAME}; check the path")
+    if file.suffix.lower() != ".toml":
+        raise ExperimentError(f"{path} is not a .toml file: expected an experiment's folder or its {FILE_NAME}; check the path")
+    return file
+
+
+def parse_toml(file: Path) -> tuple[dict[str, object], str]:
+    """Read and parse an experiment file.
+
+    Returns:
+        The top table, and the sha256 of the file's bytes in hexadecimal.
+
+    Raises:
+        ExperimentError: it cannot be read, is too large, is not UTF-8, or is not TOML; the message gives the line.
+    """
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise ExperimentError(f"{file.name} cannot be read ({error.strerror or error}): expected a text file; check its rights") from error
+    if len(content) > MAX_BYTES:
+        raise ExperimentError(f"{file.name} is larger than {MAX_BYTES} bytes: expected a short TOML text; put the data into record files")
+    text = _decoded(content, file.name)
+    try:
+        return parse_limited(text), hashlib.sha256(content).hexdigest()
+    except ValueError as error:
+        place = "" if "line " in str(error) else f" (line {len(text.splitlines())} is the last)"
+        raise ExperimentError(f"{file.name} is not valid TOML: {error}{place}; correct it there") from error
+
+
+def _decoded(content: bytes, name: str) -> str:
+    """Decode UTF-8, with or without a byte-order mark; on failure say in which line."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ExperimentError(f"{name} is not UTF-8 text (line {line}): expected UTF-8; save it in that encoding") from error
+
 
 QUANTITY = re.compile(r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[^\d\s.+-]\S*)")
 
@@ -24,33 +78,13 @@ class Table:
     where: str
 
     def allow(self, *known: str, noun: str = "key") -> None:
-        """Refuse every key that is not `known`, with the nearest known one as a hint.
-
-        Args:
-            known: the accepted keys.
-            noun: what a key is called here.
-
-        Raises:
-            ExperimentError: a key is unknown.
-        """
+        """Refuse every key that is not `known`, with the nearest known one as a hint; `noun` is what a key is called here."""
         for key in self.values:
             if key not in known:
                 raise ExperimentError(f"unknown {noun} {shown(key)} in {self.where}{suggestion(key, known)}")
 
     def number(self, key: str, *, unit: str = "", positive: bool = False) -> float | None:
-        """Read an optional number.
-
-        Args:
-            key: its name.
-            unit: for the message.
-            positive: whether it must lie above 0.
-
-        Returns:
-            The number, finite; None where the key is absent.
-
-        Raises:
-            ExperimentError: it is not a number, not finite, or not above 0.
-        """
+        """Read an optional number, finite and, where `positive`, above 0; None where the key is absent. `unit` is for the message."""
         if key not in self.values:
             return None
         return finite(self.values[key], f"{key} in {self.where}", unit=unit, positive=positive)
@@ -63,7 +97,7 @@ class Table:
         return value
 
     def quantity(self, key: str, dimension: str, *, example: str, bare: bool = True) -> float | None:
-        """Read an optional number with its unit, such as "5 deg"; a bare number is in SI where that is allowed.
+        """Read an optional number with its unit, such as "5 deg"; a bare number, where that is allowed, is in SI.
 
         Args:
             key: its name.
@@ -73,9 +107,6 @@ class Table:
 
         Returns:
             The number in SI, finite; None where the key is absent.
-
-        Raises:
-            ExperimentError: it is neither, or its unit is unknown or of another dimension.
         """
         value = self.values.get(key)
         if value is None:
@@ -88,18 +119,7 @@ class Table:
         return finite(value, f"{key} in {self.where}", unit=SI_UNITS[dimension])
 
     def string(self, key: str, choices: Iterable[str] | None = None) -> str | None:
-        """Read an optional, non-empty string, one of `choices` where these are given.
-
-        Args:
-            key: its name.
-            choices: the accepted words, or None for any.
-
-        Returns:
-            The string; None where the key is absent.
-
-        Raises:
-            ExperimentError: it is not a string, empty, or not among the choices.
-        """
+        """Read an optional, non-empty string, one of `choices` where these are given; None where the key is absent."""
         if key not in self.values:
             return None
         value = self.values[key]
@@ -120,35 +140,14 @@ class Table:
         return value
 
     def flag(self, key: str) -> bool:
-        """Read an optional true or false (absent: False).
-
-        Args:
-            key: its name.
-
-        Returns:
-            The flag.
-
-        Raises:
-            ExperimentError: it is neither true nor false.
-        """
+        """Read an optional true or false (absent: False)."""
         value = self.values.get(key, False)
         if not isinstance(value, bool):
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected true or false, without quotes; correct it")
         return value
 
     def table(self, key: str, where: str) -> "Table":
-        """Enter a table below this one (absent: empty).
-
-        Args:
-            key: its name.
-            where: how messages name it.
-
-        Returns:
-            The table.
-
-        Raises:
-            ExperimentError: the value is not a table.
-        """
+        """Enter a table below this one (absent: empty); `where` is how messages name it."""
         value = self.values.get(key, {})
         if not isinstance(value, dict):
             raise ExperimentError(f"{where} is {shown(value)}: expected a table; write a line '{where}' and its keys below")
@@ -156,19 +155,7 @@ class Table:
 
 
 def finite(value: object, what: str, *, unit: str = "", positive: bool = False) -> float:
-    """Check that a parsed value is a finite number; neither true nor "1" is one.
-
-    Args:
-        value: as parsed.
-        what: how a message names it.
-        unit: for the message.
-        positive: whether it must lie above 0.
-
-    Returns:
-        The number as a float.
-
-    Raises:
-        ExperimentError: it is not such a number.
+    """Check that a parsed value is a finite number, above 0 where `positive`; neither true nor "1" is one. `what` and `unit` name it.
 
     Example:
         >>> finite(2, "mass", positive=True)

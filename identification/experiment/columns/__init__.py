@@ -1,1 +1,0 @@
-"""From a file's columns to channels in SI."""

@@ -1,1 +1,0 @@
-"""Contradictions between records and their description, stated in one line before anything is fitted."""

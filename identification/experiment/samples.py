@@ -1,0 +1,404 @@
+"""The samples of a record: time stamps checked, unusable samples marked, then crop, filters and trends as its table declares them."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import binary_dilation
+from scipy.signal import butter, firwin, freqz, resample_poly, sosfiltfilt, sosfreqz
+
+from identification.experiment.channels import si_unit
+from identification.experiment.errors import ExperimentError
+from identification.experiment.experiment import Preparation, Sensed, Sensor
+from identification.experiment.limits import LARGEST, check_samples
+from identification.experiment.noise import estimate_noise, quantisation_step
+
+MIN_SAMPLES = 16
+IRREGULAR_SPREAD = 0.01
+COARSEST_ROUNDING = 1e-5
+"""Of a sampling step: time stamps of double precision, counted from a far origin such as 1970, are rounded to more than that."""
+
+
+def drop_bad_time(
+    time: Float64[np.ndarray, " samples"], channels: dict[str, Float64[np.ndarray, " samples"]]
+) -> tuple[Float64[np.ndarray, " kept"], dict[str, Float64[np.ndarray, " kept"]], tuple[str, ...]]:
+    """Leave out samples without a time stamp, or with that of the sample before; a notice says how many.
+
+    Time that runs backwards is left as it is.
+    """
+    lost = ~np.isfinite(time)
+    sound = np.flatnonzero(~lost)
+    repeated = sound[1:][np.diff(time[sound]) == 0.0]
+    kept = np.setdiff1d(sound, repeated, assume_unique=True)
+    if kept.size == time.size:
+        return time, channels, ()
+    notice = (
+        f"As drop_bad_time asks, {time.size - kept.size} of {time.size} samples are left out: {int(lost.sum())} without a time stamp, "
+        f"{repeated.size} with that of the sample before."
+    )
+    return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
+
+
+def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
+    """Refuse time stamps, s, that are too few, not finite, that do not grow, or are too far from 0 to be exact; `where` names the record.
+
+    Given is a notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
+    """
+    if time.size < MIN_SAMPLES:
+        count = f"only {time.size} samples" if time.size else "no samples, it is empty"
+        raise ExperimentError(f"{where} has {count}: expected at least {MIN_SAMPLES}; record longer or remove the record")
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        raise ExperimentError(
+            f"time of {where} is not finite at sample {bad[0] + 1}: expected a number in every row; correct it there, or leave such "
+            "samples out with drop_bad_time = true in the record"
+        )
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0.0)
+    if back.size:
+        i = int(back[0])
+        raise ExperimentError(
+            f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
+            "expected strictly increasing time stamps; "
+            + ("leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else "sort them")
+        )
+    rounding = float(np.spacing(np.abs(time).max()) / np.median(steps))
+    if rounding > COARSEST_ROUNDING:
+        raise ExperimentError(
+            f"time of {where} begins at {time[0]:.9g} s, so far from 0 that its stamps are rounded to {rounding:.1g} of a sampling step: "
+            "expected time since about the record's begin; subtract its first stamp"
+        )
+    smallest, median, largest = float(steps.min()), float(np.median(steps)), float(steps.max())
+    if largest - smallest <= IRREGULAR_SPREAD * median:
+        return ()
+    at = time[int(np.argmax(steps))]
+    return (f"The sampling is irregular: steps of {smallest:.4g} to {largest:.4g} s, median {median:.4g}; the longest follows {at:.6g} s.",)
+
+
+def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
+    """Refuse a drive, Hz, of which a period has fewer than two samples; pauses between samples say nothing of that."""
+    sampling = 1.0 / float(np.median(np.diff(time)))
+    if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
+        raise ExperimentError(
+            f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
+            f" that; check that it is in Hz{_in_ms(frequency, sampling)}"
+        )
+
+
+def _in_ms(frequency: float, sampling: float) -> str:
+    """A hint where the drive would be well sampled if the time stamps were in ms."""
+    return (
+        ', or add time_unit = "ms" to the record if its time stamps are in ms'
+        if frequency < 500.0 * sampling
+        else ", and the unit of the time"
+    )
+
+
+def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:
+    """Time stamps, s, of a record that has no file: from 0 to `duration`, s, inclusive, at `sampling_frequency`, Hz.
+
+    Raises:
+        ExperimentError: one of the two is missing, or they give fewer than two or too many samples.
+
+    Example:
+        >>> declared_time(0.5, 4.0, "record 'a.csv'")
+        array([0.  , 0.25, 0.5 ])
+    """
+    if duration is None or sampling_frequency is None:
+        raise ExperimentError(f"{where} has no file: expected its file, or duration and sampling_frequency; add them")
+    steps = np.floor(duration * sampling_frequency * (1.0 + 1e-12) + 1e-9)
+    if steps < 1.0:
+        raise ExperimentError(f"duration of {where} is shorter than one sampling step: expected at least one; lengthen it")
+    check_samples(int(min(steps, 1e18)) + 1, where)
+    return np.arange(int(steps) + 1) / sampling_frequency
+
+
+_ROUNDING = 1e-9
+"""Of a limit: by so much a sample at it may fall short after units have been converted."""
+
+
+def mark_missing(
+    values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str
+) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
+    """A channel, SI, with NaN for every infinite sample, and a notice on all NaN samples."""
+    lost = ~np.isfinite(values)
+    if not lost.any():
+        return values, ()
+    why = f"(NaN, infinite, beyond {LARGEST:.0e} or empty)"
+    notice = f"{channel}: {_samples(int(lost.sum()))} missing {why}, left out, in {_stretches(lost, time)}."
+    return np.where(lost, np.nan, values), (notice,)
+
+
+def mask_range(
+    values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str, sensor: Sensor
+) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
+    """A channel, SI, with NaN for samples at or beyond the declared range of the sensor, and a notice on these."""
+    if sensor.range is None:
+        return values, ()
+    low, high = sensor.range
+    beyond = (values <= low + _ROUNDING * abs(low)) | (values >= high - _ROUNDING * abs(high))
+    if not beyond.any():
+        return values, ()
+    notice = (
+        f"{channel}: {_samples(int(beyond.sum()))} at or beyond the declared range, {low:.6g} to {high:.6g} {si_unit(channel)}: "
+        f"left out, in {_stretches(beyond, time)}."
+    )
+    return np.where(beyond, np.nan, values), (notice,)
+
+
+def runs_of(mask: Bool[np.ndarray, " samples"]) -> tuple[Int[np.ndarray, " stretches"], Int[np.ndarray, " stretches"]]:
+    """Index of the first sample of each stretch in which a mask holds, and index past its last.
+
+    Example:
+        >>> [edge.tolist() for edge in runs_of(np.array([False, True, True, False]))]
+        [[1], [3]]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return edges[::2], edges[1::2]
+
+
+def _samples(count: int) -> str:
+    """Count in words."""
+    return "1 sample is" if count == 1 else f"{count} samples are"
+
+
+def _stretches(mask: Bool[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"]) -> str:
+    """Place the stretches of a mask in time."""
+    first, past = runs_of(mask)
+    begin, end = time[first[0]], time[past[-1] - 1]
+    if first.size == 1:
+        return f"one stretch from {begin:.6g} s to {end:.6g} s ({end - begin:.4g} s long)"
+    longest = int(np.argmax(past - first))
+    return (
+        f"{first.size} stretches between {begin:.6g} s and {end:.6g} s, the longest {past[longest] - first[longest]} samples "
+        f"from {time[first[longest]]:.6g} s"
+    )
+
+
+Samples = Float64[np.ndarray, " _"]
+MIN_RUN, MIN_RUNS = 4, 2
+"""Samples of a stretch, and stretches, at one level that count as saturation."""
+STEEP_STEPS = 8.0
+"""A smooth crest that quantisation flattens for four samples falls by about three steps within two more; a cut one falls faster."""
+BASELINE_SHARE, BASELINE_NEAR_ZERO = 0.5, 0.02
+SAMPLED_DIGITS = 1000
+BUTTERWORTH_ORDER = 4
+"""Of the low-pass, run forwards and backwards: no phase, and half the amplitude at the cut-off."""
+KAISER, TAPS = 10.0, 40
+"""Shape and length, over the ratio of the rates, of the linear-phase filter before a change of rate: it keeps amplitudes to 1e-5 up
+to 0.84 of the new half rate, halves them there, and takes them to 1e-5 from 1.16 of it on."""
+BINS = 2048
+"""Frequencies at which the power that filters let pass is added up."""
+FINEST_RATIO = 1000
+"""Largest numerator or denominator of the ratio of two sampling rates."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Saturation:
+    """One level at which a channel is cut off.
+
+    Attributes:
+        level: in the channel's unit.
+        side: "largest" or "smallest".
+        runs: number of stretches at that level.
+        samples: number of samples in them.
+        first: index of the first of these.
+    """
+
+    level: float
+    side: str
+    runs: int
+    samples: int
+    first: int
+
+
+def find_saturation(values: Samples) -> tuple[Saturation, ...]:
+    """Look for repeated runs at exactly a channel's largest or smallest value, entered or left steeply.
+
+    Not taken for saturation: a level near zero or one that holds half of all samples (a channel at rest), and crests or rest levels that
+    only quantisation makes flat.
+
+    Args:
+        values: one channel, shape (samples,); NaN where not usable.
+
+    Returns:
+        At most two findings.
+
+    Example:
+        >>> wave = np.sin(np.linspace(0.0, 20.0, 200))
+        >>> [found.side for found in find_saturation(np.minimum(wave, 0.8))]
+        ['largest']
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size == 0 or finite.max() == finite.min():
+        return ()
+    span = float(finite.max() - finite.min())
+    found = []
+    for side, signed in (("largest", values), ("smallest", -values)):
+        peak = float(np.nanmax(signed))
+        at = signed == peak
+        if abs(peak) <= BASELINE_NEAR_ZERO * span or at.sum() >= BASELINE_SHARE * finite.size:
+            continue
+        first, past = runs_of(at)
+        long = past - first >= MIN_RUN
+        if long.sum() < MIN_RUNS:
+            continue
+        padded = np.concatenate(([np.nan, np.nan], signed, [np.nan, np.nan]))  # how far it falls within two samples of a run
+        fall = np.fmax(np.nan_to_num(peak - padded[first], nan=0.0), np.nan_to_num(peak - padded[past + 3], nan=0.0))
+        steep = long & (fall > STEEP_STEPS * _resolution(finite, abs(peak)))
+        if steep.sum() >= MIN_RUNS:
+            level, samples = peak if side == "largest" else -peak, int((past - first)[steep].sum())
+            found.append(Saturation(level=level, side=side, runs=int(steep.sum()), samples=samples, first=int(first[steep][0])))
+    return tuple(found)
+
+
+def _resolution(finite: Float64[np.ndarray, " usable"], size: float) -> float:
+    """Step between neighbouring values of about `size`: that of the quantisation, or of the digits the numbers were printed with."""
+    levels = np.diff(np.unique(finite))
+    sample = finite[:: max(1, finite.size // SAMPLED_DIGITS)]
+    digits = max(len(f"{abs(value):.11e}".partition("e")[0].replace(".", "").rstrip("0")) for value in sample)
+    return max(float(levels.min()), 10.0 ** (np.floor(np.log10(size)) - digits + 1))
+
+
+def prepared(
+    time: Samples, channels: dict[str, Samples], asked: Preparation, where: str
+) -> tuple[Samples, dict[str, Samples], dict[str, Sensed], tuple[str, ...]]:
+    """Prepare a record, in this order: crop, low-pass, decimation or resampling, removal of a trend.
+
+    Args:
+        time: s, checked.
+        channels: SI; NaN where not usable.
+        asked: what the record declares.
+        where: the record, for messages.
+
+    Returns:
+        Time and channels as prepared, what is known of each channel's noise before that, and notices on what was done.
+
+    Raises:
+        ExperimentError: the record does not allow it: too little is left, a cut-off above half its rate, uneven samples to be filtered.
+    """
+    time, channels = _cropped(time, channels, asked, where)
+    sensed = {name: Sensed(estimate=estimate_noise(values), step=quantisation_step(values)) for name, values in channels.items()}
+    lost = {name: ~np.isfinite(values) for name, values in channels.items()}
+    power, rate = np.ones(BINS), 1.0 / float(np.median(np.diff(time)))
+    if asked.lowpass is not None or asked.decimate is not None:
+        _check_even(time, where)
+    if asked.lowpass is not None:
+        _check_lowpass(asked.lowpass, 0.5 * rate, 1.0 / float(time[-1] - time[0]), where)
+        sos: Any = butter(BUTTERWORTH_ORDER, asked.lowpass, fs=rate, output="sos")
+        channels = {name: _filtered(sos, time, values) for name, values in channels.items()}
+        power = power * np.abs(np.asarray(sosfreqz(sos, BINS)[1])) ** 4
+        lost = {name: _widened(values, round(0.5 * rate / asked.lowpass)) for name, values in lost.items()}
+    if asked.decimate is not None or asked.resample is not None:
+        ratio = Fraction(1, asked.decimate) if asked.decimate is not None else _ratio(asked.resample or rate, time, where)
+        if (left := ceil(time.size * ratio)) < MIN_SAMPLES:
+            raise ExperimentError(f"preparation leaves {left} samples of {where}: expected at least {MIN_SAMPLES}; leave more of them")
+        time, channels, lost, passed = _resampled(time, channels, lost, ratio)
+        power = power * passed
+    channels = {name: np.where(lost[name], np.nan, values) for name, values in channels.items()}
+    for name, kind in asked.detrend.items():
+        if name in channels:
+            channels[name] = _without_trend(time, channels[name], degree=0 if kind == "constant" else 1)
+    stated = {name: Sensed(estimate=one.estimate, step=one.step, gain=float(np.sqrt(power.mean()))) for name, one in sensed.items()}
+    filtered = asked.lowpass is not None or asked.decimate is not None or asked.resample is not None
+    return time, channels, stated if filtered else {}, _notices(asked, lost, filtered)
+
+
+def _cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:
+    """The part between two instants."""
+    if asked.crop is None:
+        return time, channels
+    begin, end = asked.crop
+    kept = (time >= begin) & (time <= end)
+    if kept.sum() < MIN_SAMPLES:
+        raise ExperimentError(
+            f"crop of {where} leaves {int(kept.sum())} samples between {begin:g} and {end:g} s: expected at least {MIN_SAMPLES}; the "
+            f"record runs from {time[0]:.6g} to {time[-1]:.6g} s"
+        )
+    return time[kept], {name: values[kept] for name, values in channels.items()}
+
+
+def _check_even(time: Samples, where: str) -> None:
+    """A filter needs equal steps."""
+    steps = np.diff(time)
+    if np.ptp(steps) > IRREGULAR_SPREAD * float(np.median(steps)):
+        raise ExperimentError(
+            f"{where} is to be filtered and its samples come unevenly, at steps of {steps.min():.4g} to {steps.max():.4g} s: expected "
+            f"equal steps; set resample = {1.0 / float(np.median(steps)):.4g} (Hz) in place of lowpass or decimate"
+        )
+
+
+def _check_lowpass(frequency: float, high: float, low: float, where: str) -> None:
+    """A cut-off lies below half the sampling rate, and above one over the duration, below which a record holds nothing but its mean."""
+    if frequency >= high:
+        raise ExperimentError(f"lowpass of {where} is {frequency:g} Hz: expected less than half its sampling rate, {high:.6g} Hz; lower it")
+    if frequency <= low:
+        raise ExperimentError(f"lowpass of {where} is {frequency:g} Hz: expected more than one over its duration, {low:.6g} Hz; raise it")
+
+
+def _filtered(sos: Any, time: Samples, values: Samples) -> Samples:
+    """A channel filtered forwards and backwards; stretches without samples are bridged for it."""
+    return np.asarray(sosfiltfilt(sos, _bridged(time, values)))
+
+
+def _bridged(time: Samples, values: Samples) -> Samples:
+    """A channel with straight lines where samples are missing."""
+    usable = np.isfinite(values)
+    return values if usable.all() else np.interp(time, time[usable], values[usable])
+
+
+def _widened(lost: Bool[np.ndarray, " _"], reach: int) -> Bool[np.ndarray, " _"]:
+    """Missing samples, with those beside them that a filter fills from the straight line across: so many on either side."""
+    return np.asarray(binary_dilation(lost, iterations=reach)) if reach and lost.any() else lost
+
+
+def _ratio(wanted: float, time: Samples, where: str) -> Fraction:
+    """The wanted sampling rate, Hz, over that of the record."""
+    rate = (time.size - 1) / float(time[-1] - time[0])
+    ratio = Fraction(wanted / rate).limit_denominator(FINEST_RATIO)
+    if not 0 < ratio.numerator <= FINEST_RATIO:
+        raise ExperimentError(
+            f"resample of {where} is {wanted:g} Hz, and it comes at {rate:.6g} Hz: expected a rate nearer to that; correct it"
+        )
+    return ratio
+
+
+def _resampled(
+    time: Samples, channels: dict[str, Samples], lost: dict[str, Any], ratio: Fraction
+) -> tuple[Samples, dict[str, Samples], dict[str, Any], Samples]:
+    """Channels at another rate, low-passed at half of the lower one; uneven samples are first put onto even ones by cubic splines.
+
+    The last value is what passes of the power at frequencies from 0 to half the record's own rate.
+    """
+    rate, (up, down) = (time.size - 1) / float(time[-1] - time[0]), ratio.as_integer_ratio()
+    even = time[0] + np.arange(time.size) / rate
+    onto = {name: np.asarray(CubicSpline(time, _bridged(time, values))(even)) for name, values in channels.items()}
+    if ratio == 1:
+        return even, onto, lost, np.ones(BINS)
+    slower = max(up, down)
+    window: Any = firwin(TAPS * slower + 1, 1.0 / slower, window=("kaiser", KAISER))  # type: ignore[arg-type]
+    onto = {name: np.asarray(resample_poly(values, up, down, window=window, padtype="line")) for name, values in onto.items()}
+    stamps = time[0] + np.arange(next(iter(onto.values())).size) / (rate * float(ratio))
+    nearest = np.clip(np.rint((stamps - time[0]) * rate).astype(int), 0, time.size - 1)
+    lost = {name: _widened(values, -(-slower // up)) for name, values in lost.items()}
+    passed = np.asarray(freqz(window, worN=np.arange(BINS) * np.pi / (BINS * up))[1])  # type: ignore[arg-type]
+    return stamps, onto, {name: values[nearest] for name, values in lost.items()}, np.abs(passed) ** 2
+
+
+def _without_trend(time: Samples, values: Samples, *, degree: int) -> Samples:
+    """A channel without its mean or straight line."""
+    usable = np.isfinite(values)
+    return values - np.polyval(np.polyfit(time[usable] - time[0], values[usable], degree), time - time[0])
+
+
+def _notices(asked: Preparation, lost: dict[str, Any], filtered: bool) -> tuple[str, ...]:
+    """What was done, in one sentence; and what filters do to missing samples."""
+    said = [f"Prepared as declared: {asked.words}."]
+    holes = [name for name, values in lost.items() if values.any()]
+    if filtered and holes:
+        said.append(f"Missing samples of {', '.join(holes)} were bridged by straight lines for the filter, and are left out.")
+    return tuple(said)
