@@ -22,9 +22,9 @@ from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary
+from identification.report.base import STYLES, PageStyle
 from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary
 from identification.report.diagnosis.result_file import StoredDiagnosis, diagnosis_dataset
-from identification.report.page_style import STYLES, PageStyle
 from identification.result.json_file import provenance
 from identification.result.netcdf_result import StoredFit, fit_dataset
 from identification.result.result import FitResult, ParameterEstimate

@@ -1,4 +1,4 @@
-"""Is the fit good? One sentence, and the record and channel that speak most against it."""
+"""Whether a fit is good, in one sentence, with the record and channel that speak most against it; and what to do next."""
 
 import dataclasses
 import math
@@ -8,24 +8,25 @@ import numpy as np
 
 from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
 from identification.result.record_view import residual
-from identification.result.result import Added, FitResult
+from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult
 from identification.wording.channel_labels import spoken
 from identification.wording.lists import joined
 from identification.wording.numbers import percent, significant
+from identification.wording.symbols import symbol_text
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR = 0.15
 """Correlation between neighbouring residuals above which they are not called white."""
+_INSEPARABLE = 0.99
+"""Correlation above which a pair of parameters is said to be determined only together."""
+RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any experiment with the same rig."
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Part:
-    """Residuals of one channel of one record, in flight or in contact.
+    """Residuals of one channel of one record in one phase, "flight" or "contact".
 
     Attributes:
-        file: of the record.
-        channel: its name.
-        phase: "flight" or "contact".
         samples: that counted.
         chi2: mean squared residual over the noise variance.
         neighbours: correlation between neighbouring residuals.
@@ -182,3 +183,35 @@ def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
 
 def _times(number: float) -> str:
     return f"{significant(number, 2)} times"
+
+
+def next_steps(result: FitResult, verdict: Verdict) -> tuple[str, ...]:
+    """What an experimenter can do after a fit: sentences, the most urgent first."""
+    steps = []
+    if not result.converged:
+        steps.append("Check units, signs, mass and gaps: the fit did not converge.")
+    if verdict.level != GOOD:
+        steps.append("`vibrojax diagnose` with the same experiment looks for what the model leaves out, and says where it acts.")
+    if estimated := sorted({spoken(channel) for record in result.experiment.records for channel in record.noise_estimated}):
+        steps.append(
+            f"State the noise of {', '.join(estimated)} in experiment.toml, measured with the rig at rest: errors and verdict rest on it."
+        )
+    if unknown := [symbol_text(one.spec.symbol) for one in result.parameters if one.status == NOT_IDENTIFIABLE]:
+        steps.append(f"Add records in which {', '.join(unknown)} shows, or fix {'it' if len(unknown) == 1 else 'them'} in experiment.toml.")
+    if pairs := _inseparable(result):
+        steps.append(f"Impacts at other speeds would separate {', '.join(pairs)}: their errors hold only for the pair.")
+    if not result.held_back:
+        steps.append("Mark a record with `held_back = true` and fit again: its misfit then says how well the model predicts.")
+    return (*steps, RUN_MODEL.format(which="the fitted model"))
+
+
+def _inseparable(result: FitResult) -> list[str]:
+    """Pairs of contact parameters whose estimates are almost perfectly correlated."""
+    symbols = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
+    law = {p.name for p in result.model.law.parameters}
+    return [
+        f"{symbols[first]} and {symbols[second]}"
+        for i, first in enumerate(result.correlated)
+        for j, second in enumerate(result.correlated[:i])
+        if {first, second} <= law and np.abs(result.correlation[i, j]) > _INSEPARABLE
+    ]

@@ -9,7 +9,7 @@ import pytest
 from typer.main import get_command
 
 from identification.experiment import ExperimentError
-from identification.report.page_style import PRINT
+from identification.report.base import PRINT
 from vibrojax.cli import fit, main
 from vibrojax.errors import InputError, NoConvergenceError
 
