@@ -43,16 +43,9 @@ DASHES = ("-", DASHED, (0.0, (1.0, 1.2)), (0.0, (6.0, 2.0, 1.0, 2.0)), (0.0, (3.
 class PageStyle:
     """How a report looks: in colours, or in black and white for paper, where dashes, marks and widths distinguish curves.
 
-    Attributes:
-        name: class of the page's body.
-        measured: colour of what was measured.
-        model: of the fitted, or augmented, model.
-        nominal: of the model without the effects that a diagnosis asserts; its lines are dashed.
-        band: around the nominal line.
-        contact: ground behind the time in contact.
-        series: of several curves of one kind, which also differ in `DASHES` or marks.
-        sequential: Matplotlib's name of a colour map from nothing to much.
-        pdf: whether each figure is written as a PDF file too.
+    Colours are those of what was measured, of the fitted or augmented `model`, of the `nominal` one without the effects that a diagnosis
+    asserts (its lines are dashed) and the band around it, of the ground behind the time in contact, and of several curves in a `series`;
+    `sequential` is Matplotlib's name of a colour map. With `pdf` each figure is written as a PDF file too.
     """
 
     name: str
@@ -93,28 +86,22 @@ STYLES: dict[str, PageStyle] = {style.name: style for style in (SCREEN, PRINT)}
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Picture:
-    """One figure of a report.
+    """One figure of a report: file name without suffix, section of the page, caption, the same in words for a reader who does not see it.
 
-    Attributes:
-        name: of the file, without suffix; unique within a report.
-        section: of the page it belongs to.
-        record: file of the record it shows; None where it shows all.
-        caption: printed below it.
-        alt: what it shows, for a reader who does not see it.
-        figure: drawn.
+    `record` is the file of the one record that it shows; None where it shows all.
     """
 
     name: str
     section: str
-    record: str | None
     caption: str
     alt: str
     figure: Figure
+    record: str | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Image:
-    """A picture as the page and the files beside it hold it: content by suffix, and pixels across where there is room."""
+    """A picture as page and files hold it: content of the files by suffix, and the page's pixels across where there is room."""
 
     picture: Picture
     width: int
@@ -127,13 +114,18 @@ class Image:
 
 
 def rendered(
-    pictures: Callable[[], list[Picture]], experiment: Experiment, records: Sequence[RecordFit], style: PageStyle, progress: Progress
+    drawers: Sequence[Callable[[Any, PageStyle], Iterator[Picture]]],
+    found: Any,
+    experiment: Experiment,
+    records: Sequence[RecordFit],
+    style: PageStyle,
+    progress: Progress,
 ) -> list[Image]:
-    """Draw the pictures, state below each what it is about, and render each once."""
+    """Draw the pictures of what was found, state below each what it is about, and render each once."""
     images = []
     with drawing_style():
         progress("drawing the report")
-        drawn = pictures()
+        drawn = [picture for drawer in drawers for picture in drawer(found, style)]
         for number, one in enumerate(drawn, start=1):
             progress(f"drawing the report: {number} of {len(drawn)} figures")
             footnote(one.figure, subject(experiment, records, one.record))
@@ -200,20 +192,17 @@ def recorded(record: RecordFit, experiment: Experiment) -> Record | None:
     return next((read for read in experiment.records if read.file == record.file), None)
 
 
-def drive(record: RecordFit, experiment: Experiment) -> str:
-    """How the rig was driven: "drive 6.500 Hz", "free decay", "drop test", or "drive as recorded"."""
-    read = recorded(record, experiment)
-    if read is not None and read.excitation_frequency is not None:
-        return f"drive {significant(read.excitation_frequency, 4)} Hz"
-    return {"drop-test": "drop test", "free-decay": "free decay"}.get(record.kind, "drive as recorded")
-
-
 def subject(experiment: Experiment, records: Sequence[RecordFit], file: str | None) -> str:
     """The line below a figure: the rig, and the record with its gap and drive, or how many records where `file` is None."""
     if file is None:
         return f"{experiment.name}; {len(records)} {'record' if len(records) == 1 else 'records'}"
     record = next(one for one in records if one.file == file)
-    return "; ".join((experiment.name, file, f"gap {significant(1e3 * record.gap, 4)} mm", drive(record, experiment)))
+    read = recorded(record, experiment)
+    if read is not None and read.excitation_frequency is not None:
+        drive = f"drive {significant(read.excitation_frequency, 4)} Hz"
+    else:
+        drive = {"drop-test": "drop test", "free-decay": "free decay"}.get(record.kind, "drive as recorded")
+    return "; ".join((experiment.name, file, f"gap {significant(1e3 * record.gap, 4)} mm", drive))
 
 
 def drawn_records(result: FitResult) -> Iterator[tuple[int, RecordFit]]:

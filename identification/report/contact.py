@@ -19,8 +19,8 @@ FEWEST = 5
 """Contacts that make a picture of restitution."""
 _POINTS = 2500
 """Samples of a record in the phase plane."""
-_SMOOTHED = (5, 15)
-"""Fewest and most samples of the sliding parabola that turns the measured displacement into a velocity: half a contact."""
+_WINDOW = 9
+"""Samples of the sliding parabola that turns the measured displacement into a velocity."""
 
 
 def loops(result: FitResult, style: PageStyle) -> Iterator[Picture]:
@@ -49,7 +49,6 @@ def loops(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     yield Picture(
         name="force-indentation",
         section="contact",
-        record=None,
         caption=f"Force against indentation in {len(chosen)} impacts from the weakest to the strongest: measured (marks; force: {source},"
         " indentation: measured displacement where recorded, less the fitted gap) and fitted law (lines). A loop encloses the energy lost.",
         alt=f"Loops of impact force against indentation for {len(chosen)} impacts, measured marks on the fitted law's lines.",
@@ -100,7 +99,6 @@ def _restitution(measured: Sequence[Rebound], models: dict[str, list[Rebound]], 
     return Picture(
         name="restitution",
         section="contact",
-        record=None,
         caption="Restitution against approach speed, from the last sample before a contact to the first after it: dots, measured, by the"
         f" flight on either side, with one standard error; open marks: the {joined(list(models))}, by {how}.",
         alt=f"Restitution of {len(measured)} contacts against approach speeds up to {max(speeds):.3g} m/s, measured and modelled.",
@@ -114,10 +112,10 @@ def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     columns = min(len(records), 2)
     figure, grid = panels((1.75,) * -(-len(records) // columns), columns, gap=(0.65, 0.7))
     for axes, record in zip(grid.ravel(), records, strict=False):
-        shown, measured = slice(0, _POINTS), _measured(record)
-        if measured is not None:
-            across, up = 1e3 * measured[0][shown], measured[1][shown]
-            axes.plot(across, up, ".", color=style.measured, markersize=1.5, rasterized=len(up) > MANY)
+        shown, u, interval = slice(0, _POINTS), measured_displacement(record), float(np.median(np.diff(record.time)))
+        if u is not None and len(u) > _WINDOW:
+            slope = savgol_filter(u, _WINDOW, 2, deriv=1, delta=interval, mode="nearest")[shown]
+            axes.plot(1e3 * u[shown], slope, ".", color=style.measured, markersize=1.5, rasterized=len(slope) > MANY)
         axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=style.model, linewidth=0.7)
         axes.axvline(1e3 * record.gap, color="black", linewidth=0.8, linestyle=DASHED)
         axes.set_title(literal(f"{record.file} ({record.kind})"), pad=4)
@@ -130,22 +128,9 @@ def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     yield Picture(
         name="phase-plane",
         section="contact",
-        record=None,
         caption="Phase plane of the hammer relative to the cart: measured displacement and its slope (dots), model (line), stop (dashed)."
         f" At most the first {_POINTS} samples of each record.",
         alt="Velocity against displacement of the hammer relative to the cart, measured and model, one panel for each of "
         f"{', '.join(record.file for record in records)}.",
         figure=figure,
     )
-
-
-def _measured(record: RecordFit) -> tuple[Float[np.ndarray, " samples"], Float[np.ndarray, " samples"]] | None:
-    """Displacement and the slope of a sliding parabola; gaps in the record are gaps in both."""
-    u = measured_displacement(record)
-    lengths = [impact.end - impact.first for impact in impacts(record)]
-    window = int(np.clip(np.median(lengths) / 2 if lengths else _SMOOTHED[1], *_SMOOTHED)) // 2 * 2 + 1
-    if u is None or len(u) < window:
-        return None
-    slope = np.asarray(savgol_filter(u, window, 2, deriv=1, delta=float(np.median(np.diff(record.time))), mode="nearest"))
-    slope[: window // 2] = slope[-(window // 2) :] = np.nan
-    return u, slope

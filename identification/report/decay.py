@@ -50,14 +50,6 @@ def ring_downs_of_both(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pictu
     yield from _picture(found, lines, diagnosis.experiment, style)
 
 
-def left_out(found: RingDowns) -> list[str]:
-    """Sentences without full stops on the records in which no decay was read."""
-    reasons: dict[str, list[str]] = {}
-    for file, why in found.left_out.items():
-        reasons.setdefault(why, []).append(file)
-    return [f"{joined(files)}: {why}" for why, files in reasons.items()]
-
-
 def _differs(curve: tuple[RingDown, ...], nominal: tuple[RingDown, ...], measured: tuple[RingDown, ...]) -> bool:
     """Whether a curve is somewhere further from that of the nominal model than one typical standard error."""
     for name in ("damping", "frequency"):
@@ -95,7 +87,6 @@ def _picture(found: RingDowns, lines: Sequence[Line], experiment: Experiment, st
     yield Picture(
         name="damping-and-frequency",
         section="decay",
-        record=None,
         caption="Damping ratio and frequency of the free vibrations against their amplitude: measured (dots, with one standard error from"
         " the noise), and lines: the motion of each model from the same initial states, read in the same way. Viscous damping is level;"
         " dry friction rises towards small amplitudes, drag towards large ones. A spring that hardens rises in frequency."

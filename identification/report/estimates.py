@@ -33,7 +33,6 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
     yield Picture(
         name="profiles",
         section="estimates",
-        record=None,
         caption="Likelihood profiles: twice the fall of the log-likelihood with all else at its optimum (line with marks), and the parabola"
         f" of the standard error (thin). Below the dotted line, {_LEVEL:.2f}, lies the 95 % interval.",
         alt=f"Likelihood profiles of {', '.join(symbol_text(listed[curve.name].spec.symbol) for curve in curves)}.",
@@ -42,10 +41,12 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
 
 
 def _profile(axes: Axes, curve: LikelihoodProfile, estimate: ParameterEstimate, style: PageStyle) -> None:
-    """One profile and its parabola, in the coordinate of the fit, on an axis of values."""
+    """One profile and the parabola of the standard error in the coordinate of the fit, on an axis of values."""
+    spec = estimate.spec
     axes.axhline(_LEVEL, color=LINK, linewidth=0.8, linestyle=":")
     if estimate.stderr:
-        axes.plot(curve.values, (_internal(estimate, curve.values) / _sigma(estimate)) ** 2, color=style.model, linewidth=0.8)
+        shifts = np.array([spec.to_internal(value) for value in curve.values]) - spec.to_internal(estimate.value)
+        axes.plot(curve.values, (shifts * spec.slope(estimate.value) / estimate.stderr) ** 2, color=style.model, linewidth=0.8)
     axes.plot(curve.values, curve.rise, "o-", color=style.nominal, markersize=2.5, linewidth=1.0)
     axes.set_ylim(0.0, 10.0)
     few_ticks(axes, x=3, y=4)
@@ -79,7 +80,6 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     yield Picture(
         name="posterior",
         section="estimates",
-        record=None,
         caption="Draws of the posterior: every parameter, and every pair.",
         alt=f"Corner plot of {len(draws)} draws of {', '.join(symbol_text(p.spec.symbol) for p in found)}.",
         figure=figure,
@@ -89,14 +89,3 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
 def _axis(estimate: ParameterEstimate) -> str:
     unit = unit_text(estimate.spec.unit)
     return symbol_text(estimate.spec.symbol) + (f" ({unit})" if unit else "")
-
-
-def _internal(estimate: ParameterEstimate, values: object) -> np.ndarray:
-    """Distance of values from the estimate, in the coordinate of the fit."""
-    spec = estimate.spec
-    return np.vectorize(spec.to_internal)(np.asarray(values)) - spec.to_internal(estimate.value)
-
-
-def _sigma(estimate: ParameterEstimate) -> float:
-    """Standard error in the coordinate of the fit."""
-    return (estimate.stderr or 0.0) / estimate.spec.slope(estimate.value)

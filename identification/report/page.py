@@ -5,23 +5,19 @@ from pathlib import Path
 from typing import Any
 
 from identification.report import tables
-from identification.report.base import SCREEN, PageStyle, Picture, Progress, framed, rendered, write_page
+from identification.report.base import SCREEN, PageStyle, Progress, framed, rendered, write_page
 from identification.report.contact import loops, phase_plane, restitution
-from identification.report.decay import left_out, ring_downs
+from identification.report.decay import ring_downs
 from identification.report.estimates import likelihood_profiles, posterior
 from identification.report.records import impact_closeups, overlay, residuals
 from identification.report.verdict import judge, next_steps
 from identification.result.json_file import provenance as provenance_of
 from identification.result.reference import Reference, compare
 from identification.result.result import FitResult
+from identification.wording.lists import grouped
 from identification.wording.numbers import significant
 
 FIGURES = (loops, restitution, phase_plane, ring_downs, overlay, impact_closeups, residuals, likelihood_profiles, posterior)
-
-
-def pictures(result: FitResult, style: PageStyle = SCREEN) -> list[Picture]:
-    """Every figure of the page, drawn; within `vibrojax.drawing.style`."""
-    return [picture for drawer in FIGURES for picture in drawer(result, style)]
 
 
 def write_report(
@@ -50,7 +46,7 @@ def write_report(
         InputError: the reference does not suit the fit; nothing is written then.
     """
     compared = None if reference is None else tables.comparison(compare(result, reference), reference)
-    images = rendered(lambda: pictures(result, style), result.experiment, result.records, style, progress)
+    images = rendered(FIGURES, result, result.experiment, result.records, style, progress)
     verdict, drawn = judge(result), {image.picture.record for image in images}
     html = framed(
         "fit.html",
@@ -69,7 +65,7 @@ def write_report(
         reference=reference,
         compared=compared,
         undrawn=[record.file for record in result.records if record.file not in drawn],
-        unread=left_out(result.ring_downs),
+        unread=grouped(result.ring_downs.left_out.items()),
         shift=significant(result.discretisation, 2),
     )
     return write_page(html, images, folder)

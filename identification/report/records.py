@@ -121,7 +121,6 @@ def residuals(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     yield Picture(
         name="residuals",
         section="residuals",
-        record=None,
         caption="Residuals of all records by channel. Left: share of them that is larger than so many σ, with that of noise alone in grey."
         " Right: autocorrelation, with the 95 % band of white noise in grey. A model that leaves nothing out follows the grey in both.",
         alt=f"Distribution and autocorrelation of the residuals of {joined([spoken(c) for c in by_channel])}.",

@@ -15,7 +15,7 @@ from identification.report.verdict import GOOD, judge
 from identification.result.reference import Comparison, Reference, compare, unmatched
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
 from identification.wording.channel_labels import label, spoken
-from identification.wording.lists import joined
+from identification.wording.lists import grouped, joined
 from identification.wording.numbers import NONE, chance_text, compact, percent, rounded, significant, unit_text, with_unit
 from identification.wording.symbols import symbol_text
 from vibrojax.model import Model
@@ -33,7 +33,7 @@ class Table:
         rows: a cell a column.
         words: places of the columns that hold words; numbers are set to the right.
         symbols: whether the first column holds symbols of parameters.
-        names, meanings: what stands beside each symbol, in the terminal and on the page.
+        names, meanings: what stands beside each first cell, in the terminal and on the page.
         bold: places of the rows that matter most.
     """
 
@@ -69,12 +69,7 @@ class Table:
 def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     """Everything a reader wants on one screen after a fit.
 
-    Args:
-        result: of the fit.
-        reference: known values to set beside the fitted ones.
-
-    Returns:
-        What `rich.console.Console.print` can print; nothing is printed here.
+    Nothing is printed here: `rich.console.Console.print` does that. A `reference` is set beside the fitted values.
 
     Raises:
         InputError: the reference does not suit the fit.
@@ -127,6 +122,7 @@ def parameters(result: FitResult) -> Table:
 def _parameter(estimate: ParameterEstimate, option: ParameterOption | None) -> tuple[str, ...]:
     shown, spec = rounded(estimate.value, estimate.stderr), estimate.spec
     marks = ["prior"] * (option is not None and option.prior is not None) + ["varies"] * bool(estimate.between)
+    marks += ["interval by profile"] * (estimate.ci95 is not None and estimate.interval == "profile")
     return (
         spec.symbol,
         shown.value + shown.times,
@@ -139,30 +135,26 @@ def _parameter(estimate: ParameterEstimate, option: ParameterOption | None) -> t
     )
 
 
-def profiled(result: FitResult) -> str:
-    """Symbols of the parameters whose interval follows the curved likelihood."""
-    return joined([symbol_text(p.spec.symbol) for p in result.parameters if p.ci95 is not None and p.interval == "profile"])
-
-
 def wishes(result: FitResult) -> list[tuple[str, str]]:
     """Symbol of every parameter for which the operator set more than a start, and what."""
-    options = result.experiment.parameters
-    rows = [(p.spec.symbol, _wish(p, options[p.spec.name])) for p in result.parameters if p.spec.name in options]
-    return [(symbol, text) for symbol, text in rows if text]
+    wished = [(p, result.experiment.parameters[p.spec.name]) for p in result.parameters if p.spec.name in result.experiment.parameters]
+    return [(p.spec.symbol, text) for p, option in wished if (text := _wish(p, option))]
 
 
 def _wish(estimate: ParameterEstimate, option: ParameterOption) -> str:
-    unit, found = unit_text(estimate.spec.unit), []
+    unit, found, size = estimate.spec.unit, [], estimate.between
     if option.fixed and option.start is not None:
         found.append(f"fixed at {with_unit(f'{option.start:g}', unit)}")
     if option.bounds is not None:
-        low, high = option.bounds
-        found.append(f"bounds {low:g} … {with_unit(f'{high:g}', unit)}")
+        found.append(f"bounds {option.bounds[0]:g} … {with_unit(f'{option.bounds[1]:g}', unit)}")
     if option.prior is not None:
         found.append(f"prior {option.prior.mean:g} ± {with_unit(f'{option.prior.std:g}', unit)}")
-    if estimate.between is not None:
-        size = with_unit(significant(estimate.between, 2), unit)
-        found.append(f"varies between records, standard deviation {size}" if estimate.between else "no variation between records found")
+    if size is not None:
+        found.append(
+            f"varies between records, standard deviation {with_unit(significant(size, 2), unit)}"
+            if size
+            else "no variation between records found"
+        )
     return ", ".join(found)
 
 
@@ -201,16 +193,11 @@ def records(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
     """What the fit rests on: the records, their drive, and the gap as estimated."""
     rows = []
     for one in fits:
-        read = recorded(one, experiment)
+        read, error = recorded(one, experiment), next((n.stderr for n in one.nuisances if n.name == "gap_error"), None)
         drive = significant(None if read is None else read.excitation_frequency, 4)
-        rows.append((one.file, one.kind, drive, gap_in_mm(one), str(one.samples), str(one.windows)))
+        gap = rounded(1e3 * one.gap, None if error is None else 1e3 * error).text
+        rows.append((one.file, one.kind, drive, gap, str(one.samples), str(one.windows)))
     return Table(columns=("record", "kind", "drive (Hz)", "gap (mm)", "samples", "windows"), rows=tuple(rows), words=(0, 1))
-
-
-def gap_in_mm(record: RecordFit) -> str:
-    """Gap with the error of its estimate, mm."""
-    error = next((n.stderr for n in record.nuisances if n.name == "gap_error"), None)
-    return rounded(1e3 * record.gap, None if error is None else 1e3 * error).text
 
 
 def channels(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
@@ -286,15 +273,12 @@ def _estimate(result: FitResult, name: str) -> ParameterEstimate:
 
 def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tuple[Table, list[str]]:
     """Fitted values beside those that have a reference; and a line a reason why others are not compared."""
-    rows, missing = [], {}
-    for one in comparisons:
-        if one.reference is None:
-            missing.setdefault(one.remark, []).append(symbol_text(one.symbol))
-            continue
+    rows = []
+    for one in (each for each in comparisons if each.reference is not None):
         pair = (rounded(one.value, one.stderr).text, rounded(one.reference, one.reference_stderr).text)
         rows.append((one.symbol, *pair, unit_text(one.unit), _signed(one.sigmas, " σ"), _signed(one.percent, " %"), one.remark))
     columns = ("parameter", "fitted", "reference", "unit", "difference", "relative", "source")
-    lines = [f"{', '.join(symbols)}: {remark}" for remark, symbols in missing.items()]
+    lines = grouped((symbol_text(one.symbol), one.remark) for one in comparisons if one.reference is None)
     if others := unmatched(comparisons, reference):
         lines.append(f"not compared, no such number in this fit: {', '.join(others[:8])}{' …' if len(others) > 8 else ''}")
     return Table(columns=columns, rows=tuple(rows), words=(0, 3, 6), symbols=True), lines

@@ -24,13 +24,7 @@ RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any exper
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Part:
-    """Residuals of one channel of one record in one phase, "flight" or "contact".
-
-    Attributes:
-        samples: that counted.
-        chi2: mean squared residual over the noise variance.
-        neighbours: correlation between neighbouring residuals.
-    """
+    """Residuals of one channel of one record in "flight" or "contact": how many, their chi-square, and the correlation of neighbours."""
 
     file: str
     channel: str
@@ -41,7 +35,6 @@ class Part:
 
     @property
     def times_noise(self) -> float:
-        """Root mean square of the residual over the noise."""
         return math.sqrt(self.chi2)
 
     @property
@@ -51,20 +44,12 @@ class Part:
 
     @property
     def words(self) -> str:
-        """For a sentence: "impact force in contact of cart1.csv"."""
         return f"{spoken(self.channel)} in {self.phase} of {self.file}"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """How good a fit is.
-
-    Attributes:
-        level: `GOOD`, `PARTLY` or `POOR`.
-        sentence: for the reader.
-        remarks: further sentences.
-        worst: the part of the records with the largest excess of chi-square; None without records.
-    """
+    """How good a fit is: level (`GOOD`, `PARTLY`, `POOR`), a sentence, further ones, and the part with the largest excess of chi-square."""
 
     level: str
     sentence: str
@@ -129,27 +114,20 @@ def parts(result: FitResult) -> Iterator[Part]:
                 usable = chosen & np.isfinite(r)
                 if usable.sum() >= 8:
                     part = r[usable]
-                    yield Part(
-                        file=record.file,
-                        channel=channel,
-                        phase=phase,
-                        samples=len(part),
-                        chi2=float(np.mean(part**2)),
-                        neighbours=float(np.mean(part[1:] * part[:-1]) / max(float(np.mean(part**2)), 1e-300)),
-                    )
+                    chi2, numbers = float(np.mean(part**2)), {"file": record.file, "channel": channel, "phase": phase}
+                    neighbours = float(np.mean(part[1:] * part[:-1]) / max(chi2, 1e-300))
+                    yield Part(**numbers, samples=len(part), chi2=chi2, neighbours=neighbours)
 
 
 def misfitting_alone(found: list[Part]) -> str | None:
     """The only record that the model does not explain while it explains all others to the noise; None where there is no such record."""
-    files = list(dict.fromkeys(part.file for part in found))
-    poor = [file for file in files if not _explained([part for part in found if part.file == file])]
+    files, poor = list(dict.fromkeys(part.file for part in found)), []
+    for file in files:
+        own = [part for part in found if part.file == file]
+        samples = sum(part.samples for part in own)
+        if sum(part.samples * part.chi2 for part in own) / samples > chi2_limit(samples, OVERALL):
+            poor.append(file)
     return poor[0] if len(poor) == 1 and len(files) > 1 else None
-
-
-def _explained(found: list[Part]) -> bool:
-    """Whether these parts together are explained to the noise."""
-    samples = sum(part.samples for part in found)
-    return sum(part.samples * part.chi2 for part in found) / samples <= chi2_limit(samples, OVERALL)
 
 
 def _alone(result: FitResult, file: str) -> str:

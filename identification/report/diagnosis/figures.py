@@ -5,39 +5,30 @@ Nominal is dashed, augmented not, measured a wide grey line, throughout; in colo
 
 import dataclasses
 from collections.abc import Iterator
-from functools import partial
+from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogFormatter
 
 from identification.diagnosis.diagnosis import Diagnosis, Profile
-from identification.least_squares.fit import as_arrays
 from identification.report.base import DASHED, MANY, MOST, PageStyle, Picture, panels, recorded, residual_panel
+from identification.result.flight_force import flight_force
 from identification.result.record_view import impacts, largest, residual
 from identification.result.result import RecordFit
 from identification.wording.channel_labels import coordinate_label, label, spoken
 from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, significant
-from vibrojax.compiling import soon_compiled
 from vibrojax.drawing import GREY, envelope, few_ticks, literal
-from vibrojax.excitation import Unforced, at_rest
-from vibrojax.model import Model
 
-Samples = Float[Array, " samples"]
 _OTHERS = 6
 _SOMETHING, _LITTLE = 0.005, 0.15
 """Share of the excess misfit from which on a coordinate is worth a picture, and below which its mean explains little."""
 _PERIODS, _FEWEST = 3.0, 60
 """Length of a stretch of a record: periods, and samples at least."""
-_ALONG = 8000
-"""Samples at which the models' forces are computed, whatever the records: compiled once."""
 _IN_FLIGHT = {"displacement": "u", "velocity": "v", "indentation": "indentation"}
-"""Coordinates of a profile against which the models' forces can be set, as `Force` has them."""
+"""Coordinates of a profile against which the models' forces can be set, as `FlightForce` has them."""
 
 
 def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
@@ -61,16 +52,13 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     axes.legend(loc="best")
     sign = " Above zero it pushes the hammer towards the stop." if best.quantity == "force" else ""
     little = " That is little: its size, more than its mean, follows this coordinate." if best.explained < _LITTLE else ""
-    silent = [one.coordinate for one in where.profiles[1:] if not one.explained >= _SOMETHING]
-    nothing = f" Nothing of it follows {joined(silent)} alone." if silent else ""
     usable = best.mean[np.isfinite(best.mean)]
     ends = f"{usable.min():.3g} to {usable.max():.3g}" if len(usable) else "nowhere"
     yield Picture(
         name="missing",
         section="missing",
-        record=None,
         caption=f"What the nominal model leaves out, against {best.coordinate}: mean in each bin with a band of ±2 standard errors."
-        f" {_share(best)} of the excess misfit follows this line.{sign}{little}{nothing}",
+        f" {_share(best)} of the excess misfit follows this line.{sign}{little}",
         alt=f"{of.capitalize()} against {best.coordinate}, from {ends}.",
         figure=figure,
     )
@@ -94,7 +82,6 @@ def missing_over_others(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pict
     yield Picture(
         name="missing-others",
         section="location",
-        record=None,
         caption="The same against other coordinates, with bands of ±2 standard errors and the share of the excess misfit that follows."
         " A coordinate that does not decide what is missing shows a flat line, or the shadow of one that does.",
         alt="What is missing against " + ", ".join(f"{p.coordinate} (explains {_share(p)})" for p in others) + ".",
@@ -120,62 +107,17 @@ def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     """Mean of what the augmented model pushes with beyond the nominal one, in the profile's bins; NaN in bins with little flight."""
     phase, known = diagnosis.location.phase if diagnosis.location is not None else "", _IN_FLIGHT.get(profile.coordinate)
     shown = phase in ("free flight", "all") or (phase == "separation" and known == "indentation")
-    if profile.quantity != "force" or known is None or not shown or len(profile.center) < 2 or (force := model_force(diagnosis)) is None:
+    if profile.quantity != "force" or known is None or not shown or len(profile.center) < 2:
+        return None
+    force = flight_force(diagnosis.augmented.records, diagnosis.model, diagnosis.nominal_model)
+    if force is None:
         return None
     chosen = force.v < 0 if phase == "separation" else np.ones(len(force.v), bool)
     middles = 0.5 * (profile.center[1:] + profile.center[:-1])
     edges = np.concatenate([[2 * profile.center[0] - middles[0]], middles, [2 * profile.center[-1] - middles[-1]]])
     counts = np.histogram(getattr(force, known)[chosen], edges)[0]
-    sums = np.histogram(getattr(force, known)[chosen], edges, weights=force.difference[chosen])[0]
+    sums = np.histogram(getattr(force, known)[chosen], edges, weights=force.added[chosen])[0]
     return np.where(counts >= 5, sums / np.maximum(counts, 1), np.nan)
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Force:
-    """Samples in free flight, SI: motion, and the push of the augmented model towards the stop less that of the nominal one."""
-
-    u: Float[np.ndarray, " samples"]
-    v: Float[np.ndarray, " samples"]
-    indentation: Float[np.ndarray, " samples"]
-    difference: Float[np.ndarray, " samples"]
-
-
-def model_force(diagnosis: Diagnosis) -> Force | None:
-    """Forces of both models along the fitted motion.
-
-    None where the effects have no force in flight that time and motion alone decide: without effects, with states of their own, or with
-    something of its own in each record.
-    """
-    effects = diagnosis.model.effects
-    if not effects or diagnosis.model.record_parameters or any(one.own_states or one.record is not None for one in effects):
-        return None
-    flights = []
-    for record in diagnosis.augmented.records:
-        u, v = record.relative_displacement, record.relative_velocity
-        usable = ~record.in_contact & np.isfinite(u) & np.isfinite(v) & (u < record.gap)
-        flights.append(np.stack([record.time, u, v, np.full_like(u, record.gap)])[:, usable])
-    samples = np.concatenate(flights, axis=1)
-    if not samples.shape[1]:
-        return None
-    t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, _ALONG).round().astype(int)]
-    models = tuple(map(as_arrays, (diagnosis.model, dataclasses.replace(diagnosis.model, effects=()), diagnosis.nominal_model)))
-    whole, without, nominal = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
-    if np.abs(whole - without).max() == 0.0:
-        return None
-    return Force(u=u, v=v, indentation=u - gap, difference=whole - nominal)
-
-
-@soon_compiled
-def _forces(models: tuple[Model, ...], t: Samples, u: Samples, v: Samples, gap: Samples) -> tuple[Samples, ...]:
-    """Mass times relative acceleration of every model under a cart at rest, out of contact."""
-    nothing, apart, resting = jnp.zeros(0), jnp.asarray(False), jnp.asarray(0.0)
-
-    def each(model: Model, *sample):
-        t, u, v, gap = sample
-        system = model.system(gap=gap, base=at_rest(), applied=Unforced())
-        return system.mass * system.forces(t, u, v, nothing, apart, resting).acceleration
-
-    return tuple(jax.vmap(partial(each, model))(t, u, v, gap) for model in models)
 
 
 def loop_kink(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
@@ -203,7 +145,6 @@ def loop_kink(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     yield Picture(
         name="kink",
         section="location",
-        record=None,
         caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"
         f" rises faster than the law in front of that; only {files} came that deep.",
         alt=f"Loops of force against indentation; beyond {depth} those of {files} rise steeply.",
@@ -221,14 +162,12 @@ def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     shown = [record for record in able if record in largest_share]
     columns = 2 if len(shown) in (2, 4) else min(len(shown), 3)
     figure, grid = panels((1.45,) * -(-len(shown) // columns), columns, gap=(0.68, 0.52), edges=(0.72, 0.85, 0.48, 0.28))
-    worst = max(shown, key=lambda r: float(np.nanmax(where.maps[r.file])))
-    norm = LogNorm(1.0, max(3.0, float(np.nanmax(where.maps[worst.file])) ** 0.5))
+    worst, highest = max(((r, float(np.nanmax(where.maps[r.file])) ** 0.5) for r in shown), key=lambda item: item[1])
+    looks: dict[str, Any] = {"cmap": style.sequential, "norm": LogNorm(1.0, max(3.0, highest)), "origin": "lower", "aspect": "auto"}
     for axes, record in zip(grid.ravel(), shown, strict=False):
         read, values = recorded(record, diagnosis.experiment), np.sqrt(np.maximum(where.maps[record.file], 1.0))
         axes.patch.set(hatch="////", edgecolor="#c8c8c8", linewidth=0.0)
-        extent = (0.0, 360.0, float(record.time[0]), float(record.time[-1]))
-        looks = {"cmap": style.sequential, "norm": norm, "origin": "lower", "aspect": "auto", "interpolation": "nearest"}
-        image = axes.imshow(values, extent=extent, **looks)
+        image = axes.imshow(values, extent=(0.0, 360.0, record.time[0], record.time[-1]), interpolation="nearest", **looks)
         axes.grid(False)
         axes.locator_params(axis="y", nbins=5)
         driven = read is None or read.excitation_frequency is not None
@@ -254,11 +193,10 @@ def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     yield Picture(
         name="residual-maps",
         section="location",
-        record=None,
         caption="Misfit of the nominal model by time in the record (upwards) and phase of the excitation (across): root mean square"
         f" residual over the noise; pale is noise alone, hatched is no sample.{remarks}",
         alt=f"Maps of the nominal model's misfit over time and excitation phase for {', '.join(record.file for record in shown)};"
-        f" the darkest cell, in {worst.file}, is {significant(float(np.nanmax(where.maps[worst.file])) ** 0.5, 2)} times the noise.",
+        f" the darkest cell, in {worst.file}, is {significant(highest, 2)} times the noise.",
         figure=figure,
     )
 
@@ -275,7 +213,6 @@ class Stretch:
 
     @property
     def gain(self) -> float:
-        """Fall of chi-square."""
         before, after = (record.chi2_reduced.get(self.channel, 0.0) for record in (self.before, self.after))
         return len(self.before.time) * (before - after)
 
@@ -283,8 +220,8 @@ class Stretch:
 def stretches(diagnosis: Diagnosis) -> list[Stretch]:
     """Of each record the stretch and the channel in which the augmented model gains most on the nominal one."""
     after = {record.file: record for record in diagnosis.augmented.records}
-    pairs = [(number, record, after.get(record.file, record)) for number, record in enumerate(diagnosis.nominal.records, start=1)]
-    return [_stretch(diagnosis, *pair) for pair in pairs if pair[1].chi2_reduced]
+    fitted = [(number, one) for number, one in enumerate(diagnosis.nominal.records, start=1) if one.chi2_reduced]
+    return [_stretch(diagnosis, number, one, after.get(one.file, one)) for number, one in fitted]
 
 
 def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: RecordFit) -> Stretch:
@@ -323,9 +260,8 @@ def _before_after(diagnosis: Diagnosis, one: Stretch, sides: tuple[tuple[str, Re
     look, time, both = label(one.channel, diagnosis.experiment), one.before.time[one.part], len(sides) > 1
     figure, grid = panels((1.35, *(0.5,) * len(sides)), sharex=True, gap=(0.13, 0.0), edges=(0.72, 0.98, 0.45, 0.3))
     upper = grid[0, 0]
-    upper.plot(
-        *envelope(time, look.factor * one.before.measured[one.channel][one.part]), color=style.measured, linewidth=2.4, label="measured"
-    )
+    measured, contact = one.before.measured[one.channel][one.part], (one.before.in_contact | one.after.in_contact)[one.part]
+    upper.plot(*envelope(time, look.factor * measured), color=style.measured, linewidth=2.4, label="measured")
     residuals, rms = [residual(side, one.channel)[one.part] for _, side, _ in sides], []
     for axes, (name, side, colour), r in zip(grid[1:, 0], sides, residuals, strict=True):
         dashes = DASHED if both and side is one.before else "-"
@@ -335,9 +271,12 @@ def _before_after(diagnosis: Diagnosis, one: Stretch, sides: tuple[tuple[str, Re
         usable = r[np.isfinite(r)]
         rms.append(significant(float(np.sqrt(np.mean(usable**2))) if len(usable) else None, 2))
         axes.text(1.012, 0.5, f"{name}\nrms {rms[-1]} σ", transform=axes.transAxes, ha="left", va="center", fontsize=8)
-    limits = _of_flight(one) if diagnosis.location is not None and diagnosis.location.phase == "free flight" else None
-    if limits is not None:
-        upper.set_ylim(look.factor * limits[0], look.factor * limits[1])
+    flight = measured[np.isfinite(measured) & ~(np.convolve(contact, np.ones(9), mode="same") > 0.5)]
+    where = diagnosis.location
+    cut = where is not None and where.phase == "free flight" and 0 < np.ptp(flight) < 0.6 * np.ptp(measured[np.isfinite(measured)])
+    if cut:  # impacts reach far beyond what the figure is about
+        margin = 0.15 * np.ptp(flight)
+        upper.set_ylim(look.factor * (flight.min() - margin), look.factor * (flight.max() + margin))
     upper.set_title(literal(f"{one.before.file}: {look.words}"), loc="left", pad=3)
     upper.set_ylabel(look.axis)
     upper.set_xlim(time[0], time[-1])
@@ -350,21 +289,8 @@ def _before_after(diagnosis: Diagnosis, one: Stretch, sides: tuple[tuple[str, Re
         section="before-after",
         record=one.before.file,
         caption=f"{one.before.file}: {look.words} where {'the models differ most' if both else 'it fits worst'}"
-        f"{', impacts cut off' if limits is not None else ''}: measured, {models}; below, the residual over the noise σ, band ±2 σ.",
+        f"{', impacts cut off' if cut else ''}: measured, {models}; below, the residual over the noise σ, band ±2 σ.",
         alt=f"{look.words.capitalize()} of {one.before.file} from {time[0]:.4g} to {time[-1]:.4g} s: measured, {models};"
         f" residual {' σ before and '.join(rms)} σ{' after' if both else ''}.",
         figure=figure,
     )
-
-
-def _of_flight(one: Stretch) -> tuple[float, float] | None:
-    """Range of the channel in flight, where impacts reach far beyond it."""
-    contact = (one.before.in_contact | one.after.in_contact)[one.part]
-    near = np.convolve(contact, np.ones(9), mode="same") > 0.5
-    series = [s[one.channel][one.part] for s in (one.before.measured, one.before.predicted, one.after.predicted)]
-    flight, whole = (np.concatenate([s[chosen] for s in series]) for chosen in (~near, np.ones_like(near)))
-    flight, whole = flight[np.isfinite(flight)], whole[np.isfinite(whole)]
-    if not len(flight) or np.ptp(flight) > 0.6 * np.ptp(whole):
-        return None
-    margin = 0.15 * float(np.ptp(flight))
-    return float(flight.min()) - margin, float(flight.max()) + margin

@@ -8,23 +8,18 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from identification.diagnosis.diagnosis import MISSING, Diagnosis
-from identification.report.base import SCREEN, PageStyle, Picture, Progress, framed, rendered, write_page
+from identification.report.base import SCREEN, PageStyle, Progress, framed, rendered, write_page
 from identification.report.contact import restitution_of_both
-from identification.report.decay import left_out, ring_downs_of_both
+from identification.report.decay import ring_downs_of_both
 from identification.report.diagnosis import tables
 from identification.report.diagnosis.figures import before_after, loop_kink, missing, missing_over_others, residual_maps
 from identification.report.diagnosis.json_file import diagnosis_provenance
 from identification.report.tables import load_words
-from identification.wording.lists import joined
+from identification.wording.lists import grouped, joined
 
 FIGURES = (missing, before_after, missing_over_others, loop_kink, residual_maps, restitution_of_both, ring_downs_of_both)
 _GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
 _SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("&#39;&#39;", "″"), ("&#39;", "′"), (" * ", " · "))
-
-
-def pictures(diagnosis: Diagnosis, style: PageStyle) -> list[Picture]:
-    """Every figure of the page, drawn; within `vibrojax.drawing.style`."""
-    return [picture for drawer in FIGURES for picture in drawer(diagnosis, style)]
 
 
 def write_diagnosis_report(
@@ -37,18 +32,10 @@ def write_diagnosis_report(
 ) -> list[Path]:
     """Write `report.html`, and every plot as PNG, with a style for paper also as PDF.
 
-    Args:
-        diagnosis: of one experiment.
-        folder: that receives the files; it must exist.
-        provenance: as in `diagnosis.json`; by default that of the diagnosis.
-        style: in colours, or in black and white.
-        progress: called with a line of text for each figure.
-
-    Returns:
-        Paths of the files, the page first.
+    Arguments and result are those of `identification.report.write_report`.
     """
     records = diagnosis.nominal.records
-    images = rendered(lambda: pictures(diagnosis, style), diagnosis.experiment, records, style, progress)
+    images = rendered(FIGURES, diagnosis, diagnosis.experiment, records, style, progress)
     drawn, listed = {image.picture.record for image in images}, tables.strongest(diagnosis)
     fitted = [one for one in listed if one.drop is not None] or list(listed[:5])
     html = framed(
@@ -60,29 +47,14 @@ def write_diagnosis_report(
         seconds=diagnosis.seconds,
         filters={"equation": equation_html},
         diagnosis=diagnosis,
+        tables=tables,
         load=load_words(diagnosis.nominal_model),
         missing=diagnosis.verdict == MISSING,
-        headline=tables.headline(diagnosis),
-        looked_for=tables.looked_for(diagnosis),
-        warnings=tables.warnings(diagnosis),
-        place=tables.place(diagnosis),
-        effects=[
-            {"effect": one.effect, "where": tables.where(one), "probability": tables.probability_text(one.probability), "numbers": found}
-            for one in diagnosis.effects
-            for found in (tables.numbers(one.reported, one.effect.parameters),)
-        ],
-        ambiguous=joined([tables.effect_words(name) for name in diagnosis.ambiguous_with]),
-        learned=tables.learned(diagnosis),
-        changes=tables.changes(diagnosis),
-        errors=tables.errors(diagnosis),
-        misfits=tables.misfits(diagnosis),
-        scatter=tables.scatter(diagnosis),
         candidates=tables.candidates(diagnosis, fitted),
         further=tables.candidates(diagnosis, [one for one in listed if one not in fitted]),
         more=max(len(diagnosis.considered) - len(listed), 0),
         undrawn=joined([record.file for record in records if record.file not in drawn]),
-        unread=left_out(diagnosis.ring_downs),
-        notices=tables.notices(diagnosis),
+        unread=grouped(diagnosis.ring_downs.left_out.items()),
         samples=sum(record.samples for record in records),
     )
     return write_page(html, images, folder)

@@ -13,24 +13,19 @@ from identification.report.tables import Table
 from identification.report.verdict import RUN_MODEL
 from identification.result.between_records import Disagreement
 from identification.wording.channel_labels import coordinate_label, spoken
-from identification.wording.lists import joined
+from identification.wording.lists import grouped, joined
 from identification.wording.numbers import NONE, chance_text, compact, millimetres, rounded, significant, unit_text, with_unit
 from identification.wording.symbols import symbol_text
 from vibrojax.channels import CHANNELS
 from vibrojax.effects import EFFECTS
 from vibrojax.model import MASS
-from vibrojax.parameters import Parameter
 
 _BESIDE_ONE_MODEL, _ON_SCREEN = 12, 6
 """Candidates that are shown at most: beside one model on the page, and in a terminal."""
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> Group:
-    """Everything a reader wants on one screen after a diagnosis: the verdict, parameters before and after, and what else was considered.
-
-    Returns:
-        What `rich.console.Console.print` can print; nothing is printed here.
-    """
+    """Everything a reader wants on one screen after a diagnosis: the verdict, parameters before and after, and what else was considered."""
     found, listed = diagnosis.location, strongest(diagnosis)
     said = [*diagnosis.sentences, *([found.sentence] if found is not None and found.sentence not in diagnosis.sentences else [])]
     verdict = Text(headline(diagnosis), style="bold").append("".join(f"\n{sentence}" for sentence in said), "not bold")
@@ -47,14 +42,12 @@ def _effects(diagnosis: Diagnosis) -> list[Text]:
     """A line an asserted effect, with its numbers; or the formula that was learned."""
     lines = []
     for one in diagnosis.effects:
-        found = ", ".join(
-            f"{symbol_text(symbol)} = {with_unit(compact(value), unit)}" for symbol, value, unit in numbers(one.reported).rows
-        )
+        found = ", ".join(f"{symbol_text(p.symbol)} = {with_unit(compact(_value(p)), p.unit)}" for p in one.reported)
         lines.append(f"  {one.effect.name}{f' ({where(one)})' if where(one) else ''}: {probability_text(one.probability)}; {found}")
     if diagnosis.verdict == UNLISTED and diagnosis.free_form:
         lines.append(f"  learned in its place: {diagnosis.free_form}")
     if diagnosis.ambiguous_with and not any(name in said for said in diagnosis.sentences for name in diagnosis.ambiguous_with):
-        lines.append(f"  these records cannot separate it from {joined([effect_words(name) for name in diagnosis.ambiguous_with])}")
+        lines.append(f"  these records cannot separate it from {effects_words(diagnosis.ambiguous_with)}")
     return list(map(Text, lines))
 
 
@@ -97,22 +90,18 @@ def warnings(diagnosis: Diagnosis) -> list[str]:
 
 
 def notices(diagnosis: Diagnosis) -> list[str]:
-    """What was found odd when the records were read; what several records have in common is stated once for all of them."""
-    files: dict[str, list[str]] = {}
-    for record in diagnosis.experiment.records:
-        for notice in record.notices:
-            files.setdefault(notice.rstrip("."), []).append(record.file)
-    return [f"{', '.join(those)}: {notice}" for notice, those in files.items()]
+    """What was found odd when the records were read."""
+    return grouped((record.file, notice.rstrip(".")) for record in diagnosis.experiment.records for notice in record.notices)
 
 
-def effect_words(name: str) -> str:
-    """What an effect is, by its name.
+def effects_words(names: Sequence[str]) -> str:
+    """What effects are, by their names.
 
     Example:
-        >>> effect_words("coulomb_friction"), effect_words("sticky_tape")
-        ('dry friction in the suspension', 'sticky tape')
+        >>> effects_words(["coulomb_friction", "sticky_tape"])
+        'dry friction in the suspension and sticky tape'
     """
-    return EFFECTS[name].summary if name in EFFECTS else name.replace("_", " ")
+    return joined([EFFECTS[name].summary if name in EFFECTS else name.replace("_", " ") for name in names])
 
 
 def where(effect: Asserted) -> str:
@@ -161,24 +150,6 @@ def _shares(shares: Mapping[str, float]) -> str:
     """Names with their shares, the largest first; what has none is left out."""
     largest = sorted(((name, share) for name, share in shares.items() if share >= 0.005), key=lambda item: -item[1])
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in largest)
-
-
-def numbers(found: Sequence[Number], known: tuple[Parameter, ...] = ()) -> Table:
-    """Estimated numbers with their errors, and what each means where that is known."""
-    meanings = {p.name: p.meaning for p in known}
-    return Table(
-        columns=("parameter", "value ± std. error", "unit"),
-        rows=tuple((one.symbol, _value(one), unit_text(one.unit)) for one in found),
-        words=(0, 2),
-        symbols=True,
-        meanings=tuple(meanings.get(one.name) or one.name.replace("_", " ") for one in found),
-    )
-
-
-def learned(diagnosis: Diagnosis) -> Table:
-    """Numbers of the effects of the augmented model, as its own parameters have them."""
-    known = tuple(p for p in diagnosis.model.parameters if "." in p.name)
-    return numbers([one for one in diagnosis.augmented.parameters if "." in one.name], known)
 
 
 def changes(diagnosis: Diagnosis) -> Table:
@@ -283,7 +254,8 @@ def candidates(diagnosis: Diagnosis, shown: Sequence[Considered]) -> Table:
     columns = ("candidate", "beside", "expected", "chance", "gain", "BIC", "left out")
     bold = tuple(number for number, one in enumerate(shown) if one.name in asserted)
     unknown = [heading for place, heading in enumerate(columns) if rows and all(row[place] == NONE for row in rows)]
-    return Table(columns=columns, rows=rows, words=(0, 1), bold=bold).without(*unknown)
+    meanings = tuple(effects_words([one.name]) for one in shown)
+    return Table(columns=columns, rows=rows, words=(0, 1), meanings=meanings, bold=bold).without(*unknown)
 
 
 def _candidate(one: Considered) -> tuple[str, ...]:
@@ -292,7 +264,7 @@ def _candidate(one: Considered) -> tuple[str, ...]:
         detail = detail.replace(channel, spoken(channel))
     beside = joined([name.replace("_", " ") for name in one.beside]) or "nominal"
     counts = (_count(number) for number in (one.drop, one.bic, one.held_out))
-    return (effect_words(one.name) + (f", {detail}" if detail else ""), beside, _count(one.gain), chance_text(one.chance), *counts)
+    return (one.name.replace("_", " ") + (f", {detail}" if detail else ""), beside, _count(one.gain), chance_text(one.chance), *counts)
 
 
 def _count(number: float | None) -> str:

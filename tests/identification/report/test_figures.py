@@ -9,7 +9,7 @@ from PIL import Image
 from identification.report.base import SCREEN, rendered
 from identification.report.contact import loops
 from identification.report.decay import ring_downs
-from identification.report.page import pictures
+from identification.report.page import FIGURES
 from identification.report.records import autocorrelation, overlay
 from identification.result.record_view import impacts, measured_displacement, notable
 from identification.result.result import Added
@@ -32,12 +32,12 @@ EXPECTED = {
 
 def draw(result):
     with style():
-        return pictures(result, SCREEN)
+        return [picture for drawer in FIGURES for picture in drawer(result, SCREEN)]
 
 
 def test_every_kind_is_drawn_described_in_words_and_a_readable_image(good):
     said = []
-    images = rendered(lambda: pictures(good), good.experiment, good.records, SCREEN, said.append)
+    images = rendered(FIGURES, good, good.experiment, good.records, SCREEN, said.append)
     assert {image.picture.name for image in images} == EXPECTED
     assert said[1:] == [f"drawing the report: {number} of {len(EXPECTED)} figures" for number in range(1, len(EXPECTED) + 1)]
     for image in images:
