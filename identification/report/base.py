@@ -32,8 +32,6 @@ MOST = 8
 """Records with pictures of their own."""
 MANY = 400
 """Marks of one kind from which on they are an image inside a PDF file."""
-LINK = "#c8c8c8"
-"""Lines from one mark to another, and levels."""
 DASHED = (0.0, (5.0, 2.0))
 DASHES = ("-", DASHED, (0.0, (1.0, 1.2)), (0.0, (6.0, 2.0, 1.0, 2.0)), (0.0, (3.0, 1.0)), "-")
 """Of several curves of one kind."""

@@ -15,7 +15,7 @@ from identification.wording.lists import joined
 from vibrojax.drawing import few_ticks, literal
 
 _LOOPS, _MARKS = 4, "os^D"
-FEWEST = 5
+_FEWEST = 5
 """Contacts that make a picture of restitution."""
 _POINTS = 2500
 """Samples of a record in the phase plane."""
@@ -68,7 +68,7 @@ def _force(record: RecordFit, result: FitResult) -> Float[np.ndarray, " samples"
 def restitution(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """Restitution of every contact, measured and fitted; one picture, where enough contacts have flight on either side."""
     found = rebounds(result.records, result.model)
-    if len(found) >= FEWEST:
+    if len(found) >= _FEWEST:
         yield _restitution(found, {"model": found}, (style.model,), style)
 
 
@@ -77,8 +77,8 @@ def restitution_of_both(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pict
     if diagnosis.location is None:
         return
     before, after = (rebounds(side.records, side.model) for side in (diagnosis.nominal, diagnosis.augmented))
-    if len(before) >= FEWEST:
-        models, better = {"nominal model": before}, diagnosis.is_augmented and len(after) >= FEWEST
+    if len(before) >= _FEWEST:
+        models, better = {"nominal model": before}, diagnosis.is_augmented and len(after) >= _FEWEST
         models |= {"augmented model": after} if better else {}
         yield _restitution(after if better else before, models, (style.nominal, style.model), style)
 
@@ -114,7 +114,8 @@ def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     for axes, record in zip(grid.ravel(), records, strict=False):
         shown, u, interval = slice(0, _POINTS), measured_displacement(record), float(np.median(np.diff(record.time)))
         if u is not None and len(u) > _WINDOW:
-            slope = savgol_filter(u, _WINDOW, 2, deriv=1, delta=interval, mode="nearest")[shown]
+            slope = np.asarray(savgol_filter(u, _WINDOW, 2, deriv=1, delta=interval, mode="nearest"))[shown]
+            slope[: _WINDOW // 2] = np.nan  # nothing lies before the first sample
             axes.plot(1e3 * u[shown], slope, ".", color=style.measured, markersize=1.5, rasterized=len(slope) > MANY)
         axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=style.model, linewidth=0.7)
         axes.axvline(1e3 * record.gap, color="black", linewidth=0.8, linestyle=DASHED)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.special import chdtri
 
-from identification.report.base import LINK, PageStyle, Picture, panels
+from identification.report.base import PageStyle, Picture, panels
 from identification.result.result import FitResult, LikelihoodProfile, ParameterEstimate
 from identification.wording.numbers import unit_text
 from identification.wording.symbols import symbol_text
@@ -43,7 +43,7 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
 def _profile(axes: Axes, curve: LikelihoodProfile, estimate: ParameterEstimate, style: PageStyle) -> None:
     """One profile and the parabola of the standard error in the coordinate of the fit, on an axis of values."""
     spec = estimate.spec
-    axes.axhline(_LEVEL, color=LINK, linewidth=0.8, linestyle=":")
+    axes.axhline(_LEVEL, color="#c8c8c8", linewidth=0.8, linestyle=":")
     if estimate.stderr:
         shifts = np.array([spec.to_internal(value) for value in curve.values]) - spec.to_internal(estimate.value)
         axes.plot(curve.values, (shifts * spec.slope(estimate.value) / estimate.stderr) ** 2, color=style.model, linewidth=0.8)

@@ -97,8 +97,8 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
 def _verdict(result: FitResult) -> Text:
     verdict, samples = judge(result), sum(record.samples for record in result.records)
     text = Text("\n".join((verdict.sentence, *verdict.remarks)), style="bold" if verdict.level != GOOD else "")
-    said = [f"{result.experiment.name}: {len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom"]
-    said.append(f"{result.model.law.title}, {result.model.suspension.name} suspension")
+    counts = f"{len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom"
+    said = [f"{result.experiment.name}: {counts}", f"{result.model.law.title}, {result.model.suspension.name} suspension"]
     if result.smoothing is not None:
         said[-1] += f"; contact smoothed over {significant(1e6 * result.smoothing)} µm, integrated with Diffrax"
     if load := load_words(result.model):
@@ -184,7 +184,6 @@ def correlations(result: FitResult) -> Table:
 
 
 def _symbols(result: FitResult) -> list[str]:
-    """Of the estimated parameters."""
     known = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
     return [known.get(name, name) for name in result.correlated]
 
@@ -274,7 +273,9 @@ def _estimate(result: FitResult, name: str) -> ParameterEstimate:
 def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tuple[Table, list[str]]:
     """Fitted values beside those that have a reference; and a line a reason why others are not compared."""
     rows = []
-    for one in (each for each in comparisons if each.reference is not None):
+    for one in comparisons:
+        if one.reference is None:
+            continue
         pair = (rounded(one.value, one.stderr).text, rounded(one.reference, one.reference_stderr).text)
         rows.append((one.symbol, *pair, unit_text(one.unit), _signed(one.sigmas, " σ"), _signed(one.percent, " %"), one.remark))
     columns = ("parameter", "fitted", "reference", "unit", "difference", "relative", "source")
@@ -286,8 +287,9 @@ def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tup
 
 def posterior(result: FitResult) -> Table:
     """Sampled parameters beside the intervals of the fit; no rows where the posterior was not sampled."""
-    sample, rows = result.posterior, []
-    for index, name in enumerate(() if sample is None else sample.names):
+    rows: list[tuple[str, ...]] = []
+    for index, name in enumerate(() if (sample := result.posterior) is None else sample.names):
+        assert sample is not None
         values, estimate = sample.pooled[:, index], _estimate(result, name)
         shown = rounded(float(values.mean()), float(values.std(ddof=1)))
         ends = [sample.interval(name), estimate.ci95]

@@ -22,7 +22,6 @@ from identification.wording.lists import joined
 from identification.wording.numbers import millimetres, significant
 from vibrojax.drawing import GREY, envelope, few_ticks, literal
 
-_OTHERS = 6
 _SOMETHING, _LITTLE = 0.005, 0.15
 """Share of the excess misfit from which on a coordinate is worth a picture, and below which its mean explains little."""
 _PERIODS, _FEWEST = 3.0, 60
@@ -67,7 +66,7 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
 def missing_over_others(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """The same against the other coordinates; one picture."""
     where = diagnosis.location
-    others = [one for one in where.profiles[1:] if one.explained >= _SOMETHING][:_OTHERS] if where is not None else []
+    others = [one for one in where.profiles[1:] if one.explained >= _SOMETHING][:MOST] if where is not None else []
     if not others:
         return
     columns = min(len(others), 2)
