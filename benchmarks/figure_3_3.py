@@ -117,7 +117,7 @@ def main(out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the p
     console.print(table)
     write_experiment(records, values, _SEED)
     reference = data_path("thesis", "figure_3_3.toml")
-    console.print(run_fit(records, out, reference=reference, seed=_SEED))
+    run_fit(records, out, reference=reference, seed=_SEED, show=console.print)
 
 
 if __name__ == "__main__":

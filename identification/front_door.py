@@ -23,8 +23,8 @@ from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary
+from identification.report.base import STYLES, PageStyle
 from identification.report.diagnosis import diagnosis_summary
-from identification.report.page_style import STYLES, PageStyle
 from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.prepare import check_precision

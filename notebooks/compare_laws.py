@@ -27,7 +27,7 @@ from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experi
 from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
-from identification.report.figures.base import MEASURED, SERIES
+from identification.report.base import SCREEN
 from vibrojax.contact import LAWS
 from vibrojax.drawing import STYLE
 
@@ -145,7 +145,7 @@ if not SMALL:
 # measured impact (dots) and one law (line).
 
 # %%
-COLOUR = {name: SERIES[i % len(SERIES)] for i, name in enumerate(LAWS)}
+COLOUR = {name: SCREEN.series[i % len(SCREEN.series)] for i, name in enumerate(LAWS)}
 
 
 def strongest(record):
@@ -174,7 +174,7 @@ for name, axes in grid.items():
     record = fits[name].held_back[0]
     part = strongest(record)
     measured_u = record.measured["hammer_displacement"] - record.measured["cart_displacement"]
-    axes.plot(1e6 * (measured_u - record.gap)[part], record.measured["impact_force"][part], "o", ms=3, color=MEASURED)
+    axes.plot(1e6 * (measured_u - record.gap)[part], record.measured["impact_force"][part], "o", ms=3, color=SCREEN.measured)
     axes.plot(1e6 * (record.relative_displacement - record.gap)[part], record.predicted["impact_force"][part], color=COLOUR[name], lw=1.4)
 figure.supxlabel("indentation δ (µm)", fontsize=9)
 _ = figure.supylabel("impact force F_i (N)", fontsize=9)
@@ -249,7 +249,7 @@ for axes, results, title in zip(grid, (fits, poor_fits), ("fitted to many speeds
         axes.plot(v, restitution(LOSS[name](results[name].model.law, v)), color=COLOUR[name], label=LAWS[name].title)
     axes.plot(v, restitution(RIG.lambda_i * v), ":", color="#000000", label="the true stop")
     seen = np.concatenate([impact_speeds(record) for record in results["hunt-crossley"].records])
-    axes.plot(seen, np.full_like(seen, 0.705), "|", color=MEASURED, ms=8, label="impacts in the fitted records")
+    axes.plot(seen, np.full_like(seen, 0.705), "|", color=SCREEN.measured, ms=8, label="impacts in the fitted records")
     axes.set(xlabel="approach speed v₀ (m/s)", title=title)
 grid[0].set_ylabel("restitution e")
 _ = grid[1].legend(fontsize=7)

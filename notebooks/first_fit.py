@@ -22,7 +22,7 @@ prepare_jax()
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report import fit_summary
-from identification.report.figures.base import MEASURED, MODEL
+from identification.report.base import SCREEN
 from identification.windows.simulate import simulate_record
 from vibrojax.data_files import data_path
 from vibrojax.drawing import STYLE
@@ -71,14 +71,14 @@ Console(width=120).print(fit_summary(result))
 figure, axes = plt.subplots(1, 2, figsize=(8.4, 3.2), layout="constrained", width_ratios=(1.6, 1))
 fitted = result.records[1]
 view = slice(0, 2400)
-axes[0].plot(fitted.time[view], 1e3 * fitted.measured["hammer_displacement"][view], ".", ms=2.5, color=MEASURED, label="measured")
-axes[0].plot(fitted.time[view], 1e3 * fitted.predicted["hammer_displacement"][view], color=MODEL, label="fitted")
+axes[0].plot(fitted.time[view], 1e3 * fitted.measured["hammer_displacement"][view], ".", ms=2.5, color=SCREEN.measured, label="measured")
+axes[0].plot(fitted.time[view], 1e3 * fitted.predicted["hammer_displacement"][view], color=SCREEN.model, label="fitted")
 axes[0].set(xlabel="time (s)", ylabel="hammer displacement x (mm)")
 axes[0].legend()
 depth = 1e6 * (fitted.relative_displacement - fitted.gap)
 touching = depth > 0
-axes[1].plot(depth[touching], fitted.measured["impact_force"][touching], "o", ms=3, color=MEASURED, label="measured")
-axes[1].plot(depth[touching], fitted.predicted["impact_force"][touching], ".", ms=2, color=MODEL, label="fitted")
+axes[1].plot(depth[touching], fitted.measured["impact_force"][touching], "o", ms=3, color=SCREEN.measured, label="measured")
+axes[1].plot(depth[touching], fitted.predicted["impact_force"][touching], ".", ms=2, color=SCREEN.model, label="fitted")
 axes[1].set(xlabel="indentation δ (µm)", ylabel="impact force F_i (N)")
 _ = axes[1].legend()
 

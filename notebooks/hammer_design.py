@@ -21,7 +21,7 @@ prepare_jax()
 from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experiment
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
-from identification.report.figures.base import SERIES
+from identification.report.base import SCREEN
 from vibrojax.batch import Span
 from vibrojax.drawing import STYLE
 from vibrojax.presets import read_preset
@@ -95,7 +95,7 @@ for model in models:
     axes.plot(
         1e3 * depth,
         1e-3 * float(model.law.impact_stiffness) * depth ** float(model.law.impact_exponent),
-        color=SERIES[0],
+        color=SCREEN.series[0],
         lw=0.6,
         alpha=0.6,
     )
@@ -116,7 +116,7 @@ true = hammer_design(TRUE, **SETTINGS)["impact_force"].values
 low, middle, high = np.quantile(forces, (0.05, 0.5, 0.95), axis=0)
 
 figure, axes = plt.subplots(figsize=(6.6, 3.4), layout="constrained")
-for row, (omega, colour) in enumerate(zip(OMEGAS, SERIES, strict=False)):
+for row, (omega, colour) in enumerate(zip(OMEGAS, SCREEN.series, strict=False)):
     axes.fill_between(ratio, 1e-3 * low[row], 1e-3 * high[row], color=colour, alpha=0.25, lw=0)
     axes.plot(ratio, 1e-3 * middle[row], color=colour, label=f"{omega:g} Hz")
     axes.plot(ratio, 1e-3 * true[row], ":", color="#000000", label="the true stop" if row == 0 else None)

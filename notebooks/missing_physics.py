@@ -21,7 +21,7 @@ prepare_jax()
 from benchmarks.simulator import Order, draw_case, write_case
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
-from identification.report.figures.base import ACCENT, MEASURED, MODEL
+from identification.report.base import SCREEN
 from vibrojax.drawing import STYLE
 
 plt.rcParams.update(STYLE)
@@ -81,7 +81,7 @@ location = diagnosis.location
 print(location.sentence)
 profile = location.profiles[0]
 figure, axes = plt.subplots(figsize=(6.2, 2.8), layout="constrained")
-axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=ACCENT, ecolor=ACCENT, lw=1)
+axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=SCREEN.nominal, ecolor=SCREEN.nominal, lw=1)
 axes.axhline(0.0, color="#606060", lw=0.8)
 quantity = "missing force (N)" if profile.quantity == "force" else f"residual of {profile.quantity} (σ)"
 _ = axes.set(xlabel=f"{profile.coordinate} ({profile.unit})", ylabel=quantity)
@@ -116,11 +116,11 @@ table(after)
 CHANNEL = "hammer_acceleration"
 figure, rows = plt.subplots(3, 1, figsize=(7.2, 4.6), sharex=True, layout="constrained", height_ratios=(1.3, 1, 1))
 old, new = before.held_back[0], after.held_back[0]
-rows[0].plot(old.time, old.measured[CHANNEL], color=MEASURED, lw=0.8, label="measured")
+rows[0].plot(old.time, old.measured[CHANNEL], color=SCREEN.measured, lw=0.8, label="measured")
 rows[0].set_ylabel("x'' (m/s²)")
 rows[0].legend(loc="upper right")
 reach = 1.1 * np.nanmax(np.abs(old.measured[CHANNEL] - old.predicted[CHANNEL])) / old.noise[CHANNEL]
-for axes, record, colour, name in ((rows[1], old, MODEL, "before"), (rows[2], new, ACCENT, "after")):
+for axes, record, colour, name in ((rows[1], old, SCREEN.model, "before"), (rows[2], new, SCREEN.nominal, "after")):
     residual = (record.measured[CHANNEL] - record.predicted[CHANNEL]) / record.noise[CHANNEL]
     axes.axhspan(-2, 2, color="#e4e4e4", lw=0)
     axes.plot(record.time, residual, color=colour, lw=0.7)

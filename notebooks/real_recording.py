@@ -23,7 +23,7 @@ prepare_jax()
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.experiment import load_experiment
 from identification.recipes.load import load_recipe, recipe_experiment
-from identification.report.figures.base import ACCENT, MODEL
+from identification.report.base import SCREEN
 from vibrojax.drawing import STYLE
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
@@ -85,7 +85,7 @@ if experiment:
 if experiment:
     profile = diagnosis.location.profiles[0]
     figure, axes = plt.subplots(figsize=(6.2, 2.8), layout="constrained")
-    axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=ACCENT, lw=1)
+    axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=SCREEN.nominal, lw=1)
     axes.axhline(0.0, color="#606060", lw=0.8)
     volts = {"m": "V", "m/s": "V/s"}  # this oscillator's
     quantity = "missing force (V)" if profile.quantity == "force" else f"residual of {profile.quantity} (σ)"
@@ -97,7 +97,7 @@ if experiment:
 # %%
 if experiment:
     figure, axes = plt.subplots(figsize=(7.2, 2.8), layout="constrained")
-    for side, colour, name in ((before, MODEL, "linear oscillator"), (after, ACCENT, "with what was found")):
+    for side, colour, name in ((before, SCREEN.model, "linear oscillator"), (after, SCREEN.nominal, "with what was found")):
         record = side.held_back[0]
         residual = record.measured["hammer_displacement"] - record.predicted["hammer_displacement"]
         axes.plot(record.time - record.time[0], 1e3 * residual, color=colour, lw=0.7, label=name)

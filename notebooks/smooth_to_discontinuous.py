@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 
 from benchmarks.convergence_studies import LAWS, Size, bifurcations, rig, trajectories
-from identification.report.figures.base import SERIES
+from identification.report.base import SCREEN
 from vibrojax.contact import HuntCrossley, smoothed_force
 from vibrojax.drawing import STYLE
 from vibrojax.integrate import Smoothed, Switch
@@ -44,7 +44,7 @@ law = LAWS["Kelvin–Voigt, force jumps"]
 delta = jnp.linspace(-80e-6, 80e-6, 401)
 rate = jnp.full_like(delta, 0.1)
 figure, axes = plt.subplots(figsize=(6.2, 2.8), layout="constrained")
-for width, colour in ((1e-4, SERIES[1]), (3e-5, SERIES[0]), (0.0, "#000000")):
+for width, colour in ((1e-4, SCREEN.series[1]), (3e-5, SCREEN.series[0]), (0.0, "#000000")):
     force = smoothed_force(law, delta, rate, rate, width)
     axes.plot(1e6 * delta, force, color=colour, label=f"ε = {1e6 * width:.0f} µm" if width else "discontinuous")
 axes.set(xlabel="indentation δ (µm)", ylabel="force at dδ/dt = 0.1 m/s (N)")
@@ -62,7 +62,7 @@ truth = jax.jit(lambda system: Switch()(system, ts, still).u)(driven)
 run = jax.jit(lambda system, width: Smoothed(width, rtol=1e-11, atol=1e-14)(system, ts, still).u)
 figure, axes = plt.subplots(figsize=(6.2, 2.8), layout="constrained")
 axes.plot(ts, 1e3 * truth, color="#000000", label="switch model")
-for width, colour in ((1e-3, SERIES[1]), (1e-4, SERIES[0])):
+for width, colour in ((1e-3, SCREEN.series[1]), (1e-4, SCREEN.series[0])):
     axes.plot(ts, 1e3 * run(driven, width), "--", color=colour, label=f"ε = {1e3 * width:g} mm")
 axes.axhline(1.0, color="#606060", lw=0.6)
 axes.set(xlabel="time (s)", ylabel="relative displacement u (mm)")
@@ -78,7 +78,7 @@ widths = np.geomspace(1e-5, 1e-3, 7) if SMALL else np.geomspace(3e-6, 1e-3, 11)
 chosen = ["Hunt–Crossley, n = 1.5"] if SMALL else ["Hunt–Crossley, n = 1.5", "Hunt–Crossley, n = 2.5", "Kelvin–Voigt, force jumps"]
 curves = trajectories({name: LAWS[name] for name in chosen}, widths, quietly)
 figure, axes = plt.subplots(figsize=(6.2, 3.4), layout="constrained")
-for curve, colour, marker in zip(curves, SERIES, "os^", strict=False):
+for curve, colour, marker in zip(curves, SCREEN.series, "os^", strict=False):
     axes.loglog(1e6 * curve.widths, curve.errors, marker, color=colour, ms=4, label=f"{curve.label}: slope {curve.slope:.2f}")
     ends = np.array(curve.fit_widths)
     axes.loglog(1e6 * ends, curve.factor * ends**curve.slope, color=colour)
@@ -101,7 +101,7 @@ if not SMALL:
     figure, rows = plt.subplots(len(panels), 1, figsize=(6.2, 5.2), sharex=True, sharey=True, layout="constrained")
     for axes, (name, points) in zip(rows, panels.items(), strict=True):
         x = np.repeat(diagram.frequencies, points.shape[1])
-        axes.plot(x, points.ravel(), ".", color="#000000" if name[0] == "d" else SERIES[0], ms=2, mew=0, rasterized=True)
+        axes.plot(x, points.ravel(), ".", color="#000000" if name[0] == "d" else SCREEN.series[0], ms=2, mew=0, rasterized=True)
         axes.set_title(name, loc="left", fontsize=8)
     rows[-1].set_xlabel("excitation frequency (Hz)")
     figure.supylabel("velocity u' once a cycle (mm/s)", fontsize=9)

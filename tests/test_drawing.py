@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from vibrojax import drawing
-from vibrojax.drawing import COLOURS, drawable, few_ticks, footnote, literal, new_figure, pdf, png, save, style
+from vibrojax.drawing import COLOURS, drawable, envelope, few_ticks, footnote, literal, new_figure, pdf, png, save, style
 
 
 def _lines():
@@ -113,3 +113,14 @@ def test_further_fonts_are_installed_ones():
     """Matplotlib warns of a family that it does not find."""
     installed = {font.name for font in matplotlib.font_manager.fontManager.ttflist}
     assert drawing.FAMILIES[0] == "DejaVu Sans" and set(drawing.FAMILIES) <= installed
+
+
+def test_the_envelope_keeps_every_peak_and_every_gap():
+    t = np.arange(40_000.0)
+    y = np.sin(t / 500)
+    y[12345], y[20_000:20_400] = 9.0, np.nan
+    across, up = envelope(t, y, columns=500)
+    assert len(across) == len(up) <= 1000
+    assert (np.nanmax(up), np.nanmin(up)) == (9.0, np.nanmin(y))
+    assert np.isnan(up).any()
+    assert (np.diff(across) >= 0).all()

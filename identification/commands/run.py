@@ -17,8 +17,8 @@ from identification.estimation.estimate import DERIVED, fit_experiment
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary, write_report
+from identification.report.base import SCREEN, PageStyle
 from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
-from identification.report.page_style import SCREEN, PageStyle
 from identification.result.files import StoredFit, provenance, state_files, stored_fit, write_fit_json, write_result
 from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
 from identification.result.posterior import write_posterior
@@ -34,6 +34,7 @@ from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
 Progress = Callable[[str], None]
+Show = Callable[[RenderableType], None]
 
 
 def run_fit(
@@ -50,11 +51,13 @@ def run_fit(
     with_profiles: bool = False,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
-) -> RenderableType:
-    """Fit an experiment and write fit.json, model.json, result.nc, report.html and plots into `folder`; returns the summary for a terminal.
+    show: Show = lambda summary: None,
+) -> None:
+    """Fit an experiment, show the numbers, and write fit.json, model.json, result.nc, report.html and plots into `folder`.
 
-    `effects` are added to the nominal model; `smoothing` is the width of the contact switch, m, None for the exact contact; the draws of
-    `posterior_by`, if given, are written to posterior.nc; `with_profiles` adds profiles of the likelihood.
+    `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model; `smoothing` is the
+    width of the contact switch, m, None for the exact contact; the draws of `posterior_by`, if given, are written to posterior.nc;
+    `with_profiles` adds profiles of the likelihood.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
@@ -72,9 +75,8 @@ def run_fit(
     options |= {"posterior_by": posterior_by, "with_profiles": with_profiles}
     result = fit_experiment(loaded, law=law, progress=progress, **options)
     check_converged(result)
-    progress("drawing the report")
-    write_fit(result, folder, table, style)
-    return fit_summary(result, table)
+    show(fit_summary(result, table))
+    write_fit(result, folder, table, style, progress)
 
 
 def _loaded(experiment: Path, progress: Progress) -> Experiment:
@@ -95,7 +97,13 @@ def check_converged(result: FitResult) -> None:
         raise NoConvergenceError(f"the fit of {result.experiment.name!r} did not converge{reason}; {remedy}")
 
 
-def write_fit(result: FitResult, folder: Path, reference: Reference | None = None, style: PageStyle = SCREEN) -> None:
+def write_fit(
+    result: FitResult,
+    folder: Path,
+    reference: Reference | None = None,
+    style: PageStyle = SCREEN,
+    progress: Progress = lambda stage: None,
+) -> None:
     """Write fit.json, model.json, result.nc, report.html and plots, and posterior.nc if it was sampled, into a folder that exists."""
     origin = provenance(result)
     write_fit_json(result, folder / "fit.json", origin)
@@ -103,7 +111,7 @@ def write_fit(result: FitResult, folder: Path, reference: Reference | None = Non
     write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
     if result.posterior is not None:
         write_posterior(result.posterior, folder / POSTERIOR_FILE, {"experiment": result.experiment.name, "created_by": "vibrojax fit"})
-    write_report(result, folder, reference=reference, provenance=origin, style=style)
+    write_report(result, folder, reference=reference, provenance=origin, style=style, progress=progress)
     state_files(folder / "fit.json", folder)
 
 
@@ -116,28 +124,28 @@ def run_diagnose(
     budget_minutes: float = 5.0,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
-) -> RenderableType:
-    """Diagnose an experiment; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into `folder`.
+    show: Show = lambda summary: None,
+) -> None:
+    """Diagnose an experiment, show the numbers; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots.
 
-    Returns the summary for a terminal. Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
-    `NoConvergenceError` where the nominal model cannot be fitted.
+    `show` is called with the tables for a terminal before anything is drawn. Raises `ExperimentError` or `InputError` before any fitting
+    where the input cannot be used, `NoConvergenceError` where the nominal model cannot be fitted.
     """
     among = among_effects(only, without)
     progress("reading the records")
     diagnosis = diagnose_experiment(_loaded(experiment, progress), among=among, budget_minutes=budget_minutes, progress=progress)
-    progress("drawing the report")
-    write_diagnosed(diagnosis, folder, style)
-    return diagnosis_summary(diagnosis)
+    show(diagnosis_summary(diagnosis))
+    write_diagnosed(diagnosis, folder, style, progress)
 
 
-def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREEN) -> None:
+def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREEN, progress: Progress = lambda stage: None) -> None:
     """Write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into a folder that exists."""
     origin = diagnosis_provenance(diagnosis)
     write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
     write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
     write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
-    write_diagnosis_report(diagnosis, folder, provenance=origin, style=style)
+    write_diagnosis_report(diagnosis, folder, provenance=origin, style=style, progress=progress)
     state_files(folder / "diagnosis.json", folder)
 
 
@@ -148,23 +156,32 @@ def _units(model: Model, effects: Sequence[str]) -> dict[str, str]:
     return units | DERIVED if "f_n" in units else units
 
 
-def run_report(finished: Path, folder: Path, *, style: PageStyle = SCREEN, in_place: bool = False) -> RenderableType:
-    """Write report.html and the plots of an earlier fit or diagnosis into `folder`, from the result.nc in `finished`.
+def run_report(
+    finished: Path,
+    folder: Path,
+    *,
+    style: PageStyle = SCREEN,
+    in_place: bool = False,
+    progress: Progress = lambda stage: None,
+    show: Show = lambda summary: None,
+) -> None:
+    """Show the numbers of an earlier fit or diagnosis, and write its report.html and plots into `folder`, from the result.nc in `finished`.
 
     `in_place`: the files will go to `finished`, so that its fit.json or diagnosis.json, where there is one, has to state their checksums.
-    Returns the summary for a terminal. Raises `InputError` where there is no such result.
+    Raises `InputError` where there is no such result.
     """
     stored = read_stored(finished / FILE_NAME, {"fit": stored_fit, "diagnosis": stored_diagnosis})
     if isinstance(stored, StoredDiagnosis):
-        write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance, style=style)
-        stating, summary = finished / "diagnosis.json", diagnosis_summary(stored.diagnosis)
+        show(diagnosis_summary(stored.diagnosis))
+        write_diagnosis_report(stored.diagnosis, folder, provenance=stored.provenance, style=style, progress=progress)
+        stating = finished / "diagnosis.json"
     else:
-        write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance, style=style)
-        stating, summary = finished / "fit.json", fit_summary(stored.result, stored.reference)
+        show(fit_summary(stored.result, stored.reference))
+        write_report(stored.result, folder, reference=stored.reference, provenance=stored.provenance, style=style, progress=progress)
+        stating = finished / "fit.json"
     if in_place:
         with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):  # none there, or not one of ours: it stays as it is
             state_files(stating, folder)
-    return summary
 
 
 def run_simulate(model: Path, experiment: Path, folder: Path, *, out: Path | None = None, as_recorded: bool = False) -> None:

@@ -5,6 +5,8 @@ from collections.abc import Iterable
 
 from vibrojax.errors import shown as shown
 
+_LONGEST_WORD = 60
+
 
 class ExperimentError(ValueError):
     r"""An experiment or one of its records is not as the format asks.
@@ -55,6 +57,6 @@ def listed(words: Iterable[str], most: int = 20) -> str:
         >>> listed(["m", "mm"]), listed([])
         ('m, mm', 'none')
     """
-    every = [word if word.isprintable() and len(word) <= SHOWN_LENGTH else shown(word) for word in words]
+    every = [word if word.isprintable() and len(word) <= _LONGEST_WORD else shown(word) for word in words]
     rest = len(every) - most
     return (", ".join(every[:most]) or "none") + (f" and {rest} more" if rest > 0 else "")

@@ -1,86 +1,70 @@
-"""`report.html` of a fit: one page that stands alone, with every image and the script that zooms inside."""
+"""`report.html` of a fit: one page that stands alone, with every image inside, and the plots beside it."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from identification.experiment import Experiment
-from identification.report import rows
-from identification.report.figures.ring_downs import left_out
-from identification.report.frame import framed
-from identification.report.image import Image
-from identification.report.next_steps import next_steps
-from identification.report.page_style import PageStyle
-from identification.report.verdict import judge
-from identification.result.reference import Reference, compare, unmatched
-from identification.result.result import FitResult, RecordFit
-from identification.wording.numbers import significant
+from identification.report import tables
+from identification.report.base import SCREEN, PageStyle, Progress, framed, rendered, write_page
+from identification.report.contact import loops, phase_plane, restitution
+from identification.report.decay import ring_downs
+from identification.report.estimates import likelihood_profiles, posterior
+from identification.report.records import impact_closeups, overlay, residuals
+from identification.report.verdict import judge, next_steps
+from identification.result.files import provenance as provenance_of
+from identification.result.reference import Reference, compare
+from identification.result.result import FitResult
+from identification.wording.numbers import grouped, significant
+
+FIGURES = (loops, restitution, phase_plane, ring_downs, overlay, impact_closeups, residuals, likelihood_profiles, posterior)
 
 
-def page(
-    result: FitResult, images: list[Image], style: PageStyle, *, reference: Reference | None = None, provenance: Mapping[str, Any]
-) -> str:
-    """The whole page.
+def write_report(
+    result: FitResult,
+    folder: Path,
+    *,
+    reference: Reference | None = None,
+    provenance: Mapping[str, Any] | None = None,
+    style: PageStyle = SCREEN,
+    progress: Progress = lambda stage: None,
+) -> list[Path]:
+    """Write `report.html`, and every plot as PNG, with a style for paper also as PDF.
 
     Args:
         result: of the fit.
-        images: in the order in which they appear within their section.
-        style: of the images.
+        folder: that receives the files; it must exist.
         reference: known values to set beside the fitted ones.
-        provenance: as in `fit.json`.
+        provenance: as in `fit.json`; by default that of the result.
+        style: in colours, or in black and white.
+        progress: called with a line of text for each figure.
 
     Returns:
-        HTML without any address outside itself.
+        Paths of the files, the page first.
 
     Raises:
-        InputError: the reference does not suit the fit.
+        InputError: the reference does not suit the fit; nothing is written then.
     """
-    comparisons = compare(result, reference) if reference is not None else ()
-    verdict = judge(result)
-    return framed(
-        "identification.report",
+    compared = None if reference is None else tables.comparison(compare(result, reference), reference)
+    images = rendered(FIGURES, result, result.experiment, result.records, style, progress)
+    verdict, drawn = judge(result), {image.picture.record for image in images}
+    html = framed(
+        "fit.html",
         images,
         style,
         next_steps=next_steps(result, verdict),
-        provenance=provenance,
+        provenance=provenance_of(result) if provenance is None else provenance,
         seconds=result.seconds,
         result=result,
         verdict=verdict,
-        load=rows.load_words(result.model),
-        parameters=rows.parameter_rows(result),
-        derived=rows.derived_rows(result),
-        reasons=rows.reasons(result),
-        alone=rows.alone_rows(result),
-        wishes=rows.wishes(result),
-        posterior=rows.posterior_rows(result),
-        posterior_words=rows.posterior_words(result),
-        reference=reference,
-        comparisons=rows.comparison_rows(comparisons),
-        not_compared=unmatched(comparisons, reference) if reference is not None else (),
-        records=[_record(record, result.experiment, images) for record in result.records],
-        unfitted=rows.unfitted_words(result),
-        held_back=[_record(record, result.experiment, []) for record in result.held_back],
+        tables=tables,
+        parameters=tables.parameters(result),
+        records=tables.records(result.records, result.experiment),
+        channels=tables.channels((*result.records, *result.held_back), result.experiment),
         samples=sum(record.samples for record in result.records),
-        windows=sum(record.windows for record in result.records),
-        correlations=rows.correlations(result),
-        listed_from=rows.LISTED_FROM,
-        starts=sorted(result.starts, key=lambda start: start.final_cost),
-        unread=left_out(result.ring_downs),
+        reference=reference,
+        compared=compared,
+        undrawn=[record.file for record in result.records if record.file not in drawn],
+        unread=grouped(result.ring_downs.left_out.items()),
         shift=significant(result.discretisation, 2),
     )
-
-
-def _record(record: RecordFit, experiment: Experiment, images: list[Image]) -> dict[str, Any]:
-    """What the page says about one record."""
-    read = rows.recorded(record, experiment)
-    return {
-        "file": record.file,
-        "kind": record.kind,
-        "gap": rows.gap_in_mm(record),
-        "frequency": None if read is None else read.excitation_frequency,
-        "samples": record.samples,
-        "windows": record.windows,
-        "channels": rows.channel_rows(record, experiment),
-        "nuisances": rows.nuisance_rows(record),
-        "notices": record.notices,
-        "images": [image for image in images if image.section == "records" and image.record == record.file],
-    }
+    return write_page(html, images, folder)

@@ -1,4 +1,4 @@
-"""Is the fit good? One sentence, and the record and channel that speak most against it."""
+"""Whether a fit is good, in one sentence, with the record and channel that speak most against it; and what to do next."""
 
 import dataclasses
 import math
@@ -7,27 +7,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
-from identification.result.result import Added, FitResult, residual
-from identification.wording.names import spoken
+from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, residual
+from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import joined, percent, significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR = 0.15
 """Correlation between neighbouring residuals above which they are not called white."""
+_INSEPARABLE = 0.99
+"""Correlation above which a pair of parameters is said to be determined only together."""
+RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any experiment with the same rig."
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Part:
-    """Residuals of one channel of one record, in flight or in contact.
-
-    Attributes:
-        file: of the record.
-        channel: its name.
-        phase: "flight" or "contact".
-        samples: that counted.
-        chi2: mean squared residual over the noise variance.
-        neighbours: correlation between neighbouring residuals.
-    """
+    """Residuals of one channel of one record in "flight" or "contact": how many, their chi-square, and the correlation of neighbours."""
 
     file: str
     channel: str
@@ -38,7 +32,6 @@ class Part:
 
     @property
     def times_noise(self) -> float:
-        """Root mean square of the residual over the noise."""
         return math.sqrt(self.chi2)
 
     @property
@@ -48,20 +41,12 @@ class Part:
 
     @property
     def words(self) -> str:
-        """For a sentence: "impact force in contact of cart1.csv"."""
         return f"{spoken(self.channel)} in {self.phase} of {self.file}"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """How good a fit is.
-
-    Attributes:
-        level: `GOOD`, `PARTLY` or `POOR`.
-        sentence: for the reader.
-        remarks: further sentences.
-        worst: the part of the records with the largest excess of chi-square; None without records.
-    """
+    """How good a fit is: level (`GOOD`, `PARTLY`, `POOR`), a sentence, further ones, and the part with the largest excess of chi-square."""
 
     level: str
     sentence: str
@@ -126,27 +111,20 @@ def parts(result: FitResult) -> Iterator[Part]:
                 usable = chosen & np.isfinite(r)
                 if usable.sum() >= 8:
                     part = r[usable]
-                    yield Part(
-                        file=record.file,
-                        channel=channel,
-                        phase=phase,
-                        samples=len(part),
-                        chi2=float(np.mean(part**2)),
-                        neighbours=float(np.mean(part[1:] * part[:-1]) / max(float(np.mean(part**2)), 1e-300)),
-                    )
+                    chi2, numbers = float(np.mean(part**2)), {"file": record.file, "channel": channel, "phase": phase}
+                    neighbours = float(np.mean(part[1:] * part[:-1]) / max(chi2, 1e-300))
+                    yield Part(**numbers, samples=len(part), chi2=chi2, neighbours=neighbours)
 
 
 def misfitting_alone(found: list[Part]) -> str | None:
     """The only record that the model does not explain while it explains all others to the noise; None where there is no such record."""
-    files = list(dict.fromkeys(part.file for part in found))
-    poor = [file for file in files if not _explained([part for part in found if part.file == file])]
+    files, poor = list(dict.fromkeys(part.file for part in found)), []
+    for file in files:
+        own = [part for part in found if part.file == file]
+        samples = sum(part.samples for part in own)
+        if sum(part.samples * part.chi2 for part in own) / samples > chi2_limit(samples, OVERALL):
+            poor.append(file)
     return poor[0] if len(poor) == 1 and len(files) > 1 else None
-
-
-def _explained(found: list[Part]) -> bool:
-    """Whether these parts together are explained to the noise."""
-    samples = sum(part.samples for part in found)
-    return sum(part.samples * part.chi2 for part in found) / samples <= chi2_limit(samples, OVERALL)
 
 
 def _alone(result: FitResult, file: str) -> str:
@@ -180,3 +158,35 @@ def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
 
 def _times(number: float) -> str:
     return f"{significant(number, 2)} times"
+
+
+def next_steps(result: FitResult, verdict: Verdict) -> tuple[str, ...]:
+    """What an experimenter can do after a fit: sentences, the most urgent first."""
+    steps = []
+    if not result.converged:
+        steps.append("Check units, signs, mass and gaps: the fit did not converge.")
+    if verdict.level != GOOD:
+        steps.append("`vibrojax diagnose` with the same experiment looks for what the model leaves out, and says where it acts.")
+    if estimated := sorted({spoken(channel) for record in result.experiment.records for channel in record.noise_estimated}):
+        steps.append(
+            f"State the noise of {', '.join(estimated)} in experiment.toml, measured with the rig at rest: errors and verdict rest on it."
+        )
+    if unknown := [symbol_text(one.spec.symbol) for one in result.parameters if one.status == NOT_IDENTIFIABLE]:
+        steps.append(f"Add records in which {', '.join(unknown)} shows, or fix {'it' if len(unknown) == 1 else 'them'} in experiment.toml.")
+    if pairs := _inseparable(result):
+        steps.append(f"Impacts at other speeds would separate {', '.join(pairs)}: their errors hold only for the pair.")
+    if not result.held_back:
+        steps.append("Mark a record with `held_back = true` and fit again: its misfit then says how well the model predicts.")
+    return (*steps, RUN_MODEL.format(which="the fitted model"))
+
+
+def _inseparable(result: FitResult) -> list[str]:
+    """Pairs of contact parameters whose estimates are almost perfectly correlated."""
+    symbols = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
+    law = {p.name for p in result.model.law.parameters}
+    return [
+        f"{symbols[first]} and {symbols[second]}"
+        for i, first in enumerate(result.correlated)
+        for j, second in enumerate(result.correlated[:i])
+        if {first, second} <= law and np.abs(result.correlation[i, j]) > _INSEPARABLE
+    ]

@@ -1,6 +1,7 @@
-"""How symbols and channels are written: symbols of the thesis in text and in HTML; channels in words, with a unit that suits their size."""
+"""How symbols, channels and coordinates are written: symbols of the thesis, words, and a unit that suits the size."""
 
 import dataclasses
+import math
 import re
 
 from markupsafe import Markup, escape
@@ -53,7 +54,7 @@ def prose_html(text: str) -> Markup:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Label:
-    """How one channel is drawn: values in SI times `factor` are in `unit`."""
+    """How one channel or coordinate is drawn: values in SI times `factor` are in `unit`."""
 
     words: str
     symbol: str
@@ -96,3 +97,26 @@ def label(channel: str, experiment: Experiment) -> Label:
         return Label(words=words, symbol=symbol, factor=1.0 / factor_to_si(sensor.unit, CHANNELS[channel], channel), unit=sensor.unit)
     unit = si_unit(channel)
     return Label(words=words, symbol=symbol, factor=1e3 if unit == "m" else 1.0, unit="mm" if unit == "m" else unit)
+
+
+_COORDINATES = {
+    "time": "t",
+    "excitation phase": "φ",
+    "displacement": "u",
+    "velocity": "u̇",
+    "indentation": "δ",
+    "impact speed": "v⁻",
+    "time since impact": "t − tⱼ",
+}
+
+
+def coordinate_label(coordinate: str, unit: str) -> Label:
+    """A coordinate with a readable unit: metres in mm, short times in ms, angles in degrees.
+
+    Example:
+        >>> coordinate_label("displacement", "m").axis
+        'displacement u (mm)'
+    """
+    readable = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "°")} | ({} if coordinate == "time" else {"s": (1e3, "ms")})
+    factor, shown = readable.get(unit, (1.0, unit))
+    return Label(words=coordinate, symbol=f"{coordinate} {_COORDINATES.get(coordinate, '')}".strip(), factor=factor, unit=shown)

@@ -9,7 +9,7 @@ import pytest
 from typer.main import get_command
 
 from identification.experiment import ExperimentError
-from identification.report.page_style import PRINT
+from identification.report.base import PRINT
 from vibrojax.cli import fit, main
 from vibrojax.errors import InputError, NoConvergenceError
 
@@ -20,13 +20,16 @@ def jobs(monkeypatch, tmp_path):
     module = ModuleType("identification.commands.run")
     module.calls, module.error = [], None
 
-    def job(*nouns, progress=None, **options):
+    def job(*nouns, progress=None, show=None, **options):
         (nouns[-1] / "fit.json").write_text("{}")
         module.calls.append((nouns, options))
         if progress is not None:
             progress("working")
         if module.error is not None:
             raise module.error
+        if show is not None:
+            show("the numbers")
+            (nouns[1] / "report.html").write_text("drawn afterwards")
 
     module.run_fit = module.run_simulate = job
     monkeypatch.setitem(sys.modules, "identification.commands.run", module)
@@ -63,7 +66,7 @@ def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err
-    assert "results/report.html" in captured.out
+    assert captured.out == "the numbers\nresults in results; start with results/report.html\n"
 
 
 @pytest.mark.parametrize(("given", "width"), [((), 1e-6), (("--smoothing", "3e-5"), 3e-5)])

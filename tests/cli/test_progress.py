@@ -32,3 +32,13 @@ def test_a_terminal_shows_names_in_brackets(monkeypatch, capsys):
         say("fitting [all]")
         time.sleep(0.3)  # the spinner is drawn by a thread
     assert "fitting [all]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_results_go_to_standard_output_between_two_stages(monkeypatch, capsys, terminal):
+    monkeypatch.setattr(progress, "Console", functools.partial(Console, force_terminal=terminal, width=80))
+    with progress.stages(quiet=False) as say:
+        say("fitting")
+        say.show("k = 1")
+        say("drawing the report")
+        assert "k = 1" in capsys.readouterr().out, "at once"

@@ -58,11 +58,16 @@ def diagnose(
         say("loading JAX")
         prepare_jax()
         from identification.commands.run import run_diagnose
-        from identification.report.page_style import STYLES
+        from identification.report.base import STYLES
 
-        summary = run_diagnose(
-            source, folder, only=only or (), without=without or (), budget_minutes=budget_minutes, style=STYLES[style], progress=say
+        run_diagnose(
+            source,
+            folder,
+            only=only or (),
+            without=without or (),
+            budget_minutes=budget_minutes,
+            style=STYLES[style],
+            progress=say,
+            show=say.show,
         )
-    console = Console(quiet=quiet, highlight=False)
-    console.print(summary)
-    console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
+    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

@@ -60,9 +60,9 @@ def fit(
         prepare_jax()
         from identification.commands.run import run_fit
         from identification.likelihood.sampling.nuts import Nuts
-        from identification.report.page_style import STYLES
+        from identification.report.base import STYLES
 
-        summary = run_fit(
+        run_fit(
             source,
             folder,
             law=law,
@@ -75,10 +75,9 @@ def fit(
             posterior_by=(Nuts() if draws is None else Nuts(draws=draws)) if posterior else None,
             style=STYLES[style],
             progress=say,
+            show=say.show,
         )
-    console = Console(quiet=quiet, highlight=False)
-    console.print(summary)
-    console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
+    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
 
 
 def main() -> NoReturn:

@@ -1,10 +1,11 @@
-"""What a command says while it works, on standard error."""
+"""What a command says while it works: stages on standard error, results on standard output."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
@@ -18,16 +19,33 @@ _EVERY = 10.0
 """s between two lines in a log file."""
 
 
+@dataclasses.dataclass(frozen=True)
+class Stages:
+    """Called with each stage of the work; `show` prints results in between."""
+
+    say: Progress
+    show: Callable[[RenderableType], None]
+
+    def __call__(self, stage: str) -> None:
+        """Say what is done next."""
+        self.say(stage)
+
+
 @contextmanager
-def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
-    """A function to call with each stage of the work.
+def stages(*, quiet: bool, since: float | None = None) -> Iterator[Stages]:
+    """A function to call with each stage of the work, which also prints results that are there before its end.
 
     On a terminal one line with a spinner is kept up to date, above which warnings stay; elsewhere (a log file) every stage gets its own
     line, with the seconds since the start, or since `since` of `time.perf_counter` where the work has begun before; `quiet` says nothing.
     """
     console, start = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter() if since is None else since
+    results = Console(quiet=quiet, highlight=False)
     if not console.is_terminal:
-        yield lambda stage: console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True, markup=False)
+
+        def line(stage: str) -> None:
+            console.print(f"{time.perf_counter() - start:7.1f} s  {stage}", soft_wrap=True, markup=False)
+
+        yield Stages(line, results.print)
         return
     with at_end(console.show_cursor), console.status("starting") as status:
 
@@ -37,7 +55,12 @@ def stages(*, quiet: bool, since: float | None = None) -> Iterator[Progress]:
             else:
                 status.update(f"{escape(stage)}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
 
-        yield said
+        def shown(result: RenderableType) -> None:
+            status.stop()
+            results.print(result)
+            status.start()
+
+        yield Stages(said, shown)
 
 
 @contextmanager

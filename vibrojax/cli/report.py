@@ -35,10 +35,8 @@ def report(
         say("loading JAX")
         prepare_jax()
         from identification.commands.run import run_report
-        from identification.report.page_style import STYLES
+        from identification.report.base import STYLES
 
-        say("drawing the report")
-        summary = run_report(directory, folder, style=STYLES[style], in_place=out.resolve() == directory.resolve())
-    console = Console(quiet=quiet, highlight=False)
-    console.print(summary)
-    console.print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
+        in_place = out.resolve() == directory.resolve()
+        run_report(directory, folder, style=STYLES[style], in_place=in_place, progress=say, show=say.show)
+    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)

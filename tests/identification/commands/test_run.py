@@ -25,6 +25,14 @@ def test_a_fit_that_did_not_converge_says_what_to_do_and_writes_nothing(monkeypa
     assert not list(tmp_path.iterdir())
 
 
+def test_numbers_are_shown_before_anything_is_drawn(monkeypatch, tmp_path):
+    monkeypatch.setattr("identification.commands.run.fit_experiment", lambda *nouns, **options: made_result(samples=600))
+    said = []
+    run_fit(data_path("example"), tmp_path, progress=said.append, show=lambda summary: said.append("the numbers"))
+    assert said.index("the numbers") < said.index("drawing the report")
+    assert said[-1].endswith(" figures") and (tmp_path / "report.html").exists()
+
+
 @pytest.mark.parametrize(("unit", "message"), [("N/m", "stopped here"), ("N/mm", "k")])
 def test_a_reference_may_name_what_follows_from_the_fit_and_is_refused_before_it(monkeypatch, tmp_path, unit, message):
     """The stiffness follows from mass and natural frequency."""

@@ -9,7 +9,7 @@ from rich.console import Console
 from identification.diagnosis.diagnosis import MISSING, Asserted, Number
 from identification.diagnosis.sentences import sentences
 from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
-from identification.report.diagnosis.rows import change_rows
+from identification.report.diagnosis.tables import changes
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import read
@@ -62,7 +62,7 @@ def test_page_and_terminal_say_the_same(diagnosis, tmp_path):
     page = read(write_diagnosis_report(diagnosis, tmp_path)[0]).text
     assert PLACE in page and "position of the stop" in page
     assert OFFSET not in page
-    assert next(row for row in change_rows(diagnosis) if row.symbol == "u_stop").after == PLACE
+    assert next(row[2] for row in changes(diagnosis).rows if row[0] == "u_stop") == PLACE
 
 
 def test_the_file_keeps_the_offset(diagnosis):

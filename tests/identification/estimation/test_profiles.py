@@ -9,10 +9,9 @@ from scipy.special import chdtri
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption
 from identification.likelihood.sampling.nuts import Nuts
-from identification.report.figures.estimates.posterior import posterior
-from identification.report.figures.estimates.profiles import likelihood_profiles
-from identification.report.page_style import STYLES
-from identification.report.rows import posterior_rows
+from identification.report import tables
+from identification.report.base import STYLES
+from identification.report.estimates import likelihood_profiles, posterior
 from identification.result.files import StoredFit, fit_json, provenance, stored_fit, write_result
 from identification.result.posterior import arviz, write_posterior
 from identification.result.store import read_stored
@@ -57,7 +56,7 @@ def test_the_posterior_agrees_with_the_standard_errors_on_quiet_records(fitted):
         assert values.mean() == pytest.approx(one.value, abs=0.25 * one.stderr)
         assert values.std() == pytest.approx(one.stderr, rel=0.2)
         np.testing.assert_allclose(sample.interval(name), one.ci95, atol=0.6 * one.stderr)
-    assert [row.symbol for row in posterior_rows(fitted)] == ["k_i", "n", "λ_i", "f_n"]
+    assert [row[0] for row in tables.posterior(fitted).rows] == ["k_i", "n", "λ_i", "f_n"]
 
 
 def test_arviz_reads_the_file(fitted, tmp_path):
@@ -84,10 +83,10 @@ def test_both_are_kept_with_the_result(fitted, tmp_path):
 @pytest.mark.parametrize("style", STYLES.values(), ids=STYLES)
 def test_they_are_drawn(fitted, style):
     pictures = [*likelihood_profiles(fitted, style), *posterior(fitted, style)]
-    assert [picture.name for picture in pictures] == ["profiles", "profile-contour", "posterior"]
+    assert [picture.name for picture in pictures] == ["profiles", "posterior"]
     panels = [axes for axes in pictures[0].figure.axes if axes.axison]
     assert len(panels) == 4
-    assert len(pictures[2].figure.axes) == 16
+    assert len(pictures[1].figure.axes) == 16
     for picture in pictures:
         assert picture.caption and picture.alt
 

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.smoothed_fit.rig import NOISE
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, ExperimentError, ParameterOption, Prior
-from identification.report.rows import parameter_rows, wishes
+from identification.report.tables import parameters, wishes
 from identification.result.files import fit_json
 from identification.result.result import AT_BOUND, OK
 from identification.windows.prepare import prepare
@@ -35,7 +35,7 @@ def test_a_prior_moves_the_estimate_as_information_adds_up(small, plain):
     found = {p.spec.name: p for p in result.parameters}["f_n"]
     assert found.value == pytest.approx(own.value + own.stderr, abs=0.1 * own.stderr)
     assert found.stderr == pytest.approx(own.stderr / np.sqrt(2.0), rel=0.03)
-    assert next(row.status for row in parameter_rows(result) if row.name == "f_n") == "ok, prior"
+    assert next(row[6] for row in parameters(result).rows if row[0] == "f_n") == "ok, prior"
     assert fit_json(result)["parameters"]["f_n"]["prior"] == {"mean": prior.mean, "std": prior.std}
 
 
@@ -106,7 +106,7 @@ def test_a_parameter_that_may_vary_has_a_value_for_each_record(scattered):
     for name, value in true.items():
         one = next(p for p in result.parameters if p.spec.name == name)
         assert abs(one.value - value) < 3.0 * one.stderr < 0.5 * value, name
-    assert next(row.status for row in parameter_rows(result) if row.name == "f_n") == "ok, varies"
+    assert next(row[6] for row in parameters(result).rows if row[0] == "f_n") == "ok, varies"
     assert fit_json(result)["parameters"]["f_n"]["std_between_records"] == found.between
 
 

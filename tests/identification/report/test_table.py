@@ -55,7 +55,7 @@ def test_it_stands_beside_a_reference(good):
     text = printed(good, reference=read_reference(data_path("thesis", "figure_3_3.toml")))
     assert "figure 3.3" in text
     assert "2.1e8" in text
-    assert "ζ, fₙ, k: no reference value" in text
+    assert "ζ, fₙ and k: no reference value" in text
 
 
 def test_a_narrow_terminal_loses_no_number(good):

@@ -1,6 +1,7 @@
-"""What the two models push with along the recorded motion, so that it can be drawn beside what the records say is missing."""
+"""Force in free flight that a model with effects adds to the nominal one, along the fitted motion."""
 
 import dataclasses
+from collections.abc import Sequence
 from functools import partial
 
 import jax
@@ -8,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from identification.diagnosis.diagnosis import Diagnosis
 from identification.least_squares.fit import as_arrays
 from identification.result.result import RecordFit
 from vibrojax.compiling import soon_compiled
@@ -16,48 +16,43 @@ from vibrojax.excitation import Unforced, at_rest
 from vibrojax.model import Model
 
 Samples = Float[Array, " samples"]
-_MOST = 8000
-"""Samples that are looked at."""
+_SAMPLES = 8000
+"""Number of samples, whatever the records: compiled once."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Force:
-    """Forces on the hammer towards the stop at samples in free flight, N; all of shape (samples,).
+class FlightForce:
+    """Motion at samples in free flight, SI, and the push towards the stop that one model adds to another, N; all of shape (samples,)."""
 
-    Attributes:
-        t: s.
-        u: m.
-        v: m/s.
-        indentation: m, below zero.
-        difference: all that the augmented model pushes with, less all that the nominal one does.
-    """
-
-    t: Float[np.ndarray, " samples"]
     u: Float[np.ndarray, " samples"]
     v: Float[np.ndarray, " samples"]
     indentation: Float[np.ndarray, " samples"]
-    difference: Float[np.ndarray, " samples"]
+    added: Float[np.ndarray, " samples"]
 
 
-def model_force(diagnosis: Diagnosis) -> Force | None:
-    """Forces of both models along the fitted motion.
+def flight_force(records: Sequence[RecordFit], model: Model, nominal: Model) -> FlightForce | None:
+    """All that a model pushes the hammer with, less all that the nominal one does.
 
-    None where the effects have no force in flight that time and motion alone decide: without effects, with states of their own, or with
-    something of its own in each record.
+    Args:
+        records: with their fitted motion.
+        model: with effects.
+        nominal: without.
+
+    Returns:
+        None where the effects have no force in flight that time and motion alone decide: without effects, with states of their own, or with
+        something of its own in each record.
     """
-    effects = diagnosis.model.effects
-    if not effects or diagnosis.model.record_parameters or any(one.own_states or one.record is not None for one in effects):
+    if not model.effects or model.record_parameters or any(one.own_states or one.record is not None for one in model.effects):
         return None
-    samples = np.concatenate([_flight(record) for record in diagnosis.augmented.records], axis=1)
+    samples = np.concatenate([_flight(record) for record in records], axis=1)
     if not samples.shape[1]:
         return None
-    chosen = np.linspace(0, samples.shape[1] - 1, _MOST).round().astype(int)  # of one length whatever the records: compiled once
-    t, u, v, gap = samples[:, chosen]
-    models = tuple(map(as_arrays, (diagnosis.model, dataclasses.replace(diagnosis.model, effects=()), diagnosis.nominal_model)))
-    whole, without, nominal = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
+    t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, _SAMPLES).round().astype(int)]
+    models = tuple(map(as_arrays, (model, dataclasses.replace(model, effects=()), nominal)))
+    whole, without, before = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
     if np.abs(whole - without).max() == 0.0:
         return None
-    return Force(t=t, u=u, v=v, indentation=u - gap, difference=whole - nominal)
+    return FlightForce(u=u, v=v, indentation=u - gap, added=whole - before)
 
 
 def _flight(record: RecordFit) -> Float[np.ndarray, "4 samples"]:

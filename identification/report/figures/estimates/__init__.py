@@ -1,1 +1,0 @@
-"""Figures of the estimates themselves: sample of the posterior, likelihood profiles."""
