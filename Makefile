@@ -6,11 +6,12 @@ BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint docs notebooks lock audit clean
+.PHONY: help run test test-all lint docs notebooks lock audit clean
 
 help:
 	@echo "make run    set up and fit the embedded example"
-	@echo "make test   set up and run the whole test suite"
+	@echo "make test   set up and run the tests that a change has to pass"
+	@echo "make test-all  the same with every search, the notebooks at full size, and the benchmarks' own tests"
 	@echo "make lint   style and types"
 	@echo "make docs   the documentation site, built strictly into site/"
 	@echo "make notebooks  run every notebook at full size and write its .ipynb"
@@ -21,8 +22,17 @@ help:
 run: $(VENV)/.stamp-run
 	$(BIN)/fit-parameters
 
+PYTEST := $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+
+# The tests that run with array types checked (`tests/conftest.py`): together they call most of both packages. All others trace faster without.
+CHECKED := tests/test_type_checking.py tests/effects tests/contact tests/suspension tests/excitation
+
 test: $(VENV)/.stamp-test
-	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+	JAXTYPING_DISABLE=1 $(PYTEST) -m "not thorough" --ignore tests/benchmarks $(CHECKED:%=--ignore %)
+	$(PYTEST) -m "not thorough" $(CHECKED)
+
+test-all: $(VENV)/.stamp-test
+	$(PYTEST)
 
 lint: $(VENV)/.stamp-test
 	$(BIN)/python -m ruff check .

@@ -59,6 +59,7 @@ def assert_recovered(found: Diagnosis, case: Case) -> None:
 SMALL = Order(kind="soft", driven=1, samples=(1601, 4001))
 
 
+@pytest.mark.thorough
 def test_a_complete_quiet_rig_is_adequate(tmp_path):
     found, case = diagnosed(tmp_path, 1, SMALL)
     assert (found.verdict, found.effects, found.unrest, found.location) == (ADEQUATE, (), None, None)
@@ -105,6 +106,7 @@ def test_the_document_holds_plain_json(complete):
     assert document["nominal"]["chi2_reduced"] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.thorough
 def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared):
     found = diagnose_experiment(load_experiment(shared / "concealed" / "case-01"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-01" / "sealed" / "truth.json").read_text())
@@ -118,6 +120,7 @@ def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared)
     assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
 
 
+@pytest.mark.thorough
 def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
     found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-11" / "sealed" / "truth.json").read_text())
@@ -154,6 +157,7 @@ def test_a_term_that_predicts_nothing_hides_no_listed_effect(monkeypatch, model_
     assert (cause.verdict, cause.fitted is more, cause.formula) == (verdict, verdict == UNLISTED, "f" if verdict == UNLISTED else "")
 
 
+@pytest.mark.thorough
 def test_restitution_that_falls_with_speed_varies_between_records_of_one_impact(tmp_path):
     """Free riders whose restitution falls with speed, beside Newton's constant one."""
     t, gap, noise = np.arange(122) / 500.0, 0.01, 2e-5

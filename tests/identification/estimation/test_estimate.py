@@ -15,7 +15,7 @@ from identification.windows.simulate import simulate_record
 from tests.identification.conftest import TRUTH, cropped
 from vibrojax.errors import NoConvergenceError
 
-COMPLETE = ("case-03", "case-05", "case-16")
+COMPLETE = ("case-03", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("case-05", "case-16")))
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_window_states_are_fitted_though_all_parameters_are_held(small, truth):
     assert result.chi2_reduced == pytest.approx(1.0, abs=0.35)
 
 
-@pytest.mark.parametrize("starts", [1, 6])
+@pytest.mark.parametrize("starts", [pytest.param(1, marks=pytest.mark.thorough), 6])
 def test_starts_end_in_the_same_place(small, starts):
     """With and without screening the fit ends in the same minimum."""
     result = fit_experiment(small, starts=starts)
