@@ -1,4 +1,4 @@
-"""What every test runs under: double precision, no silent promotion, nothing timed; types and shapes checked unless JAXTYPING_DISABLE is 1."""
+"""What every test runs under: double precision, no silent promotion, nothing timed; types and shapes checked unless that is disabled."""
 
 import os
 from collections.abc import Iterator
