@@ -24,8 +24,10 @@ run: $(VENV)/.stamp-run
 
 PYTEST := $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-# The tests that run with array types checked (`tests/conftest.py`): together they call most of both packages. All others trace faster without.
-CHECKED := tests/test_type_checking.py tests/effects tests/contact tests/suspension tests/excitation
+# What runs with array types checked (`tests/conftest.py`), each test once: three diagnoses from records to files, a fit, the readers, studies,
+# every effect and every law. All other tests are traced faster without.
+CHECKED := tests/identification/diagnosis/test_diagnose.py tests/identification/commands tests/identification/experiment \
+	tests/studies/test_studies.py tests/effects tests/contact tests/suspension tests/excitation tests/test_type_checking.py
 
 test: $(VENV)/.stamp-test
 	JAXTYPING_DISABLE=1 $(PYTEST) -m "not thorough" --ignore tests/benchmarks $(CHECKED:%=--ignore %)
