@@ -15,7 +15,7 @@ from identification.windows.simulate import simulate_record
 from tests.identification.conftest import TRUTH, cropped
 from vibrojax.errors import NoConvergenceError
 
-COMPLETE = ("case-03", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("case-05", "case-16")))
+COMPLETE = ("case-03", "case-05", "case-16")
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +126,7 @@ def test_chi_square_is_of_the_estimate_where_least_squares_ended_in_a_local_mini
     assert 0.9 < fit_experiment(small).chi2_reduced < 1.1
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", COMPLETE)
 def test_complete_models_are_recovered_from_concealed_cases(case, shared):
     """Cases that conceal nothing: within 3 standard errors and 2 %, chi-square at one, sealed records predicted."""

@@ -282,6 +282,7 @@ def test_a_board_on_a_drop_table_is_found_from_accelerations(recordings):
     assert result.held_back[0].nrmse["hammer_acceleration"] == pytest.approx(result.records[0].nrmse["hammer_acceleration"], abs=0.03)
 
 
+@pytest.mark.thorough
 def test_viscous_damping_does_not_predict_the_end_of_a_swing(recordings):
     result = fitted(recordings, "multiarm_pendulum", slice(None))
     assert value(result, "f_n") == pytest.approx(1.2737, rel=1e-3)

@@ -29,6 +29,7 @@ SMALL = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SMALL)
 def test_the_first_order_answer_is_that_of_the_integrated_motion(motion, name):
     fields = {p.name: p.field for p in EFFECTS[name].parameters}
