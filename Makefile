@@ -6,11 +6,12 @@ BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint docs notebooks lock audit clean
+.PHONY: help run test test-all lint docs notebooks lock audit clean
 
 help:
 	@echo "make run    set up and fit the embedded example"
-	@echo "make test   set up and run the whole test suite"
+	@echo "make test   set up and run the tests that a change has to pass"
+	@echo "make test-all  the same with every search, the notebooks at full size, and the benchmarks' own tests"
 	@echo "make lint   style and types"
 	@echo "make docs   the documentation site, built strictly into site/"
 	@echo "make notebooks  run every notebook at full size and write its .ipynb"
@@ -21,8 +22,19 @@ help:
 run: $(VENV)/.stamp-run
 	$(BIN)/fit-parameters
 
+PYTEST := $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+
+# What runs with array types checked (`tests/conftest.py`), each test once: three diagnoses from records to files, a fit, the readers, studies,
+# every effect and every law. All other tests are traced faster without.
+CHECKED := tests/identification/diagnosis/test_diagnose.py tests/identification/commands tests/identification/experiment \
+	tests/studies/test_studies.py tests/effects tests/contact tests/suspension tests/excitation tests/test_type_checking.py
+
 test: $(VENV)/.stamp-test
-	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+	JAXTYPING_DISABLE=1 $(PYTEST) -m "not thorough" --ignore tests/benchmarks $(CHECKED:%=--ignore %)
+	$(PYTEST) -m "not thorough" $(CHECKED)
+
+test-all: $(VENV)/.stamp-test
+	$(PYTEST)
 
 lint: $(VENV)/.stamp-test
 	$(BIN)/python -m ruff check .

@@ -1,4 +1,4 @@
-"""What every test runs under: types and shapes checked, double precision, no silent promotion, nothing timed."""
+"""What every test runs under: double precision, no silent promotion, nothing timed; types and shapes checked unless that is disabled."""
 
 import os
 from collections.abc import Iterator
@@ -8,7 +8,9 @@ from pathlib import Path
 import jaxtyping
 
 # Before either package is imported: a module that is already loaded stays unchecked.
-jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
+# JAXTYPING_DISABLE=1 leaves the checks out, which make a function slower to trace (`make test` has them in one pass of its own).
+if not jaxtyping.config.jaxtyping_disable:
+    jaxtyping.install_import_hook(["vibrojax", "identification"], "beartype.beartype")
 
 # Most of a cold run is compiling, which the older emitter of XLA does sooner. Notebooks and commands that tests start inherit it.
 if version("jax").startswith("0.10."):  # XLA refuses to start with a flag that it does not know
@@ -37,8 +39,10 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.enviro
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Compiled programs outlive the run: a second run of the suite compiles nothing."""
-    jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
+    """Compiled programs outlive the run, and processes that tests start share them: a second run of the suite compiles nothing."""
+    folder = str(config.cache.mkdir("jax"))
+    os.environ["VIBROJAX_CACHE"] = folder
+    jax.config.update("jax_compilation_cache_dir", folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 

@@ -1,8 +1,11 @@
 import json
 
+import pytest
+
 from benchmarks import convergence
 
 
+@pytest.mark.thorough
 def test_the_quick_run_writes_everything(tmp_path, capsys):
     convergence.main(out=tmp_path, quick=True)
     report = json.loads((tmp_path / "convergence.json").read_text(encoding="utf-8"))

@@ -6,6 +6,7 @@ from tests.recovery.concealed import SENSORS, STOP_AND_CART, SUSPENSION, assert_
 from vibrojax.effects import EFFECTS
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SENSORS)
 def test_the_effect_is_named_alone(name, tmp_path):
     assert_recovered(name, tmp_path)

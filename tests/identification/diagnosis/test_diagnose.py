@@ -1,8 +1,11 @@
 """The whole way from records to a verdict; what was concealed was made by a simulator that shares no line with the program."""
 
 import dataclasses
+import functools
 import json
 import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,30 +25,58 @@ from identification.likelihood.linearised import Linearised
 from identification.likelihood.marginal import Grams
 from identification.windows.prepare import Prepared
 from tests.identification.conftest import cropped
+from vibrojax.cli import main
 from vibrojax.effects import CoulombFriction
 from vibrojax.model import Model
+from vibrojax.model_file import read_model
+
+SMALL = Order(kind="soft", driven=1, samples=(1601, 4001))
+"""A drop test and one driven record of a random rig."""
+ORDERS = {
+    ADEQUATE: SMALL,
+    MISSING: dataclasses.replace(SMALL, effects=(("coulomb_friction", 1.0),), unrest=("force", "colour")),
+    UNLISTED: dataclasses.replace(SMALL, samples=(801, 2001), effects=(("x_position_damping", 2.0),)),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Diagnosed:
+    """What a rig conceals, what is said of it, and the folder of results."""
+
+    case: Case
+    found: Diagnosis
+    folder: Path
+
+
+def command(*arguments: str | Path) -> None:
+    """`vibrojax` in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["vibrojax", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main.main()
+    assert ended.value.code == 0
 
 
 @pytest.fixture(scope="module")
-def complete(example):
-    """The embedded example, which conceals nothing, shortened."""
-    return diagnose_experiment(cropped(example, 4000, (0, 1, 2, 3)), budget_minutes=np.inf)
+def diagnosed(tmp_path_factory):
+    """A complete rig, one with a listed effect, and one with an effect that is on no list: each diagnosed once, by the command."""
 
+    @functools.cache
+    def once(verdict: str) -> Diagnosed:
+        folder, rng, kept = tmp_path_factory.mktemp(verdict), np.random.default_rng(1), []
+        case = draw_case(rng, ORDERS[verdict])
+        write_case(folder / "rig", case, rng)
 
-def test_nothing_is_claimed_missing_from_a_complete_model(complete):
-    assert complete.verdict == ADEQUATE
-    assert complete.effects == ()
-    assert complete.location is None
-    assert "Nothing beyond the noise" in complete.sentences[0]
-    assert complete.model is complete.nominal_model
+        def keeping(*given, **options):
+            kept.append(diagnose_experiment(*given, **options))
+            return kept[0]
 
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("identification.commands.run.diagnose_experiment", keeping)
+            command("diagnose", folder / "rig", "--out", folder / "results", "--budget-minutes", "inf", "--quiet")
+        return Diagnosed(case, kept[0], folder / "results")
 
-def diagnosed(folder, seed: int, order: Order) -> tuple[Diagnosis, Case]:
-    """A drop test and one driven record of a random rig, and what is said of them."""
-    rng = np.random.default_rng(seed)
-    case = draw_case(rng, order)
-    write_case(folder / "rig", case, rng)
-    return diagnose_experiment(load_experiment(folder / "rig"), budget_minutes=np.inf), case
+    return once
 
 
 def assert_recovered(found: Diagnosis, case: Case) -> None:
@@ -56,19 +87,61 @@ def assert_recovered(found: Diagnosis, case: Case) -> None:
         assert one.stderr is not None and abs(one.value - case.rig.fitted[name]) < 4.0 * one.stderr, name
 
 
-SMALL = Order(kind="soft", driven=1, samples=(1601, 4001))
-
-
-def test_a_complete_quiet_rig_is_adequate(tmp_path):
-    found, case = diagnosed(tmp_path, 1, SMALL)
+def test_nothing_is_claimed_missing_from_a_complete_quiet_rig(diagnosed):
+    found = diagnosed(ADEQUATE).found
     assert (found.verdict, found.effects, found.unrest, found.location) == (ADEQUATE, (), None, None)
+    assert "Nothing beyond the noise" in found.sentences[0]
+    assert found.model is found.nominal_model
     assert found.warnings == ()
     assert found.nominal.chi2_reduced == pytest.approx(1.0, abs=0.05)
+    assert_recovered(found, diagnosed(ADEQUATE).case)
+
+
+def test_dry_friction_is_named_alone_under_random_force_and_coloured_noise(diagnosed):
+    found, case = diagnosed(MISSING).found, diagnosed(MISSING).case
+    assert (found.verdict, [one.effect.name for one in found.effects]) == (MISSING, ["coulomb_friction"])
+    assert found.ambiguous_with == ()
+    assert found.effects[0].probability > 0.99
+    (friction,) = found.effects[0].parameters
+    true = case.parts[0].numbers()["motion"]["friction_force"]
+    assert friction.stderr is not None and abs(friction.value - true) < 4.0 * friction.stderr
     assert_recovered(found, case)
+    assert found.location is not None
+    assert (found.location.phase, found.location.coordinate) == ("free flight", "velocity")
+    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
+
+
+def test_a_damping_that_is_on_no_list_is_given_no_name_and_learned(diagnosed):
+    found, case = diagnosed(UNLISTED).found, diagnosed(UNLISTED).case
+    assert (found.verdict, found.effects) == (UNLISTED, ())
+    assert found.location is not None and found.location.phase == "free flight"
+    learned = re.fullmatch(r"force = -([0-9.]+)\([0-9]+\) N s/m\^2 \|u\| u'", found.free_form)
+    assert learned is not None
+    assert float(learned.group(1)) == pytest.approx(case.parts[0].numbers()["motion"]["position_damping"], rel=0.05)
+    assert found.augmented.chi2_reduced < 1.1 < 2.0 < found.nominal.chi2_reduced
+
+
+@pytest.mark.parametrize("verdict", ORDERS)
+def test_files_say_what_was_found_and_the_page_is_drawn_again_from_them(diagnosed, verdict, tmp_path):
+    found, folder = diagnosed(verdict).found, diagnosed(verdict).folder
+    document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+    names = [one.effect.name for one in found.effects]
+    assert (document["verdict"], [one["name"] for one in document["effects"]]) == (verdict, names)
+    assert document["nominal"]["chi2_reduced"] == found.nominal.chi2_reduced
+    assert document["files"].keys() == {path.name for path in folder.iterdir()} - {"diagnosis.json"}
+    for file, model in (("nominal.json", found.nominal_model), ("model.json", found.model)):
+        assert read_model(folder / file).values() == pytest.approx(model.values())
+    command("report", folder, "--out", tmp_path / "page", "--quiet")
+    drawn = sorted((tmp_path / "page").iterdir())
+    assert {"report.html"} < {path.name for path in drawn}
+    assert [path.name for path in drawn if path.read_bytes() != (folder / path.name).read_bytes()] == []
 
 
 def test_a_complete_rig_under_a_random_force_is_restless(tmp_path):
-    found, case = diagnosed(tmp_path, 1, dataclasses.replace(SMALL, unrest=("force",)))
+    rng = np.random.default_rng(1)
+    case = draw_case(rng, dataclasses.replace(SMALL, unrest=("force",)))
+    write_case(tmp_path, case, rng)
+    found = diagnose_experiment(load_experiment(tmp_path), budget_minutes=np.inf)
     assert (found.verdict, found.effects, found.location) == (RESTLESS, (), None)
     assert found.is_complete and found.model is found.nominal_model
     assert_recovered(found, case)
@@ -84,27 +157,18 @@ def test_a_complete_rig_under_a_random_force_is_restless(tmp_path):
     assert document["unrest"]["force_rms"] == {"value": rms, "stderr": stderr, "unit": "N"}
 
 
-def test_dry_friction_is_named_alone_under_random_force_and_coloured_noise(tmp_path):
-    order = dataclasses.replace(SMALL, effects=(("coulomb_friction", 1.0),), unrest=("force", "colour"))
-    found, case = diagnosed(tmp_path, 1, order)
-    assert (found.verdict, [one.effect.name for one in found.effects]) == (MISSING, ["coulomb_friction"])
-    assert found.ambiguous_with == ()
-    assert found.effects[0].probability > 0.99
-    (friction,) = found.effects[0].parameters
-    true = case.parts[0].numbers()["motion"]["friction_force"]
-    assert friction.stderr is not None and abs(friction.value - true) < 4.0 * friction.stderr
-    assert_recovered(found, case)
-    assert found.location is not None
-    assert (found.location.phase, found.location.coordinate) == ("free flight", "velocity")
-    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
-
-
-def test_the_document_holds_plain_json(complete):
+@pytest.mark.thorough
+def test_nothing_is_claimed_missing_from_the_embedded_example(example):
+    complete = diagnose_experiment(cropped(example, 4000, (0, 1, 2, 3)), budget_minutes=np.inf)
+    assert (complete.verdict, complete.effects, complete.location) == (ADEQUATE, (), None)
+    assert "Nothing beyond the noise" in complete.sentences[0]
+    assert complete.model is complete.nominal_model
     document = json.loads(json.dumps(complete.document()))
     assert document["verdict"] == "adequate"
     assert document["nominal"]["chi2_reduced"] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.thorough
 def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared):
     found = diagnose_experiment(load_experiment(shared / "concealed" / "case-01"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-01" / "sealed" / "truth.json").read_text())
@@ -118,6 +182,7 @@ def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared)
     assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
 
 
+@pytest.mark.thorough
 def test_what_is_on_no_list_is_said_to_be_so_and_learned(shared):
     found = diagnose_experiment(load_experiment(shared / "concealed" / "case-11"), budget_minutes=np.inf)
     truth = json.loads((shared / "concealed" / "case-11" / "sealed" / "truth.json").read_text())
@@ -154,6 +219,7 @@ def test_a_term_that_predicts_nothing_hides_no_listed_effect(monkeypatch, model_
     assert (cause.verdict, cause.fitted is more, cause.formula) == (verdict, verdict == UNLISTED, "f" if verdict == UNLISTED else "")
 
 
+@pytest.mark.thorough
 def test_restitution_that_falls_with_speed_varies_between_records_of_one_impact(tmp_path):
     """Free riders whose restitution falls with speed, beside Newton's constant one."""
     t, gap, noise = np.arange(122) / 500.0, 0.01, 2e-5

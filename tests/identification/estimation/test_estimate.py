@@ -106,7 +106,7 @@ def test_window_states_are_fitted_though_all_parameters_are_held(small, truth):
     assert result.chi2_reduced == pytest.approx(1.0, abs=0.35)
 
 
-@pytest.mark.parametrize("starts", [1, 6])
+@pytest.mark.parametrize("starts", [pytest.param(1, marks=pytest.mark.thorough), 6])
 def test_starts_end_in_the_same_place(small, starts):
     """With and without screening the fit ends in the same minimum."""
     result = fit_experiment(small, starts=starts)
@@ -126,6 +126,7 @@ def test_chi_square_is_of_the_estimate_where_least_squares_ended_in_a_local_mini
     assert 0.9 < fit_experiment(small).chi2_reduced < 1.1
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", COMPLETE)
 def test_complete_models_are_recovered_from_concealed_cases(case, shared):
     """Cases that conceal nothing: within 3 standard errors and 2 %, chi-square at one, sealed records predicted."""

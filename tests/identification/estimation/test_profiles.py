@@ -18,12 +18,23 @@ from identification.result.store import read_stored
 from tests.identification.conftest import TRUTH, cropped
 
 
-@pytest.fixture(scope="module")
-def fitted(example):
-    """A short drop test and a short cart record, with profiles and a sample; the damping ratio is held."""
+def fit(example, **options):
+    """A short drop test and a short cart record; the damping ratio is held."""
     held = {"zeta": ParameterOption(start=TRUTH["zeta"], fixed=True)}
     experiment = dataclasses.replace(cropped(example, 1200, (0, 1)), parameters=held)
-    return fit_experiment(experiment, starts=1, posterior_by=Nuts(warm_up=40, draws=120), with_profiles=True)
+    return fit_experiment(experiment, starts=1, **options)
+
+
+@pytest.fixture(scope="module")
+def fitted(example):
+    """With profiles and a sample that is too small to say anything."""
+    return fit(example, posterior_by=Nuts(warm_up=5, draws=10), with_profiles=True)
+
+
+@pytest.fixture(scope="module")
+def sampled(example):
+    """With as many draws as agree with the standard errors."""
+    return fit(example, posterior_by=Nuts(warm_up=40, draws=120))
 
 
 def test_profiles_are_the_parabola_of_the_standard_errors_on_quiet_records(fitted):
@@ -45,18 +56,19 @@ def test_the_map_of_stiffness_and_exponent_rises_with_the_distance_in_their_elli
     np.testing.assert_allclose(pair.rise, axis[:, None] ** 2 + axis[None] ** 2, atol=0.6)
 
 
-def test_the_posterior_agrees_with_the_standard_errors_on_quiet_records(fitted):
+@pytest.mark.thorough
+def test_the_posterior_agrees_with_the_standard_errors_on_quiet_records(sampled):
     """Mean, standard deviation and 95 % interval, within what so many independent draws leave open."""
-    sample = fitted.posterior
+    sample = sampled.posterior
     assert sample.names == ("k_i", "n", "lambda_i", "f_n")
     assert max(sample.rhat) < 1.03 and min(sample.ess_bulk) > 150
     for index, name in enumerate(sample.names):
-        one = next(p for p in fitted.parameters if p.spec.name == name)
+        one = next(p for p in sampled.parameters if p.spec.name == name)
         values = sample.pooled[:, index]
         assert values.mean() == pytest.approx(one.value, abs=0.25 * one.stderr)
         assert values.std() == pytest.approx(one.stderr, rel=0.2)
         np.testing.assert_allclose(sample.interval(name), one.ci95, atol=0.6 * one.stderr)
-    assert [row[0] for row in tables.posterior(fitted).rows] == ["k_i", "n", "λ_i", "f_n"]
+    assert [row[0] for row in tables.posterior(sampled).rows] == ["k_i", "n", "λ_i", "f_n"]
 
 
 def test_arviz_reads_the_file(fitted, tmp_path):
@@ -100,5 +112,5 @@ def test_chains_that_have_not_met_are_a_warning(fitted):
     apart = dataclasses.replace(fitted.posterior, rhat=(1.0, 1.2, 1.0, 1.0), divergent=np.ones_like(fitted.posterior.divergent))
     first, second = apart.warnings()
     assert "R-hat of n is 1.200; ask for more draws with --draws" in first
-    assert "480 of 480 trajectories" in second
+    assert "40 of 40 trajectories" in second
     assert not dataclasses.replace(fitted.posterior, rhat=(1.0,) * 4).warnings()

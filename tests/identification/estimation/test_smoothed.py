@@ -37,7 +37,9 @@ def test_steps_are_fine_enough(smoothed):
     assert smoothed.discretisation < 0.01
 
 
-@pytest.mark.parametrize("law", compliant_laws())
+@pytest.mark.parametrize(
+    "law", [pytest.param(law, marks=[pytest.mark.thorough] * (law not in ("hunt-crossley", "kelvin-voigt"))) for law in compliant_laws()]
+)
 def test_every_compliant_law_has_the_same_normal_equations_as_with_the_exact_contact(law):
     """At the start values of a fit."""
     experiment = simulated(law, samples=300, seed=0)
@@ -52,6 +54,7 @@ def test_every_compliant_law_has_the_same_normal_equations_as_with_the_exact_con
     )
 
 
+@pytest.mark.thorough
 def test_estimates_tend_to_those_of_the_exact_contact_with_the_width():
     """With the order n + 2 of the motion itself."""
     found = trial("hunt-crossley", np.array([1e-4, 3e-4]), samples=1200, seed=1)

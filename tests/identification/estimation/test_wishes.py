@@ -110,6 +110,7 @@ def test_a_parameter_that_may_vary_has_a_value_for_each_record(scattered):
     assert fit_json(result)["parameters"]["f_n"]["std_between_records"] == found.between
 
 
+@pytest.mark.thorough
 def test_of_two_parameters_that_may_vary_each_is_estimated_beside_the_other(scattered):
     """Alone, the damping would vary in place of the frequency; its order among the two does not matter."""
     experiment, frequencies = scattered

@@ -49,6 +49,7 @@ def test_without_usable_samples_there_is_no_estimate(values):
     assert estimate_noise(values) is None
 
 
+@pytest.mark.thorough
 def test_agrees_with_what_the_development_cases_declare(shared):
     for folder in sorted((shared / "concealed").glob("case-*")):
         experiment = load_experiment(folder)

@@ -51,6 +51,7 @@ def test_no_false_alarm(values):
     assert find_saturation(values) == ()
 
 
+@pytest.mark.thorough
 def test_development_cases_alarm_only_where_the_force_is_cut(shared):
     alarmed = set()
     for folder in sorted((shared / "concealed").glob("case-*")):

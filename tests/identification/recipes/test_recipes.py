@@ -239,6 +239,7 @@ def test_a_programmed_spring_and_damper_are_found(recordings):
     assert value(result, "c") == pytest.approx(23.4, rel=0.25)
 
 
+@pytest.mark.thorough
 def test_an_electronic_oscillator_is_found_and_its_cubic_spring_shows_as_misfit(recordings):
     result = fitted(recordings, "silverbox", slice(1, 2))
     assert value(result, "f_n") == pytest.approx(69.0, abs=1.5)
@@ -252,12 +253,14 @@ def test_a_rubber_band_is_fitted_and_said_to_be_fitted_to_a_random_force(recordi
     assert any("random force" in warning for warning in result.warnings)
 
 
+@pytest.mark.thorough
 def test_a_friction_damper_is_no_spring_and_damper(recordings):
     result = fitted(recordings, "friction_backlash", slice(None))
     assert value(result, "k") == pytest.approx(2.2e5, rel=0.2)
     assert all(record.nrmse["reaction_force"] > 0.3 for record in (*result.records, *result.held_back))
 
 
+@pytest.mark.thorough
 def test_a_board_on_a_drop_table_is_found_from_accelerations(recordings):
     result = fitted(recordings, "pcb_shock", slice(0, 3))
     assert value(result, "f_n") == pytest.approx(4136.0, rel=0.01)
@@ -265,6 +268,7 @@ def test_a_board_on_a_drop_table_is_found_from_accelerations(recordings):
     assert result.held_back[0].nrmse["hammer_acceleration"] == pytest.approx(result.records[0].nrmse["hammer_acceleration"], abs=0.03)
 
 
+@pytest.mark.thorough
 def test_viscous_damping_does_not_predict_the_end_of_a_swing(recordings):
     result = fitted(recordings, "multiarm_pendulum", slice(None))
     assert value(result, "f_n") == pytest.approx(1.2737, rel=1e-3)

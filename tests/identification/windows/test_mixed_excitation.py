@@ -73,6 +73,7 @@ def test_every_kind_has_windows_of_its_own(experiment):
     assert sorted(set(prepared.record)) == [0, 1, 2, 3]
 
 
+@pytest.mark.thorough
 def test_all_kinds_together_give_suspension_and_mass(experiment):
     """The mass shows only against the two forces; frequency and damping in all records."""
     fitted = fit_experiment(experiment)

@@ -54,6 +54,7 @@ def test_a_hammer_that_never_moves_stays_whole():
     assert from_release(still) is still
 
 
+@pytest.mark.thorough
 def test_a_hold_does_not_change_what_is_fitted(small):
     """The example's drop test with 0.2 s of holding before it: one parameter moves by less than its standard error, at most."""
     drop = small.records[0]

@@ -29,6 +29,7 @@ SMALL = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SMALL)
 def test_the_first_order_answer_is_that_of_the_integrated_motion(motion, name):
     fields = {p.name: p.field for p in EFFECTS[name].parameters}
@@ -64,7 +65,10 @@ STATEFUL = {
 }
 
 
-@pytest.mark.parametrize("name", STATEFUL)
+_SLOW = ("cart_recoil", "hysteresis", "stop_compliance")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.thorough] * (name in _SLOW)) for name in STATEFUL])
 def test_the_answer_to_a_force_is_that_of_the_integrated_motion(motion, name):
     """Central differences of the integrated residual; beside effects with states of their own, which the force pushes too."""
     if name == "none":

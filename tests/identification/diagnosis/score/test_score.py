@@ -54,7 +54,12 @@ def drawn(motion, rng, *, force: RandomForce | None, coloured: bool):
 
 
 @pytest.mark.parametrize(
-    ("force", "coloured"), [(None, False), (RANDOM, False), (RANDOM, True)], ids=["white", "force", "force and colour"]
+    ("force", "coloured"),
+    [
+        pytest.param(None, False, marks=pytest.mark.thorough, id="white"),
+        pytest.param(RANDOM, False, marks=pytest.mark.thorough, id="force"),
+        pytest.param(RANDOM, True, id="force and colour"),
+    ],
 )
 def test_what_the_likelihood_knows_of_gives_gains_of_chi_square(unpulled, column, force, coloured):
     rng, gains = np.random.default_rng(11), []

@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from identification.diagnosis.score.scored import score_all
 from identification.diagnosis.search import alternatives
 from identification.diagnosis.search import forward as module
 from identification.diagnosis.search.forward import BUDGET, COMPLETE, FAILED, MOST, search
@@ -47,7 +48,14 @@ def test_a_line_of_a_frequency_of_its_own_is_learned_before_a_mode_is_fitted(mot
     assert not any("second_mode" in line for line in said)
 
 
-def test_a_further_effect_that_matters_little_is_not_added(rubbing, monkeypatch):
+@pytest.fixture(scope="module")
+def alternatives_of_rubbing(rubbing):
+    """Two candidates beside it, fitted once."""
+    return alternatives.fitted_in_full(score_all(rubbing, ("coulomb_friction", "quadratic_drag")), None, np.inf, lambda stage: None)
+
+
+def test_a_further_effect_that_matters_little_is_not_added(rubbing, alternatives_of_rubbing, monkeypatch):
+    monkeypatch.setattr(module, "fitted_in_full", lambda *given: alternatives_of_rubbing)
     monkeypatch.setattr(module, "RELEVANT", 1.1)
     found = search(rubbing, deadline=np.inf)
     assert (found.ended, found.steps) == (COMPLETE, ()) and found.refused[0].name == "coulomb_friction"
@@ -58,7 +66,8 @@ def test_a_step_that_the_deadline_cuts_is_not_the_end_of_a_search(rubbing, monke
     assert search(rubbing, deadline=np.inf).ended == BUDGET
 
 
-def test_a_significant_effect_whose_last_fit_fails_is_not_called_absent(rubbing, monkeypatch):
+def test_a_significant_effect_whose_last_fit_fails_is_not_called_absent(rubbing, alternatives_of_rubbing, monkeypatch):
+    monkeypatch.setattr(module, "fitted_in_full", lambda *given: alternatives_of_rubbing)
     monkeypatch.setattr(module, "to_the_end", lambda found: None)
     found = search(rubbing, deadline=np.inf)
     assert (found.ended, found.steps) == (FAILED, ()) and found.refused[0].name == "coulomb_friction"

@@ -19,6 +19,7 @@ def test_names_are_checked(names):
         extension(names)
 
 
+@pytest.mark.thorough
 def test_an_effect_that_acts_is_found_at_its_size(tmp_path):
     """A mass that rolls freely, against dry friction."""
     concealed = write_rig(tmp_path, Job(kind="unsprung", effect="coulomb_friction", seed=0, index=0))
