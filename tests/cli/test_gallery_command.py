@@ -12,8 +12,7 @@ from vibrojax.cli import main
 from vibrojax.contact import HuntCrossley
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError, NoConvergenceError
-from vibrojax.gallery import Plate, make, make_gallery, model_plates, preset_plates
-from vibrojax.gallery.make import Made
+from vibrojax.gallery import Made, Plate, make, make_gallery, model_plates, preset_plates
 from vibrojax.model import Model
 from vibrojax.model_file import write_model
 from vibrojax.presets import NAMES, read_preset

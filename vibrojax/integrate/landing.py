@@ -374,4 +374,4 @@ def flight_step(
 
 def landing_for(effects: Iterable[AbstractEffect], frequency_hz: float, *, flight_steps: int = 200) -> Landing:
     """Steps of a part of an excitation cycle, or of the fastest vibration of an effect where that asks for shorter ones."""
-    return Landing(flight_step=float(flight_step(effects, frequency_hz, a_period=flight_steps)))
+    return Landing(flight_step=float(flight_step(effects, frequency_hz, a_period=float(flight_steps))))

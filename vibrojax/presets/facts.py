@@ -23,8 +23,7 @@ from jaxtyping import Array, Float
 from vibrojax.continuation import find_orbit, follow
 from vibrojax.continuation.branch import Branch
 from vibrojax.continuation.follow import Steps
-from vibrojax.continuation.rig import ForcedRig, as_arrays
-from vibrojax.continuation.stroboscope import strobe
+from vibrojax.continuation.rig import ForcedRig, as_arrays, strobe
 from vibrojax.data_files import data_path
 from vibrojax.errors import NoConvergenceError
 from vibrojax.integrate import Landing

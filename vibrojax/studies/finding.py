@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrojax.batch.closure import repeats
+from vibrojax.batch.run import repeats
 from vibrojax.studies.base import CHAOS
 from vibrojax.studies.basin_finding import finding as of_basins
 from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, PERIODIC
