@@ -11,8 +11,8 @@ from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies import bifurcation
-from vibrojax.studies.branch_lines import pieces, with_branches
-from vibrojax.studies.figures.bifurcation import draw
+from vibrojax.studies.continuation_lines import pieces, with_branches
+from vibrojax.studies.figures.lines import draw
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear
 

@@ -1,16 +1,85 @@
-"""A study on disk: its data set, its figure and the caption."""
+"""A study on disk: its data set, its figure, and the caption with what it shows, what was found, and the rig behind it, as Markdown."""
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from vibrojax.caption import rig_words, written
 from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.figure_style import SCREEN, FigureStyle
-from vibrojax.studies.basin_finding import document
 from vibrojax.studies.basin_manifolds import write_manifolds
-from vibrojax.studies.caption import caption
 from vibrojax.studies.figures import FIGURES, UNCERTAIN
-from vibrojax.studies.finding import finding
+from vibrojax.studies.finding import document, finding
+
+_SHOWS = {
+    "response": "Largest impact force F_i, and F_i / (m g), of the motion reached from rest against the excitation frequency Omega. "
+    "Lines join neighbours of one motion z = p/q (p impacts in q cycles); points of aperiodic motion stand alone.",
+    "bifurcation": "Displacement u of the hammer relative to the cart at the strobes, and largest impact force F_i of each cycle, "
+    "along a parameter that is swept up (pale) and down (dark). Broken lines: jumps.",
+    "peterka": "Left: motion reached from rest, z = p/q (p impacts in q cycles of excitation), over frequency ratio and gap over "
+    "amplitude. Right: F_i / (m g) where z = 1/1.",
+    "section": "Poincaré section, phase plane and histories: displacement u relative to the cart, impact force F_i and absolute "
+    "acceleration of the hammer. Broken line: the stop.",
+    "basins": "Basins of attraction in the plane of the initial displacement and velocity relative to the cart, one colour a motion.",
+    "basins_along": "Share of the initial states that settle in each motion, matched along a parameter, and the basin entropy.",
+    "lyapunov": "Displacement u at the strobes, and largest Lyapunov exponent of the stroboscopic map per cycle of excitation; values "
+    "in chaos are points.",
+    "design": "Largest impact force F_i, and F_i / (m g), against the hammer's mass over that of the model; spring, damper and stop stay.",
+}
+_MANIFOLDS = " Crosses: saddles; thick and thin lines: their stable and unstable manifolds."
+_OVER_DRAWS = " Median, middle 50 % and 95 % over the draws of a fit."
+
+
+def caption(name: str, data: xr.Dataset, found: str) -> str:
+    """Title, what is shown, what was found, and model, gap, A0 and drive.
+
+    Arguments:
+        name: of the command.
+        data: its data set.
+        found: the sentence of `finding`.
+    """
+    settings = json.loads(data.attrs["settings"])
+    shown = _SHOWS[name] + (_OVER_DRAWS if "quantile" in data.dims else "") + (_MANIFOLDS if "manifolds" in data.attrs else "")
+    rows = {
+        "model": rig_words(json.loads(data.attrs["model"])),
+        "gap": _gap(data, settings),
+        "A0": f"{1e3 * settings['base_amplitude']:.4g} mm" if "base_amplitude" in settings else "varies",
+        "drive": f"y = A0 sin(Omega t), {_drive(data)}",
+    }
+    rows |= {key: f"{value:g}" for key, value in settings.items() if key not in _SAID and isinstance(value, float)}
+    rows["made with"] = f"vibrojax {data.attrs['vibrojax']}, engine {data.attrs['engine']}"
+    return written(data.attrs["title"], shown, found, rows)
+
+
+_SAID = ("gap", "base_amplitude", "frequency_hz", "parameter")
+
+
+def _gap(data: xr.Dataset, settings: Mapping[str, Any]) -> str:
+    if "gap" in data.coords:
+        return f"{_values(1e3 * np.atleast_1d(data['gap'].values))} mm"
+    if "clearance" in data.coords:
+        return f"{_values(data['clearance'].values)} A0"
+    return f"{1e3 * settings['gap']:.4g} mm" if "gap" in settings else "none"
+
+
+def _drive(data: xr.Dataset) -> str:
+    settings = json.loads(data.attrs["settings"])
+    if "frequency_hz" in data.coords:
+        return f"Omega {_values(np.atleast_1d(data['frequency_hz'].values))} Hz"
+    if "ratio" in data.coords:
+        return f"Omega/omega {_values(data['ratio'].values)}"
+    return f"Omega {settings['frequency_hz']:.4g} Hz" if "frequency_hz" in settings else "Omega varies"
+
+
+def _values(values: np.ndarray) -> str:
+    """Few values one by one, many by their ends and number."""
+    if values.size <= 6:
+        return ", ".join(f"{value:.4g}" for value in values)
+    return f"{values.min():.4g} to {values.max():.4g} ({values.size} values)"
 
 
 def write_study(name: str, data: xr.Dataset, folder: Path, *, look: FigureStyle = SCREEN, stem: str | None = None) -> list[Path]:
