@@ -104,7 +104,7 @@ _BORDER = "#d7191c"
 def draw_peterka(data: xr.Dataset) -> Figure:
     """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1.
 
-    Borders (`map_borders.with_borders`) are lines over it, those of grazings broken.
+    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken.
     """
     figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
