@@ -193,7 +193,7 @@ def basins(
         `period` of z = p/q, `lyapunov` where the motion does not repeat, and `displacement` at the last strobe. Attributes:
         `basin_measure` is the share of the initial states whose motion keeps impacting, `attractors` a table as JSON (name, share and its
         95 % interval, section points, radii of the discs of `integrity`), `basin_entropy`, `boundary_basin_entropy`,
-        `uncertainty_exponent` with its standard error and `boundary_dimension` (see `entropy` and `boundary`), NaN where there is no boundary.
+        `uncertainty_exponent` with its standard error and `boundary_dimension` (`entropy`, `boundary`), NaN where there is no boundary.
     """
     setting = {"frequency_hz": frequency_hz, "gap": gap, "base_amplitude": base_amplitude}
     return measured(states(model, u0=u0, v0=v0, span=span, most_cycles=most_cycles, **setting, **options))

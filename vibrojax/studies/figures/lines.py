@@ -229,8 +229,8 @@ _MARGIN = 0.05
 def draw_bifurcation(data: xr.Dataset) -> Figure:
     """Displacement at the strobes above, largest force of each cycle below; up pale and down dark, jumps as broken lines.
 
-    Where branches are known (`continuation_lines.with_branches`) the sweeps lie side by side, with the branches over both: stable orbits full,
-    unstable ones broken.
+    Where branches are known (`continuation_lines.with_branches`) the sweeps lie side by side, with the branches over both: stable orbits
+    full, unstable ones broken.
     """
     return _apart(data) if "branches" in data.attrs else _together(data)
 
