@@ -111,8 +111,7 @@ def _scale(case: Case) -> np.ndarray:
 def _ours(case: Case, starts: np.ndarray) -> tuple[np.ndarray, list[Any]]:
     """Attractor of each initial state, and the attractors, by `vibrojax`."""
     from vibrojax.batch import Points
-    from vibrojax.studies.attractors import Sections, attractors
-    from vibrojax.studies.settled import settled
+    from vibrojax.studies.attractors import Sections, attractors, settled
 
     values = case.setting | {"u0": starts[:, 0], "v0": starts[:, 1]}
     found, kind, growth = settled(case.model(), Points(coords={"start": np.arange(float(len(starts)))}, values=values))

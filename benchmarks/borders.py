@@ -54,7 +54,7 @@ def main() -> None:
 def _borders() -> list[Any]:
     """The borders of the branch that begins without impact."""
     from vibrojax.continuation import Kind, find_orbit, follow, settle
-    from vibrojax.continuation.plane import borders
+    from vibrojax.continuation.border import borders
 
     rig = _rig(GAP, FREQUENCIES[0])
     state, cycles = settle(rig, np.zeros(2))

@@ -23,8 +23,7 @@ from vibrojax.continuation import ForcedRig, Kind, find_orbit, follow, settle
 from vibrojax.drawing import COLOURS
 from vibrojax.model import Model
 from vibrojax.studies import basins, bifurcation, frequency_response, peterka
-from vibrojax.studies.figures import basins as draw_basins
-from vibrojax.studies.figures import peterka as draw_peterka
+from vibrojax.studies.figures import draw_basins, draw_peterka
 from vibrojax.suspension import Linear
 
 SMALL = os.environ.get("VIBROJAX_NOTEBOOKS") == "small"
@@ -79,7 +78,7 @@ _ = axes.legend()
 wide = (13, 7) if SMALL else (73, 41)
 ratio, clearance = np.linspace(0.6, 4.2, wide[0]), np.linspace(0.0, 4.0, wide[1])
 kinds = peterka(MODEL, ratio=ratio, clearance=clearance, base_amplitude=A0, lyapunov_cycles=0 if SMALL else 200)
-draw_peterka.draw(kinds)
+draw_peterka(kinds)
 
 # %% [markdown]
 # ## Which start leads where
@@ -97,7 +96,7 @@ plane = basins(
     base_amplitude=A0,
 )
 print(f"at {middle:.2f} Hz {100 * plane.attrs['basin_measure']:.0f} % of these states keep striking")
-draw_basins.draw(plane)
+draw_basins(plane)
 
 # %% [markdown]
 # ## What no sweep can see

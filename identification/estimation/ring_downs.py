@@ -17,6 +17,7 @@ from identification.result.ring_down import RingDown, RingDowns, one_flight, rin
 from identification.windows.simulate import system_in
 from vibrojax.compiling import soon_compiled
 from vibrojax.integrate import SUCCESS, Landing, Trajectory
+from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -155,11 +156,11 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
 
 def _integrator(model: Model, duration: float, samples: int) -> Landing:
     """Steps for the fastest vibration of the suspension and of the effects."""
-    f_n, own = float(model.values().get("f_n", 0.0)), max((float(effect.fastest_hz) for effect in model.effects), default=0.0)
-    fastest = max(_STEPS_PER_PERIOD * f_n, _STEPS_PER_OWN_PERIOD * own, _STEPS_PER_PERIOD / duration)
-    steps = 2.0 * duration * (fastest + 2.0 * f_n * _CONTACT_STEPS)
+    f_n = float(model.values().get("f_n", 0.0))
+    flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
+    steps = 2.0 * duration * (1.0 / flight + 2.0 * f_n * _CONTACT_STEPS)
     return Landing(
-        contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(1.0 / fastest), most_steps=1024 * math.ceil(steps / 1024 + 1)
+        contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight), most_steps=1024 * math.ceil(steps / 1024 + 1)
     )
 
 

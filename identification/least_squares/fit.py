@@ -20,6 +20,7 @@ from identification.windows.layout import Active, Estimate, free_nuisances
 from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
 from vibrojax.integrate import AbstractBatchIntegrator, Landing
+from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 
 Progress = Callable[[str, int, float], None]
@@ -66,12 +67,10 @@ def landing_for(prepared: Prepared, *, refinement: float = 1.0) -> Landing:
     """Steps of the exact contact that resolve frequencies and impacts; `refinement` 2 halves every step, with the same compiled program."""
     groups = prepared.groups
     fastest = max([float(group.frequency_hz.max()) for group in groups] + [prepared.model.values().get("f_n", 0.0)])
-    flight = 1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf
+    flight = float(flight_step(prepared.model.effects, fastest, a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
     longest = max(float((group.ts[:, -1] - group.ts[:, 0]).max()) for group in groups)
     sampling = min(float(np.median(np.diff(group.ts, axis=1), axis=1).min()) for group in groups)
     sampled_input = any(group.motion is not None or group.applied is not None for group in groups)
-    own = max([float(effect.fastest_hz) for effect in prepared.model.effects], default=0.0)
-    flight = min(flight, 1.0 / (_STEPS_PER_OWN_PERIOD * own) if own > 0 else np.inf)
     flight = min(flight, sampling if sampled_input else np.inf, longest / _FEWEST_FLIGHT_STEPS)
     steps = 2 * (longest / flight + _MOST_IMPACTS * 2 * _CONTACT_STEPS)
     return Landing(

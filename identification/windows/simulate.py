@@ -15,6 +15,7 @@ from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.errors import NoConvergenceError
 from vibrojax.excitation import Harmonic, Unforced, at_rest
 from vibrojax.integrate import RESULT_MESSAGES, SUCCESS, Guided, Landing
+from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -51,11 +52,10 @@ def _integrator(model: Model, record: Record) -> Landing:
     """Integrator with steps for the fastest vibration, and capacity for an impact in every half cycle of it."""
     fastest = max(record.excitation_frequency or 0.0, float(model.values().get("f_n", 0.0)))
     duration, sampling = record.time[-1] - record.time[0], float(np.median(np.diff(record.time)))
-    flight = min(1.0 / (_STEPS_PER_PERIOD * fastest) if fastest > 0 else np.inf, duration / _STEPS_PER_PERIOD)
+    flight = float(flight_step(model.effects, fastest, a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
+    flight = min(flight, duration / _STEPS_PER_PERIOD)
     if record.base == "measured" or record.kind == "forced":
         flight = min(flight, sampling)
-    own = max((float(effect.fastest_hz) for effect in model.effects), default=0.0)
-    flight = min(flight, 1.0 / (_STEPS_PER_OWN_PERIOD * own) if own > 0 else np.inf)
     steps = 2 * duration * (1 / flight + 2 * fastest * _CONTACT_STEPS) + 20 * _CONTACT_STEPS
     return Landing(contact_steps=_CONTACT_STEPS, flight_step=flight, most_steps=math.ceil(steps))
 

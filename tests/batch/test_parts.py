@@ -4,9 +4,9 @@ import numpy as np
 
 from tests.batch.rigs import model, points
 from vibrojax.batch.base import Lanes
-from vibrojax.batch.closure import continued, repeats
 from vibrojax.batch.linear_flow import flow_of, fly, highest, point, safe_step, take_off, to_strobe
 from vibrojax.batch.points import lanes_of
+from vibrojax.batch.run import continued, repeats
 
 
 def flows() -> Lanes:

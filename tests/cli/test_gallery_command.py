@@ -7,13 +7,13 @@ import tomllib
 import numpy as np
 import pytest
 
+from vibrojax import gallery
 from vibrojax.cli import gallery as command
 from vibrojax.cli import main
 from vibrojax.contact import HuntCrossley
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError, NoConvergenceError
-from vibrojax.gallery import Plate, make, make_gallery, model_plates, preset_plates
-from vibrojax.gallery.make import Made
+from vibrojax.gallery import Made, Plate, make_gallery, model_plates, preset_plates
 from vibrojax.model import Model
 from vibrojax.model_file import write_model
 from vibrojax.presets import NAMES, read_preset
@@ -106,7 +106,7 @@ def test_a_figure_that_cannot_be_made_is_named_with_the_reason(tmp_path, monkeyp
     def fails(job):
         raise NoConvergenceError("chatter on a rigid stop")
 
-    monkeypatch.setattr(make, "make", fails)
+    monkeypatch.setattr(gallery, "make", fails)
     plate = Plate(stem="peterka", study="peterka", axes=dict(ratio=[1.0], clearance=[1.0]), settings=dict(base_amplitude=1e-3))
     assert make_gallery(RIG, [plate], tmp_path, title="Rig")[0].failed
     text = (tmp_path / "index.md").read_text()
@@ -132,7 +132,7 @@ def test_a_gallery_without_any_figure_ends_with_status_3_and_leaves_the_reasons(
     def fails(job):
         raise NoConvergenceError("chatter on a rigid stop")
 
-    monkeypatch.setattr(make, "make", fails)
+    monkeypatch.setattr(gallery, "make", fails)
     assert call(monkeypatch, "beam_150", "--only", "basins", "--out", str(tmp_path / "out"), "--quiet") == 3
     assert "no figure of beam_150 could be made" in capsys.readouterr().err
     assert "Not made: chatter on a rigid stop." in (tmp_path / "out" / "index.md").read_text()

@@ -8,8 +8,7 @@ from tests.continuation.rigs import FINE, RIGID, rig
 from vibrojax.contact import Newton
 from vibrojax.continuation import Branch, End, Kind, doubled, find_orbit, follow, settle
 from vibrojax.continuation.job import follow_and_write
-from vibrojax.continuation.rig import as_arrays
-from vibrojax.continuation.stroboscope import strobe_from
+from vibrojax.continuation.rig import as_arrays, strobe_from
 from vibrojax.errors import InputError
 
 BIRTH = RIGID.period_doubling(4.9, 4.93, 1)

@@ -9,8 +9,7 @@ import pytest
 from tests.continuation.rigs import RIGID, STEPS, rig, settled, without_impact
 from vibrojax.contact import Hertz, KelvinVoigtClipped, Newton
 from vibrojax.continuation import Branch, End, Kind, Steps, find_orbit, follow
-from vibrojax.continuation.rig import as_arrays
-from vibrojax.continuation.stroboscope import strobe_from
+from vibrojax.continuation.rig import as_arrays, strobe_from
 from vibrojax.errors import InputError
 
 

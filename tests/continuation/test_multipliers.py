@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibrojax.continuation.multipliers import flip_test, fold_test, has_unit_pair, is_stable, multipliers, torus_test
+from vibrojax.continuation.orbit import flip_test, fold_test, has_unit_pair, is_stable, multipliers, torus_test
 
 
 def matrix(*values: complex) -> np.ndarray:

@@ -12,8 +12,7 @@ from tests.continuation.single_impact_orbit import Oscillator
 from vibrojax.contact import HuntCrossleySeparate, KelvinVoigtClipped, LankaraniNikravesh, Newton, NoContact
 from vibrojax.continuation import ForcedRig, find_orbit, settle
 from vibrojax.continuation.orbit import landing_of, solved, state_scale
-from vibrojax.continuation.rig import as_arrays
-from vibrojax.continuation.stroboscope import strobe_from
+from vibrojax.continuation.rig import as_arrays, strobe_from
 from vibrojax.effects.force_lag import ForceLag
 from vibrojax.effects.gap_drift import GapDrift
 from vibrojax.effects.second_mode import SecondMode

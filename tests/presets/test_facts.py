@@ -6,8 +6,7 @@ import pytest
 
 from vibrojax.data_files import data_path
 from vibrojax.presets import NAMES, read_preset
-from vibrojax.presets.band import band, coexisting
-from vibrojax.presets.facts import FACTS, BandEnd, LargestForce
+from vibrojax.presets.facts import FACTS, BandEnd, LargestForce, band, coexisting
 from vibrojax.presets.single_impact import SingleImpact
 
 

@@ -2,13 +2,20 @@
 
 import tomllib
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from vibrojax.contact import KelvinVoigtClipped
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
+from vibrojax.excitation import Unforced, at_rest
+from vibrojax.integrate import Landing
 from vibrojax.model_file import read_model, write_model
 from vibrojax.presets import NAMES, Origin, read_preset
+from vibrojax.presets.preset import clipped_dashpot
+from vibrojax.suspension import Free
+from vibrojax.system import System
 
 
 def stated(preset) -> list[tuple[float, str]]:
@@ -47,3 +54,10 @@ def test_the_file_names_the_couplings_of_its_own_configuration():
 def test_an_unknown_preset_is_refused():
     with pytest.raises(InputError, match="unknown preset 'beam': expected one of wires, beam_170"):
         read_preset("beam")
+
+
+def test_the_dashpot_gives_its_restitution():
+    law = KelvinVoigtClipped(1e6, clipped_dashpot(0.75, 1e6, 2.0))
+    system = System(2.0, Free(), law, 0.0, at_rest(), Unforced())
+    flight = Landing(contact_steps=400.0, flight_step=1e-3)(system, jnp.array([0.0, 0.1]), jnp.array([-1e-3, 0.3]))
+    assert float(-flight.v[-1] / 0.3) == pytest.approx(0.75, rel=1e-4)

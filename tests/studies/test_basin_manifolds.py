@@ -13,8 +13,8 @@ from vibrojax.effects import FrequencyDrift, SecondMode
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies import basins
-from vibrojax.studies.basin_finding import with_finding
 from vibrojax.studies.basin_manifolds import boundary_cells, checked_rig, share_near, with_manifolds
+from vibrojax.studies.finding import with_finding
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear
 

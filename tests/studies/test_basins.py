@@ -13,10 +13,10 @@ from vibrojax.contact import HuntCrossley
 from vibrojax.effects import CubicStiffness
 from vibrojax.model import Model
 from vibrojax.studies import basins, basins_along
-from vibrojax.studies.basin_finding import with_finding
+from vibrojax.studies.attractors import settled
+from vibrojax.studies.finding import with_finding
 from vibrojax.studies.job import Job
 from vibrojax.studies.run import make
-from vibrojax.studies.settled import settled
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear
 

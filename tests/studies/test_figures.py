@@ -11,8 +11,8 @@ from PIL import Image
 from vibrojax.drawing import COLOURS, new_figure, style
 from vibrojax.figure_style import FIGURE_STYLES
 from vibrojax.studies.classify import APERIODIC
-from vibrojax.studies.figures import FIGURES, UNCERTAIN, regions
-from vibrojax.studies.figures.regions import Region, colours_of, lightness
+from vibrojax.studies.figures import FIGURES, UNCERTAIN, maps
+from vibrojax.studies.figures.maps import Region, lightness, motion_colours
 from vibrojax.studies.quantiles import LEVELS
 from vibrojax.studies.write import write_study
 
@@ -105,8 +105,8 @@ def test_curves_differ_without_colour():
 
 def test_regions_of_a_map_differ_in_grey():
     """In CIE lightness, of which 2 is just seen; what an image viewer makes of the colours as grey differs too."""
-    others = (regions.NO_IMPACT, regions.OTHER, regions.UNSETTLED, regions.NOT_INTEGRATED, regions.CHAOS)
-    colours = [*colours_of([(5, k) for k in range(1, 7)]), *others]
+    others = (maps.COLOUR_NO_IMPACT, maps.COLOUR_OTHER, maps.COLOUR_UNSETTLED, maps.COLOUR_NOT_INTEGRATED, maps.COLOUR_CHAOS)
+    colours = [*motion_colours([(5, k) for k in range(1, 7)]), *others]
     assert len(set(colours)) == 11
     grey = [Image.new("RGB", (1, 1), colour).convert("L").getpixel((0, 0)) for colour in colours]
     assert min(abs(a - b) for a, b in itertools.combinations(grey, 2)) >= 8
@@ -114,7 +114,7 @@ def test_regions_of_a_map_differ_in_grey():
 
 
 def test_a_usual_motion_has_the_same_colour_in_every_map():
-    assert colours_of([(1, 2), (1, 1), (7, 3)])[:2] == colours_of([(3, 1), (1, 1), (1, 2)])[:0:-1]
+    assert motion_colours([(1, 2), (1, 1), (7, 3)])[:2] == motion_colours([(3, 1), (1, 1), (1, 2)])[:0:-1]
 
 
 def test_a_region_is_named_where_it_has_room():
@@ -125,7 +125,7 @@ def test_a_region_is_named_where_it_has_room():
     shown = [Region(name=text, colour="#0058b0", cells=part, inside=text) for text, part in (("1/1", cells), ("1/2", thin))]
     with style():
         axes = new_figure(3.0).subplots()
-        regions.draw_regions(axes, np.arange(40.0), np.arange(40.0), shown)
+        maps.draw_regions(axes, np.arange(40.0), np.arange(40.0), shown)
     assert [text.get_text() for text in axes.texts] == ["1/1"]
     column, row = axes.texts[0].get_position()
     assert cells[int(row), int(column)]

@@ -2,8 +2,7 @@
 
 from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
 from vibrojax.batch.exact_flight import ExactFlight
-from vibrojax.batch.points import SETTINGS, Points, grid
-from vibrojax.batch.responses import Responses
+from vibrojax.batch.points import SETTINGS, Points, Responses, grid
 from vibrojax.batch.run import Span, engine_for, integrate, packed, unpacked
 from vibrojax.batch.sampled import Sampled
 from vibrojax.batch.stepping import Stepping

@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
-from vibrojax.batch.cubic import top
 from vibrojax.batch.linear_flow import Flow, to_strobe
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.shapes import Number, Scalars
 from vibrojax.smooth import small_rotation
+from vibrojax.steps import cubic_top
 
 _PHASE = 0.15
 """rad; a contact step turns the excitation no further."""
@@ -105,7 +105,7 @@ def contact_step(
         slope=slope,
         h=h,
         peak=jnp.maximum(at.peak, _peak(at, force, slope)),
-        u_max=jnp.maximum(at.u_max, top(at.u, h * at.v, u, h * v)),
+        u_max=jnp.maximum(at.u_max, cubic_top(at.u, h * at.v, u, h * v)),
     )
     return after, left, strobes & ~left
 
@@ -183,4 +183,4 @@ def _released(touch: Touching, delta: Scalars, v: Scalars, acceleration: Scalars
 
 def _peak(at: Contact, force: Scalars, slope: Scalars) -> Scalars:
     """Largest force within the step that ends here, N."""
-    return top(at.force, at.h * at.slope, force, at.h * slope)
+    return cubic_top(at.force, at.h * at.slope, force, at.h * slope)

@@ -16,10 +16,9 @@ from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS
+from vibrojax.integrate.landing import SLOWEST_TOUCH
 from vibrojax.suspension import Linear
 
-_SLOWEST_TOUCH = 1e-4
-"""m/s; an approach slower than this does not lengthen the contact steps further."""
 _CHATTER = 1e-10
 """m; a rigid stop from which the hammer would rebound no further than this while it is pressed on holds it."""
 
@@ -164,7 +163,7 @@ class ExactFlight(AbstractEngine):
     ) -> _Carry:
         """The lanes in contact, to their releases or their next strobe."""
         afresh = carry.since_touch == 0
-        speed = jnp.where(entering, jnp.maximum(carry.approach_speed, _SLOWEST_TOUCH), 1.0)
+        speed = jnp.where(entering, jnp.maximum(carry.approach_speed, SLOWEST_TOUCH), 1.0)
         touch = touching(law, mass, speed, self.contact_steps)
 
         def unfinished(loop):

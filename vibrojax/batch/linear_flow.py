@@ -9,6 +9,7 @@ from jaxtyping import Array, Bool
 from vibrojax.excitation import Harmonic
 from vibrojax.shapes import Scalars
 from vibrojax.smooth import sine_cosine
+from vibrojax.steps import cubic
 from vibrojax.suspension import Linear
 from vibrojax.system import System
 
@@ -161,7 +162,7 @@ def highest(before: Point, after: Point, h: Scalars) -> Scalars:
     slope = jnp.where(turns, before.v - after.v, 1.0)
     sigma = jnp.where(turns, before.v / slope, 0.0)
     for _ in range(2):
-        value = _hermite(sigma, before.v, a0, after.v, a1)
+        value, _ = cubic(sigma, before.v, a0, after.v, a1)
         sigma = jnp.clip(sigma + value / slope, 0.0, 1.0)
     top = _quintic(sigma, before, after, h)
     return jnp.where(turns, top, jnp.maximum(before.u, after.u))
@@ -175,11 +176,6 @@ def _reached(d: Scalars, v: Scalars, acceleration: Scalars) -> Scalars:
     fast = 2.0 * d / jnp.where(towards, jnp.maximum(v + root, 1e-300), 1.0)
     slow = jnp.where(acceleration > 0, (root - v) / jnp.where(acceleration > 0, acceleration, 1.0), jnp.inf)
     return jnp.where(square < 0, jnp.inf, jnp.where(towards, fast, slow))
-
-
-def _hermite(s: Scalars, p0: Scalars, m0: Scalars, p1: Scalars, m1: Scalars) -> Scalars:
-    c2, c3 = 3.0 * (p1 - p0) - 2.0 * m0 - m1, m0 + m1 - 2.0 * (p1 - p0)
-    return p0 + s * (m0 + s * (c2 + s * c3))
 
 
 def _quintic(s: Scalars, before: Point, after: Point, h: Scalars) -> Scalars:

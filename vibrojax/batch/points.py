@@ -1,4 +1,4 @@
-"""Which operating points to integrate: labelled axes, and what each point sets in the rig."""
+"""What a batch is asked and what it answers: operating points on labelled axes, and responses of their shape."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -13,6 +13,7 @@ from vibrojax.contact import AbstractInstantaneousLaw, NoContact
 from vibrojax.contact.no_contact import NOWHERE
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced
+from vibrojax.integrate.base import RESULT_MESSAGES, SUCCESS
 from vibrojax.model import MASS, Model
 from vibrojax.system import System
 
@@ -149,3 +150,44 @@ def _spread(system: Any, lanes: int) -> Any:
     import jax
 
     return jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf, dtype=float), (lanes,)), system)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Responses:
+    """Recorded cycles of every operating point; `*axes` is the shape of the points.
+
+    Attributes:
+        coords: values along each axis.
+        u: displacement at the strobe that ends each recorded cycle, m, `(*axes, cycle)`.
+        v: velocity there, m/s.
+        impacts: touches that began in the cycle.
+        peak_force: largest push of the stop in the cycle, N.
+        impact_speed: fastest approach in the cycle, m/s.
+        u_max: largest displacement in the recorded cycles, m; of the fast path, also in up to three flights before them, `(*axes,)`.
+        closed: cycles after which the orbit was seen to repeat itself, and integration stopped; 0 where it did not.
+        cycles: integrated, `(*axes,)`.
+        result: `SUCCESS` or why the lane stopped, a code of `vibrojax.integrate.base`.
+        state: of every lane at the end, lanes in the order of the flattened axes.
+        engine: its name.
+        seconds: time of the integration, without compiling if it was compiled before.
+    """
+
+    coords: Mapping[str, np.ndarray]
+    u: np.ndarray
+    v: np.ndarray
+    impacts: np.ndarray
+    peak_force: np.ndarray
+    impact_speed: np.ndarray
+    u_max: np.ndarray
+    closed: np.ndarray
+    cycles: np.ndarray
+    result: np.ndarray
+    state: LaneState
+    engine: str
+    seconds: float
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Count of lanes by why they stopped short; empty where all went through."""
+        codes, counts = np.unique(self.result[self.result != SUCCESS], return_counts=True)
+        return {RESULT_MESSAGES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True)}

@@ -1,5 +1,6 @@
 """The general path: Runge-Kutta steps that land on every touch, for any suspension and any effect."""
 
+from collections.abc import Iterable
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
@@ -9,9 +10,10 @@ from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
-from vibrojax.batch.cubic import top
+from vibrojax.effects.base import AbstractEffect
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS
-from vibrojax.integrate.landing import STEPS_OF_A_VIBRATION, Landing, LandingState
+from vibrojax.integrate.landing import Landing, LandingState, flight_step
+from vibrojax.steps import cubic_top
 from vibrojax.system import System
 
 _Lanes = Float[Array, " lanes"]
@@ -54,7 +56,9 @@ class Stepping(AbstractEngine):
         system = lanes.systems
         period = 1.0 / lanes.frequency_hz
         begin = state.cycle.astype(state.u.dtype) * period
-        motion = self._landing(period[0]).start(system, begin[:, None], jnp.concatenate([state.u[:, None], state.v[:, None], state.own], 1))
+        motion = self._landing((), period[0]).start(
+            system, begin[:, None], jnp.concatenate([state.u[:, None], state.v[:, None], state.own], 1)
+        )
         motion = motion._replace(in_contact=state.in_contact, approach_speed=jnp.maximum(state.approach_speed, motion.approach_speed * 0))
 
         def one_cycle(motion: LandingState, number: Array):
@@ -70,19 +74,15 @@ class Stepping(AbstractEngine):
         kept = [part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed)]
         return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max[-recorded:], axis=0), result, jnp.sum(steps))
 
-    def _landing(self, period: Float[Array, ""], fastest_hz: Float[Array, ""] | float = 0.0) -> Landing:
+    def _landing(self, effects: Iterable[AbstractEffect], period: Float[Array, ""]) -> Landing:
         """The stepper of one lane."""
-        per_second = jnp.maximum(self.flight_steps / period, STEPS_OF_A_VIBRATION * jnp.asarray(fastest_hz))
-        return Landing(contact_steps=self.contact_steps, flight_step=1.0 / per_second)
+        return Landing(contact_steps=self.contact_steps, flight_step=flight_step(effects, 1.0 / period, a_period=self.flight_steps))
 
     def _to_strobe(self, systems: System, periods: _Lanes, targets: _Lanes, motion: LandingState):
         """All lanes to their next strobe: the motion there, what the cycle brought, steps, and which lanes did not get there."""
 
         def step(system: System, period: Array, target: Array, before: LandingState, cycle: _Cycle):
-            fastest = jnp.asarray(0.0)
-            for effect in system.effects:
-                fastest = jnp.maximum(fastest, jnp.asarray(effect.fastest_hz))
-            after = self._landing(period, fastest).step(system, target, before)
+            after = self._landing(system.effects, period).step(system, target, before)
             after = jax.tree.map(lambda new, old: jnp.where(before.t < target, new, old), after, before)
             return after, _noted(system, before, after, cycle)
 
@@ -120,4 +120,4 @@ def _noted(system: System, before: LandingState, after: LandingState, cycle: _Cy
 def _highest(before: LandingState, after: LandingState) -> Array:
     """Largest displacement in a step, m, from the cubic through its ends."""
     h, v1 = after.t - before.t, after.v if after.v_arriving is None else after.v_arriving
-    return top(before.u, h * before.v, after.u, h * v1)
+    return cubic_top(before.u, h * before.v, after.u, h * v1)

@@ -82,9 +82,8 @@ def continue_(
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
-        from vibrojax.continuation.branch import finding
+        from vibrojax.continuation.figure import borders_finding, branch_finding
         from vibrojax.continuation.job import borders_and_write, follow_and_write
-        from vibrojax.continuation.plane import finding as borders_finding
 
         rigs = _rigs(model, preset, {"gap": gap, "amplitude": base_amplitude, "frequency": frequency}, vary, name, at)
         if second is not None:
@@ -92,7 +91,7 @@ def continue_(
         for tail, rig in rigs:
             look: Any = dict(tail=tail, look=FIGURE_STYLES[style], progress=say)
             branches = follow_and_write(rig, name, bounds, folder, at=at, start=start, doublings=doublings, **look)
-            lines = [finding(branch) for branch in branches]
+            lines = [branch_finding(branch) for branch in branches]
             if second is not None:
                 curves, lost = borders_and_write(branches[0], second, (bounds, span), folder, **look)
                 lines += [borders_finding(curves), *(f"not followed: {text}" for text in lost)]

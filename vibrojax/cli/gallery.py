@@ -48,8 +48,7 @@ def gallery(
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
-        from vibrojax.gallery import make_gallery, model_plates, preset_plates
-        from vibrojax.gallery.make import PAGE
+        from vibrojax.gallery import PAGE, make_gallery, model_plates, preset_plates
         from vibrojax.model_file import read_model
         from vibrojax.presets import read_preset
 

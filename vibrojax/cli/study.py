@@ -336,7 +336,7 @@ def say_attractors(console: Console, data: Any) -> None:
 
 def _table(rows: list[dict[str, Any]]) -> Table:
     """One row an attractor."""
-    from vibrojax.studies.basin_finding import bears
+    from vibrojax.studies.finding import bears
 
     table = Table("attractor", "share (95 %)", "section u (mm), u' (m/s)", "bears at the strobe", "largest disc (mm)", "exponent")
     for one in rows[:_MOST]:

@@ -225,7 +225,7 @@ class Over:
         if self.branches and len(jobs) > 1:
             raise InputError(f"--branches is given with {len(jobs)} diagrams: expected one, that of the branches; give one value of each")
         if self.branches:
-            from vibrojax.studies.bifurcation import read_branches
+            from vibrojax.studies.continuation_lines import read_branches
 
             read_branches(self.branches, jobs[0].settings["parameter"])
         if self.manifolds is not None:
@@ -237,11 +237,11 @@ class Over:
     def drawn(self, data: Any, model: Any, say: Callable[[str], None]) -> Any:
         """The study with what is drawn over it."""
         if self.borders is not None:
-            from vibrojax.studies.peterka import with_borders
+            from vibrojax.studies.continuation_lines import with_borders
 
             data = with_borders(data, model, self.borders)
         if self.branches:
-            from vibrojax.studies.bifurcation import with_branches
+            from vibrojax.studies.continuation_lines import with_branches
 
             data = with_branches(data, self.branches)
         if self.manifolds is not None:

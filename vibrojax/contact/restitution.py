@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from vibrojax.contact.base import AbstractCompliantLaw, AbstractContactLaw, AbstractInstantaneousLaw
 from vibrojax.shapes import Value
+from vibrojax.steps import runge_kutta_step
 
 _STEPS, _MOST = 200, 40_000
 """Of the integration, in a law's rough contact time and at most."""
@@ -39,17 +40,13 @@ def restitution(law: AbstractContactLaw, mass: Value, approach_speed: Float[Arra
     assert isinstance(law, AbstractCompliantLaw)
     step = law.contact_time(jnp.asarray(mass), approach_speed) / _STEPS
 
-    def slope(indentation, rate):
+    def rates(_, state):
+        indentation, rate = state
         return rate, -law.force(jnp.maximum(indentation, 0.0), rate, approach_speed) / mass
 
     def onward(state):
         count, indentation, rate, leaving = state
-        k1 = slope(indentation, rate)
-        k2 = slope(indentation + 0.5 * step * k1[0], rate + 0.5 * step * k1[1])
-        k3 = slope(indentation + 0.5 * step * k2[0], rate + 0.5 * step * k2[1])
-        k4 = slope(indentation + step * k3[0], rate + step * k3[1])
-        deeper = indentation + step / 6.0 * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0])
-        faster = rate + step / 6.0 * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1])
+        (deeper, faster), _ = runge_kutta_step(rates, 0.0, (indentation, rate), step)
         leaves = jnp.isnan(leaving) & (deeper <= 0.0)
         part = indentation / jnp.where(leaves, indentation - deeper, 1.0)
         return count + 1, deeper, faster, jnp.where(leaves, rate + part * (faster - rate), leaving)

@@ -1,12 +1,10 @@
 """Periodic orbits of the rig under a harmonic cart: Newton shooting, Floquet multipliers, branches through folds, special points."""
 
 from vibrojax.continuation.border import Border, border
-from vibrojax.continuation.branch import Branch, End
-from vibrojax.continuation.follow import Steps, follow
+from vibrojax.continuation.branch import Branch, End, Kind, SpecialPoint
+from vibrojax.continuation.follow import Steps, doubled, follow
 from vibrojax.continuation.orbit import Orbit, find_orbit, settle
 from vibrojax.continuation.rig import ForcedRig
-from vibrojax.continuation.special import Kind, SpecialPoint
-from vibrojax.continuation.switching import doubled
 
 __all__ = [
     "Border",

@@ -1,18 +1,15 @@
 """Borders in the plane of two parameters: curves along which an orbit folds, doubles its period, or grazes the stop."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Float, Int
 
-from vibrojax.continuation.branch import End
-from vibrojax.continuation.multipliers import flip_test, fold_test
-from vibrojax.continuation.orbit import landing_of, map_with_jacobian, solved, state_scale
-from vibrojax.continuation.rig import SETTINGS, ForcedRig, as_arrays
-from vibrojax.continuation.special import Kind, SpecialPoint
-from vibrojax.continuation.stroboscope import Passage
+from vibrojax.continuation.branch import Branch, End, Kind, SpecialPoint
+from vibrojax.continuation.orbit import flip_test, fold_test, landing_of, map_with_jacobian, solved, state_scale
+from vibrojax.continuation.rig import SETTINGS, ForcedRig, Passage, as_arrays
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
 
@@ -28,6 +25,8 @@ _STRAIGHT = 0.97
 """Least cosine between a chord and the tangents at its ends."""
 _FIRST, _LONGEST, _SHORTEST, _LONGER, _SHORTER = 1e-2, 4e-2, 1e-5, 1.4, 0.5
 """Lengths of steps, with the ranges of both parameters as one, and their changes."""
+_REACH = 1e-3
+"""Of the ranges: a special point so near to a border lies on it."""
 _BACK = 8
 """Points after which a border may close on itself."""
 
@@ -253,3 +252,50 @@ def _at_bound(surface: _Surface, last: Coordinates, new: Coordinates, limits: Fl
         return surface.corrected(last + parts[axis] * (new - last), _unit(len(last), len(last) - 2 + axis))
     except NoConvergenceError:
         return None
+
+
+def borders(
+    branch: Branch,
+    along: str,
+    bounds: tuple[Bounds, Bounds],
+    *,
+    landing: Landing | None = None,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> tuple[list[Border], list[str]]:
+    """Follow every fold, period doubling and grazing of a branch in a second parameter; those on one border are followed once.
+
+    Arguments:
+        branch: as followed along its own parameter.
+        along: name of the second parameter.
+        bounds: of both parameters, SI.
+        landing: the integrator.
+        progress: called with each special point.
+
+    Returns:
+        The borders, and a sentence on each special point from which none could be followed.
+    """
+    found: list[Border] = []
+    lost: list[str] = []
+    reach = (_REACH * (bounds[0][1] - bounds[0][0]), _REACH * (bounds[1][1] - bounds[1][0]))
+    for place in branch.special:
+        here = float(place.orbit.rig.value(along))
+        known = (one for one in found if one.kind is place.kind)
+        if place.kind not in FOLLOWED or any(one.holds(place.parameter, here, reach) for one in known):
+            continue
+        progress(f"following the {place.kind.value} at {place.parameter:.4g} along {along}")
+        try:
+            found.append(border(place, (branch.name, along), bounds, landing=landing))
+        except NoConvergenceError as error:
+            lost.append(f"{place.kind.value} at {place.parameter:.6g}: {error}")
+    return found, lost
+
+
+def csv(found: Sequence[Border]) -> str:
+    """All borders as comma-separated text with a header, numbered in the first column."""
+    lines: list[str] = []
+    for number, one in enumerate(found, 1):
+        columns = one.columns()
+        lines = lines or [",".join(["border", *columns])]
+        values = [np.asarray(column).tolist() for column in columns.values()]
+        lines += [",".join([str(number), *(str(value) for value in row)]) for row in zip(*values, strict=True)]
+    return "\n".join(lines) + "\n"

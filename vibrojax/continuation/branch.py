@@ -1,13 +1,269 @@
-"""A branch of periodic orbits, as found: arrays along it, special points, a table, and what it shows in one sentence."""
+"""A branch of periodic orbits: the curve and its points, the special points at which something changes, and the table of all of it."""
 
+import dataclasses
 import enum
+from collections.abc import Callable
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
-from vibrojax.continuation.multipliers import is_stable
-from vibrojax.continuation.special import SpecialPoint
+from vibrojax.continuation.orbit import (
+    Orbit,
+    flip_test,
+    fold_test,
+    has_unit_pair,
+    is_stable,
+    map_with_jacobian,
+    multipliers,
+    solved,
+    state_scale,
+    torus_test,
+)
+from vibrojax.continuation.rig import ForcedRig, Passage, as_arrays
+from vibrojax.errors import NoConvergenceError
+from vibrojax.integrate import Landing
+
+Coordinates = Float[np.ndarray, " coordinates"]
+_TOLERANCE = 1e-10
+_ITERATIONS = 8
+_WORSE = 2.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    """One orbit of a branch, in the coordinates z = (state / scale, parameter / scale)."""
+
+    z: Coordinates
+    monodromy: Float[np.ndarray, "states states"]
+    """In SI."""
+    tangent: Coordinates
+    """Of length one; the caller chooses its sense."""
+    passage: Passage
+    corrections: int
+    """Newton steps that it took."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Curve:
+    """The curve P^p(x; parameter) = x of one family of orbits in scaled coordinates.
+
+    Arguments:
+        rig: the rig, all numbers but one of which stay.
+        name: of the parameter that varies along the curve.
+        cycles: p.
+        landing: the integrator.
+        scale: of the states and of the parameter.
+    """
+
+    rig: ForcedRig
+    name: str
+    cycles: int
+    landing: Landing
+    scale: Coordinates
+
+    def corrected(self, guess: Coordinates, normal: Coordinates) -> Point:
+        """The point of the curve on the plane through a guess, by Newton's method on P^p(x) - x = 0 and normal . (z - guess) = 0.
+
+        Raises:
+            NoConvergenceError: the closing error does not reach its tolerance, or grows.
+        """
+        z, last = guess, np.inf
+        for corrections in range(_ITERATIONS + 1):
+            gap, jacobian, monodromy, passage = self._closing(z)
+            error = float(np.max(np.abs(gap)))
+            if error < _TOLERANCE and corrections > 0:
+                return Point(z, monodromy, _null_vector(jacobian), passage, corrections)
+            if not error < _WORSE * last:
+                break
+            bordered = np.vstack([jacobian, normal])
+            z = z - solved(bordered, np.append(gap, normal @ (z - guess)))
+            last = error
+        raise NoConvergenceError(f"no orbit on the plane through {self.name} = {guess[-1] * self.scale[-1]:g}: closing error {error:.1e}")
+
+    def tangent_at(self, z: Coordinates) -> tuple[Coordinates, int]:
+        """Unit vector along which the closing error does not change, at a point that need not be on the curve, and its impacts."""
+        _, jacobian, _, passage = self._closing(z)
+        return _null_vector(jacobian), int(passage.touches)
+
+    def start(self, orbit: Orbit) -> Point:
+        """The point of a given orbit."""
+        z = np.append(orbit.state, float(self.rig.value(self.name))) / self.scale
+        return self.corrected(z, _along_parameter(z))
+
+    def at_parameter(self, guess: Coordinates) -> Point:
+        """The point with the parameter of the guess."""
+        return self.corrected(guess, _along_parameter(guess))
+
+    def rig_at(self, point: Point) -> ForcedRig:
+        """The rig with the parameter of a point."""
+        return as_arrays(self.rig.replace(self.name, float(point.z[-1] * self.scale[-1])))
+
+    def orbit(self, point: Point) -> Orbit:
+        """The orbit of a point."""
+        return Orbit(self.rig_at(point), self.cycles, point.z[:-1] * self.scale[:-1], point.monodromy, point.passage)
+
+    def multipliers(self, point: Point) -> np.ndarray:
+        """Floquet multipliers of a point."""
+        return multipliers(point.monodromy)
+
+    def _closing(self, z: Coordinates):
+        """Closing error and its Jacobian in scaled coordinates; monodromy matrix in SI; passage."""
+        state = z[:-1] * self.scale[:-1]
+        rig = as_arrays(self.rig.replace(self.name, float(z[-1] * self.scale[-1])))
+        reached, full, passage = map_with_jacobian(self.landing, rig, self.name, self.cycles, state)
+        jacobian = (full - np.eye(*full.shape)) * self.scale / self.scale[:-1, None]
+        return (reached - state) / self.scale[:-1], jacobian, full[:, :-1], passage
+
+
+def curve_through(orbit: Orbit, name: str, span: float, landing: Landing) -> Curve:
+    """The curve through an orbit along one parameter; `span` is the range of the parameter that counts as one."""
+    sizes = state_scale(orbit.rig)
+    sizes[:2] *= max(sizes[0], abs(float(orbit.rig.gap)), float(orbit.passage.highest), -float(orbit.passage.lowest)) / sizes[0]
+    return Curve(as_arrays(orbit.rig), name, orbit.cycles, landing, np.append(sizes, span))
+
+
+def _along_parameter(z: Coordinates) -> Coordinates:
+    normal = np.zeros_like(z)
+    normal[-1] = 1.0
+    return normal
+
+
+def _null_vector(jacobian: Float[np.ndarray, "states coordinates"]) -> Coordinates:
+    """Unit vector that the Jacobian maps to nothing."""
+    return np.linalg.svd(jacobian)[2][-1]
+
+
+_FINEST = 1e-9
+_SMALLER = 0.05
+"""A test that vanishes falls to this part of its values at the ends of the step; one that jumps does not."""
+_ON_CIRCLE = 1e-3
+
+
+class Kind(enum.Enum):
+    """What happens at a special point."""
+
+    FOLD = "fold"
+    """Two orbits, one of them unstable, meet and vanish: a multiplier passes +1 while the branch turns back. Sweeps jump here."""
+    BRANCH_POINT = "branch point"
+    """A multiplier passes +1 and the branch goes on: another branch crosses."""
+    PERIOD_DOUBLING = "period doubling"
+    """A multiplier passes -1: an orbit of twice the period is born."""
+    TORUS = "Neimark-Sacker"
+    """A complex pair leaves the unit circle: quasi-periodic motion is born."""
+    GRAZING = "grazing"
+    """An impact of speed zero: beyond, the orbit has one impact more or fewer, or does not exist."""
+    GRAZING_FOLD = "grazing fold"
+    """A grazing at which the branch turns back in a corner, without a multiplier passing +1 smoothly. Sweeps jump here."""
+
+
+class SpecialPoint(eqx.Module):
+    """Where on a branch something happens."""
+
+    kind: Kind = eqx.field(static=True)
+    parameter: float
+    orbit: Orbit
+    """The nearest one found."""
+    bracket: float
+    """Distance of the parameter between the nearest orbits found on either side."""
+
+
+@dataclasses.dataclass(frozen=True)
+class _Watch:
+    """A smooth function of a point whose change of sign announces something."""
+
+    test: Callable[[Point], float]
+    kind: Callable[[Point], Kind | None]
+
+
+def special_points(curve: Curve, before: Point, after: Point) -> list[SpecialPoint]:
+    """What happens between two neighbouring points of a branch as it is followed, each located by bisection along the chord.
+
+    A sign change by a jump (as of multipliers at a grazing with a stiff stop) is not reported as a passage of a multiplier.
+    """
+    along = (after.z - before.z) / np.linalg.norm(after.z - before.z)
+    found = [_passage(curve, before, after, watch) for watch in _watches(before, after, along)]
+    places = [place for place in found if place is not None]
+    if int(before.passage.touches) != int(after.passage.touches):
+        corner = _turns(before, after) and Kind.FOLD not in {place.kind for place in places}
+        places.append(_grazing(curve, before, after, Kind.GRAZING_FOLD if corner else Kind.GRAZING))
+    return sorted(places, key=lambda place: float(np.append(place.orbit.state, place.parameter) / curve.scale @ along))
+
+
+def _watches(before: Point, after: Point, along: Coordinates) -> list[_Watch]:
+    """Tests for this stretch."""
+    turns = _turns(before, after)
+    return [
+        _Watch(lambda point: _slope(point, along), lambda _: Kind.FOLD),
+        _Watch(lambda point: fold_test(point.monodromy), lambda _: None if turns else Kind.BRANCH_POINT),
+        _Watch(lambda point: flip_test(point.monodromy), lambda _: Kind.PERIOD_DOUBLING),
+        _Watch(lambda point: torus_test(point.monodromy), _torus),
+    ]
+
+
+def _turns(before: Point, after: Point) -> bool:
+    """Whether the parameter goes the other way after the step: tangents at its ends point along the branch as it is followed."""
+    return bool(before.tangent[-1] * after.tangent[-1] < 0)
+
+
+def _slope(point: Point, along: Coordinates) -> float:
+    """How fast the parameter changes along the branch, in the sense of `along`."""
+    return float(point.tangent[-1] * np.sign(point.tangent @ along))
+
+
+def _torus(point: Point) -> Kind | None:
+    return Kind.TORUS if has_unit_pair(multipliers(point.monodromy), _ON_CIRCLE) else None
+
+
+def _passage(curve: Curve, before: Point, after: Point, watch: _Watch) -> SpecialPoint | None:
+    """Where a test vanishes between two points; None where it does not, or jumps."""
+    ends = watch.test(before), watch.test(after)
+    if ends[0] * ends[1] >= 0:
+        return None
+    low, high = _bisect(curve, before, after, lambda point: np.sign(watch.test(point)) == np.sign(ends[0]), lambda: None)
+    nearer = min(low, high, key=lambda point: abs(watch.test(point)))
+    kind = watch.kind(nearer) if abs(watch.test(nearer)) <= _SMALLER * min(abs(end) for end in ends) else None
+    return None if kind is None else _place(curve, kind, nearer, low, high)
+
+
+def _grazing(curve: Curve, before: Point, after: Point, kind: Kind) -> SpecialPoint:
+    """Where the number of impacts changes between two points.
+
+    With a rigid stop Newton's method fails just beyond the grazing, on the side with more impacts: there a failure counts as that side.
+    """
+    touches = int(before.passage.touches)
+    fewer_first = touches < int(after.passage.touches)
+    low, high = _bisect(curve, before, after, lambda point: int(point.passage.touches) == touches, lambda: not fewer_first)
+    return _place(curve, kind, low if fewer_first else high, low, high)
+
+
+def _bisect(
+    curve: Curve, before: Point, after: Point, like_first: Callable[[Point], bool], on_failure: Callable[[], bool | None]
+) -> tuple[Point, Point]:
+    """The last points found on either side of a change, the stretch halved until it is as short as Newton's method can resolve.
+
+    `on_failure` says whether a plane without an orbit lies on the side of the first point; None ends the search.
+    """
+    first, last = before, after
+    low, high, length = 0.0, 1.0, float(np.linalg.norm(after.z - before.z))
+    while (high - low) * length > _FINEST:
+        middle = 0.5 * (low + high)
+        try:
+            point = curve.corrected(before.z + middle * (after.z - before.z), (after.z - before.z) / length)
+            on_first_side = like_first(point)
+            first, last = (point, last) if on_first_side else (first, point)
+        except NoConvergenceError:
+            on_first_side = on_failure()
+            if on_first_side is None:
+                break
+        low, high = (middle, high) if on_first_side else (low, middle)
+    return first, last
+
+
+def _place(curve: Curve, kind: Kind, at: Point, low: Point, high: Point) -> SpecialPoint:
+    """A special point at one of two neighbours."""
+    width = float(abs(high.z[-1] - low.z[-1]) * curve.scale[-1])
+    return SpecialPoint(kind, float(at.z[-1] * curve.scale[-1]), curve.orbit(at), width)
 
 
 class End(enum.Enum):
@@ -97,27 +353,3 @@ class Branch(eqx.Module):
             }
             for place in self.special
         ]
-
-
-def finding(branch: Branch) -> str:
-    """Where its orbits are stable, where they change, and where the impact is strongest on the stable ones."""
-    x, unit = branch.parameter, branch.label.rpartition(" ")[2].strip("()")
-    stable, touches = branch.stable, branch.touches
-    kinds = np.where(stable, touches, -1)
-    if End.CLOSED in branch.ends and (changes := np.flatnonzero(kinds[1:] != kinds[:-1])).size:  # a stretch across the first point
-        x, kinds, touches, stable = (np.roll(part, -1 - changes[0]) for part in (x, kinds, touches, stable))
-    starts = [0, *(1 + np.flatnonzero(kinds[1:] != kinds[:-1])), len(kinds)]
-    stretches: dict[str, list[str]] = {}
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
-        if stable[a]:
-            name = f"z = {touches[a]}/{branch.cycles}" if touches[a] else "no impact"
-            low, high = float(x[a:b].min()), float(x[a:b].max())
-            stretches.setdefault(name, []).append(f"from {low:.4g} to {high:.4g} {unit}")
-    words = [f"{name} stable {' and '.join(parts)}" for name, parts in sorted(stretches.items(), reverse=True)] or ["nowhere stable"]
-    places = [f"{place.kind.value} at {place.parameter:.4g} {unit}" for place in branch.special]
-    sentence = ", ".join([*words, *places])
-    strength, symbol = (branch.impact_speed, "impact speed {:.3g} m/s") if branch.rigid else (branch.peak_force, "F_i {:.3g} N")
-    if branch.stable.any() and strength[branch.stable].max() > 0:
-        top = int(np.argmax(np.where(branch.stable, strength, -np.inf)))
-        sentence += f", largest stable {symbol.format(strength[top])} at {branch.parameter[top]:.4g} {unit}"
-    return sentence

@@ -9,17 +9,12 @@ import numpy as np
 
 from vibrojax import __version__
 from vibrojax.contact import AbstractInstantaneousLaw
-from vibrojax.continuation.border import Border, Bounds
-from vibrojax.continuation.branch import Branch, finding
-from vibrojax.continuation.figure import draw
-from vibrojax.continuation.follow import follow
+from vibrojax.continuation.border import Border, Bounds, borders, csv
+from vibrojax.continuation.branch import Branch, Kind
+from vibrojax.continuation.figure import borders_finding, branch_finding, draw_borders, draw_branches
+from vibrojax.continuation.follow import doubled, follow
 from vibrojax.continuation.orbit import find_orbit, settle
-from vibrojax.continuation.plane import borders, csv
-from vibrojax.continuation.plane import draw as draw_borders
-from vibrojax.continuation.plane import finding as borders_finding
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
-from vibrojax.continuation.special import Kind
-from vibrojax.continuation.switching import doubled
 from vibrojax.drawing import FORMATS, save, sized, style
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.figure_style import SCREEN, FigureStyle, rig_words, written
@@ -100,7 +95,7 @@ def follow_and_write(
         }
         (folder / f"special{born}{tail}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     with style(look):
-        figure = sized(draw(branches), look)
+        figure = sized(draw_branches(branches), look)
         for suffix in FORMATS:
             save(figure, folder / f"branch{tail}.{suffix}", look)
     (folder / f"branch{tail}.md").write_text(_caption(rig, branches), encoding="utf-8")
@@ -173,7 +168,7 @@ def _caption(rig: ForcedRig, branches: list[Branch]) -> str:
     )
     if len(branches) > 1:
         shown += " The other colours: branches born by period doubling."
-    return written("branch of periodic motion", shown, "; ".join(map(finding, branches)), rows)
+    return written("branch of periodic motion", shown, "; ".join(map(branch_finding, branches)), rows)
 
 
 def _rows(rig: ForcedRig, varied: Mapping[str, tuple[float, float]]) -> dict[str, str]:

@@ -146,3 +146,20 @@ class AbstractEffect(eqx.Module):
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """What the recorder shows along a motion, from what an ideal one would; a channel that is not there stays away."""
         return readings
+
+
+class AbstractChannelFault(AbstractEffect):
+    """A fault of the recorder in one channel; it implements `scaled` and `read`."""
+
+    of_channel: eqx.AbstractVar[str]
+    """Name of the channel; empty for none."""
+
+    @property
+    def is_fault(self) -> bool:
+        """Yes."""
+        return True
+
+    @property
+    def channel(self) -> str | None:
+        """The one that is wrong."""
+        return self.of_channel or None

@@ -5,8 +5,7 @@ from typing import ClassVar
 
 import equinox as eqx
 
-from vibrojax.effects.base import Motion, Own, OwnState, Readings
-from vibrojax.effects.channel_fault import AbstractChannelFault
+from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value

@@ -7,8 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from vibrojax.effects.base import UNIT_OF_CHANNEL, Motion, Own, OwnState, Readings
-from vibrojax.effects.channel_fault import AbstractChannelFault
+from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value

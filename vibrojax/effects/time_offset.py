@@ -9,8 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from vibrojax.effects.base import Motion, Own, OwnState, Readings
-from vibrojax.effects.channel_fault import AbstractChannelFault
+from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.excitation import SampledMotion
 from vibrojax.integrate.base import NOT_FINITE, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.steps import runge_kutta_step
 from vibrojax.system import System
 
 _SUBSTEPS = 4
@@ -68,8 +69,4 @@ def _advanced(system: System, motion: SampledMotion, t, h, own, touching, speed)
     def rates(t, own):
         return system.forces(t, motion.displacement(t), motion.velocity(t), own, touching, speed).own_rates
 
-    one = rates(t, own)
-    two = rates(t + 0.5 * h, own + 0.5 * h * one)
-    three = rates(t + 0.5 * h, own + 0.5 * h * two)
-    four = rates(t + h, own + h * three)
-    return own + h / 6.0 * (one + 2.0 * (two + three) + four)
+    return runge_kutta_step(rates, t, own, h)[0]

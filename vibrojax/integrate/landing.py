@@ -1,4 +1,7 @@
-"""Runge-Kutta steps that land on every touch and release; natively batched."""
+"""Runge-Kutta steps that land on every touch and release; natively batched.
+
+From the ends of all steps the samples in between are read off a cubic.
+"""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -13,13 +16,123 @@ from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractBatchIntegrator, Trajectory
-from vibrojax.integrate.crossing import crossing, landing_correction
-from vibrojax.integrate.dense import Point, at_samples
 from vibrojax.shapes import Number
+from vibrojax.steps import cubic, runge_kutta_step
 from vibrojax.system import System
 
+_Scalars = Float[Array, "..."]
+_GRAZE = 1e-6
+"""m/s; a touch slower than this is a graze: the derivative of its time grows without bound and is taken as zero."""
+
+
+def crossing(
+    before: _Scalars, rate_before: _Scalars, after: _Scalars, rate_after: _Scalars, h: _Scalars
+) -> tuple[Bool[Array, "..."], _Scalars]:
+    """Whether the cubic through both ends of a step rises above zero on its way, if only for a moment, and when it first does.
+
+    A step starts at or below zero by definition, whatever rounding says. Newton's method starts from the root of a parabola, which is
+    right even where a step starts on the boundary and comes back to it after a small part of its length.
+
+    Arguments:
+        before: signed distance past the boundary at the start of the step, m.
+        rate_before: its rate, m/s.
+        after: distance at the end, m.
+        rate_after: rate at the end, m/s.
+        h: length of the step, s.
+
+    Returns:
+        crosses, and the time from the start of the step, s, without derivative (see `landing_correction`).
+    """
+    p0, m0, p1, m1 = (lax.stop_gradient(x) for x in (jnp.minimum(before, 0.0), h * rate_before, after, h * rate_after))
+    turns = (p1 <= 0) & (m0 > 0) & (m1 < 0)
+    top = jnp.where(turns, m0 / jnp.where(turns, m0 - m1, 1.0), 1.0)
+    p_top, _ = cubic(top, p0, m0, p1, m1)
+    crosses = p_top > 0
+
+    s = jnp.where(crosses, top * _parabola_root(p0, top * m0, p_top), 0.0)
+    low, high = jnp.zeros_like(s), top
+    for _ in range(4):
+        value, slope = cubic(s, p0, m0, p1, m1)
+        low, high = jnp.where(value > 0, low, s), jnp.where(value > 0, s, high)
+        newton = s - value / jnp.where(slope == 0, 1.0, slope)
+        s = jnp.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
+    return crosses, lax.stop_gradient(s * h)
+
+
+def landing_correction(distance: _Scalars, rate: _Scalars) -> _Scalars:
+    """Newton correction of the time of a landing, s: its value is rounding error, its derivative is that of the landing time."""
+    moving = jnp.abs(rate) > _GRAZE
+    return jnp.where(moving, -distance / jnp.where(moving, rate, 1.0), 0.0)
+
+
+def _parabola_root(p0: _Scalars, slope: _Scalars, p1: _Scalars) -> _Scalars:
+    """Upward root in [0, 1] of the parabola from p0 <= 0, with that slope there, to p1 > 0; without cancellation."""
+    a = p1 - p0 - slope
+    root = jnp.sqrt(jnp.maximum(slope**2 - 4.0 * a * p0, 0.0))
+    rising = slope > 0
+    over = jnp.where(rising, slope + root, 2.0 * a)
+    return jnp.where(rising, -2.0 * p0, root - slope) / jnp.where(over == 0, 1.0, over)
+
+
+class Point(NamedTuple):
+    """The end of a step, of every lane."""
+
+    t: Float[Array, "*points lanes"]
+    u: Float[Array, "*points lanes"]
+    v: Float[Array, "*points lanes"]
+    """Velocity with which the next step begins."""
+    v_arriving: Float[Array, "*points lanes"] | None
+    """Velocity with which the last step ended, where a rigid stop can make it another than `v`."""
+    approach_speed: Float[Array, "*points lanes"]
+    in_contact: Bool[Array, "*points lanes"]
+    own: Float[Array, "*points lanes own"]
+    own_rates: Float[Array, "*points lanes own"]
+
+
+def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes time"]):
+    """u, u', contact and approach speed at the samples, each of shape (lanes, time), and the effects' own states, (lanes, time, own).
+
+    Between the ends of each step lies the cubic through them.
+
+    Points of one lane may repeat (a step that was taken back, a lane that has ended); those beyond `count` are not used. The cubic
+    departs from the motion by h^4 / 384 of its fourth derivative, its slope by a third-order term.
+    """
+    used = jnp.arange(points.t.shape[0])[:, None] <= count
+    stamps = jnp.where(used, lax.stop_gradient(points.t), jnp.inf)
+    begin = jax.vmap(lambda column, times: jnp.searchsorted(column, times, side="right"), in_axes=(1, 0))(stamps, ts) - 1
+    begin = jnp.clip(begin.astype(count.dtype), 0, jnp.maximum(count - 1, 0)).T
+
+    def pick(leaf: Array, rows: Int[Array, "time lanes"]) -> Array:
+        return jnp.take_along_axis(leaf, rows, axis=0).T
+
+    arriving = points.v if points.v_arriving is None else points.v_arriving
+    t0, u0, v0 = (pick(leaf, begin) for leaf in (points.t, points.u, points.v))
+    t1, u1, v1 = (pick(leaf, begin + 1) for leaf in (points.t, points.u, arriving))
+    moving = t1 > t0
+    h = jnp.where(moving, t1 - t0, 1.0)
+    s = jnp.clip(jnp.where(moving, (ts - t0) / h, 0.0), 0.0, 1.0)
+    m0, m1 = jnp.where(moving, h * v0, 0.0), jnp.where(moving, h * v1, 0.0)
+    u, slope = cubic(s, u0, m0, u1, m1)
+    v = slope / h
+    own = _own_at(points, begin, s, h)
+    return u, v, pick(points.in_contact, begin), pick(points.approach_speed, begin), own
+
+
+def _own_at(points: Point, begin: Int[Array, "time lanes"], s: Float[Array, "lanes time"], h: Float[Array, "lanes time"]) -> Array:
+    """Own states at part s of steps of length h."""
+    if points.own.shape[-1] == 0:
+        return jnp.zeros((*s.shape, 0), s.dtype)
+
+    def pick(leaf: Array, rows: Array) -> Array:
+        return jnp.swapaxes(jnp.take_along_axis(leaf, rows[:, :, None], axis=0), 0, 1)
+
+    w0, w1 = pick(points.own, begin), pick(points.own, begin + 1)
+    m0, m1 = h[..., None] * pick(points.own_rates, begin), h[..., None] * pick(points.own_rates, begin + 1)
+    return cubic(s[..., None], w0, m0, w1, m1)[0]
+
+
 _Lanes = Float[Array, " lanes"]
-_SLOWEST_TOUCH = 1e-4
+SLOWEST_TOUCH = 1e-4
 """m/s; an approach slower than this does not lengthen the contact steps further."""
 
 
@@ -122,7 +235,7 @@ class Landing(AbstractBatchIntegrator):
             t=ts[:, 0] + 0.0 * u,
             u=u,
             v=v,
-            approach_speed=jnp.maximum(jnp.abs(v), _SLOWEST_TOUCH),
+            approach_speed=jnp.maximum(jnp.abs(v), SLOWEST_TOUCH),
             in_contact=touching,
             landing=jnp.zeros(lanes, bool),
             h_landing=jnp.zeros(lanes, u.dtype),
@@ -137,7 +250,13 @@ class Landing(AbstractBatchIntegrator):
         longest = self._longest(system, carry, jnp.inf if friction is None else friction.to_reversal)
         last = ~carry.landing & (remaining <= longest)
         h = jnp.where(last, remaining, jnp.where(carry.landing, carry.h_landing, longest))
-        u1, v1, own1, (_, acceleration, own_rates) = self._runge_kutta(system, carry, h)
+
+        def rates(t, state):
+            u, v, own = state
+            found = system.forces(t, u, v, own, carry.in_contact, carry.approach_speed)
+            return v, found.acceleration, found.own_rates
+
+        (u1, v1, own1), (_, acceleration, own_rates) = runge_kutta_step(rates, carry.t, (carry.u, carry.v, carry.own), h)
         if friction is not None:
             u1, v1 = friction.held(carry, h, u1, v1)
         before = system.approach(carry.t, carry.u, carry.v, carry.own)
@@ -180,29 +299,9 @@ class Landing(AbstractBatchIntegrator):
         flight = jnp.minimum(self.flight_step, to_reversal)
         if not isinstance(system.law, AbstractCompliantLaw):
             return flight
-        speed = jnp.maximum(carry.approach_speed, _SLOWEST_TOUCH)
+        speed = jnp.maximum(carry.approach_speed, SLOWEST_TOUCH)
         in_contact = system.law.contact_time(jnp.asarray(system.mass), speed) / self.contact_steps
         return jnp.where(carry.in_contact, jnp.minimum(in_contact, self.flight_step), flight)
-
-    def _runge_kutta(self, system: System, carry: LandingState, h: Float[Array, ""]):
-        """u, u' and own states after h, and the acceleration and the rates of own states at the last stage.
-
-        The stages are a loop: compiled once instead of four times, which is most of what a fit of short records waits for.
-        """
-        state = (carry.u, carry.v, carry.own)
-
-        def stage(loop, weights):
-            rates, total = loop
-            reach, share = weights
-            u, v, own = (one + reach * h * rate for one, rate in zip(state, rates, strict=True))
-            found = system.forces(carry.t + reach * h, u, v, own, carry.in_contact, carry.approach_speed)
-            rates = (v, found.acceleration, found.own_rates)
-            return (rates, tuple(one + share * rate for one, rate in zip(total, rates, strict=True))), None
-
-        none = jax.tree.map(jnp.zeros_like, state)
-        (rates, total), _ = lax.scan(stage, (none, none), jnp.array([[0.0, 1 / 6], [0.5, 1 / 3], [0.5, 1 / 3], [1.0, 1 / 6]]))
-        u, v, own = (one + h * rate for one, rate in zip(state, total, strict=True))
-        return u, v, own, rates
 
 
 class _Friction(NamedTuple):
@@ -256,7 +355,23 @@ def _point(carry: LandingState) -> Point:
     return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact, carry.own, carry.own_rates)
 
 
+def flight_step(
+    effects: Iterable[AbstractEffect], frequency_hz: Number, *, a_period: float, an_own_period: float = STEPS_OF_A_VIBRATION
+) -> Number:
+    """Longest step in flight that resolves the motion, s; infinite where nothing vibrates.
+
+    Arguments:
+        effects: of the rig.
+        frequency_hz: fastest vibration of the suspension or the excitation.
+        a_period: steps in a period of that.
+        an_own_period: steps in a period of the fastest vibration of an effect, at least.
+    """
+    per_second = a_period * jnp.asarray(frequency_hz)
+    for effect in effects:
+        per_second = jnp.maximum(per_second, an_own_period * jnp.asarray(effect.fastest_hz))
+    return 1.0 / per_second
+
+
 def landing_for(effects: Iterable[AbstractEffect], frequency_hz: float, *, flight_steps: int = 200) -> Landing:
     """Steps of a part of an excitation cycle, or of the fastest vibration of an effect where that asks for shorter ones."""
-    fastest = max((float(effect.fastest_hz) for effect in effects), default=0.0)
-    return Landing(flight_step=1.0 / max(flight_steps * frequency_hz, STEPS_OF_A_VIBRATION * fastest))
+    return Landing(flight_step=float(flight_step(effects, frequency_hz, a_period=float(flight_steps))))

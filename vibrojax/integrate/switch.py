@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, no_states, without_effects
-from vibrojax.integrate.crossing import crossing, landing_correction
+from vibrojax.integrate.landing import crossing, landing_correction
 from vibrojax.system import System
 
 _Scalar = Float[Array, ""]

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.optimize import root_scalar
 
 from vibrojax.contact import AbstractContactLaw, HuntCrossley, KelvinVoigtClipped
 from vibrojax.continuation import ForcedRig
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.presets.inference import clipped_dashpot
 from vibrojax.suspension import AbstractSuspension, Linear, Pendulum
 
 NAMES = ("wires", "beam_170", "beam_150", "beam_135", "drilling_hammer")
@@ -117,3 +117,19 @@ def read_preset(name: str) -> Preset:
     numbers = {key: Number(**(row | {"origin": Origin[row["origin"].upper()]})) for key, row in table["number"].items()}
     settings = {key: table[key] for key in ("title", "thesis", "suspension", "law")}
     return Preset(name=name, **settings, gaps=tuple(round(1e-3 * gap, 9) for gap in table["gaps_mm"]), numbers=numbers)
+
+
+def clipped_dashpot(restitution: float, stiffness: float, mass: float) -> float:
+    """lambda_i, s, that gives `KelvinVoigtClipped` a restitution, by its closed form e(zeta) for zeta < 1.
+
+    Example:
+        >>> f"{clipped_dashpot(0.75, 1e6, 1.0):.3e}"
+        '1.943e-04'
+    """
+
+    def miss(zeta: float) -> float:
+        r = np.sqrt(1.0 - zeta**2)
+        return float(np.exp(-zeta * (np.pi - np.arctan2(2.0 * zeta * r, 1.0 - 2.0 * zeta**2)) / r)) - restitution
+
+    zeta = float(root_scalar(miss, bracket=(1e-9, 0.999), method="bisect").root)
+    return 2.0 * zeta / float(np.sqrt(stiffness / mass))

@@ -1,4 +1,4 @@
-"""Attractors: motions that have settled share one where their section points lie in the same place.
+"""Attractors: where the motion from each initial state settles, which motions share one, and where several coexist near by.
 
 Attractors.jl finds attractors by recurrences: it marks the cells of a grid that a trajectory visits, one initial state after the other, and
 the next trajectory stops where it meets marks. Here all initial states are integrated side by side, so that marks of one save the others
@@ -9,16 +9,23 @@ Source: G. Datseris, A. Wagemakers, Effortless estimation of basins of attractio
 ours.
 """
 
-from collections.abc import Iterator
-from typing import NamedTuple
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from vibrojax.batch import Points, Responses, Span, integrate
+from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.integrate.base import SUCCESS
+from vibrojax.model import Model
 from vibrojax.studies.base import CHAOS
-from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT
+from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, Kind, classify
+from vibrojax.studies.lyapunov import exponents
 
 SAME = 1e-3
 """Periodic sections that lie nearer to one another, over A0 and A0 Omega, are one: the resolution, as the cell size of Attractors.jl is."""
@@ -197,3 +204,175 @@ def _letter(number: int) -> str:
         number, rest = divmod(number - 1, 26)
         text = chr(ord("a") + rest) + text
     return text
+
+
+STILL = 1e-3
+"""m; what sections are measured by where the cart is at rest."""
+_GROWS = 2
+"""Each time that motions are integrated on, so many times as long as before."""
+_SLOWEST = 0.999
+"""Closing errors that shrink by less in a period are not extrapolated."""
+_KIND, _IMPACTS, _PERIOD = (Kind._fields.index(name) for name in ("kind", "impacts", "period"))
+_KEPT = ("u", "v", "impacts", "peak_force", "impact_speed", "u_max", "closed", "cycles", "result")
+
+
+def settled(
+    model: Model, points: Points, *, span: Span | None = None, most_cycles: int | None = None, lyapunov_cycles: int = 200, **options: Any
+) -> tuple[Responses, Kind, np.ndarray]:
+    """Integrate until each motion repeats, or `most_cycles` are over.
+
+    A motion has settled when its last period repeats the one before to 1e-5 of A0, and what is left of its way, its closing errors summed
+    as a geometric series, is less than half of `attractors.SAME`. Motions that have not are integrated on, each time for twice as long: an
+    orbit of small damping, and chaos that dies out.
+
+    Arguments:
+        model: the rig.
+        points: where.
+        span: of the first stretch.
+        most_cycles: after which a motion that has not settled counts as one that does not; by default ten times the first stretch.
+        lyapunov_cycles: over which the exponent of a motion that does not repeat is averaged.
+        options: of `vibrojax.batch.integrate`.
+
+    Returns:
+        The batch with the last cycles of every motion, its kind, and the Lyapunov exponent per cycle of what does not repeat, else NaN.
+    """
+    span, values = span or Span(), points.flat()
+    most = 10 * (span.transient + span.recorded) if most_cycles is None else most_cycles
+    found = integrate(model, _lanes(values, np.arange(points.lanes)), span=span, **options)
+    kept = {name: np.array(getattr(found, name)) for name in _KEPT}
+    kind, state = [np.array(part) for part in _kind(found, values)], found.state
+    after, length = span.transient + span.recorded, span.transient
+    while after < most and (left := np.flatnonzero(_open(kept, kind[_PERIOD], values))).size:
+        length = min(max(_GROWS * length, 1), most - after)
+        further = dataclasses.replace(span, transient=length)
+        points_left, begin = _lanes(values, left), jax.tree.map(lambda leaf, left=left: leaf[left], state)
+        more = integrate(model, points_left, span=further, start=begin, **options)
+        for name, part in kept.items():
+            part[left] = getattr(more, name) + (part[left] if name == "cycles" else 0)
+        for part, new in zip(kind, _kind(more, points_left.values), strict=True):
+            part[left] = new
+        state = jax.tree.map(lambda old, new, left=left: old.at[left].set(new), state, more.state)
+        after += length + span.recorded
+    _shorten(kept, kind, values)
+    growth, wild = np.full(points.lanes, np.nan), kind[_KIND] == APERIODIC
+    if wild.any() and lyapunov_cycles > 0:
+        growth[wild] = exponents(model, points, state, wild, cycles=lyapunov_cycles, threads=options.get("threads"))
+    shaped = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in kept.items()}
+    last = Responses(coords=dict(points.coords), state=state, engine=found.engine, seconds=found.seconds, **shaped)
+    return last, Kind(*(part.reshape(points.shape) for part in kind)), growth.reshape(points.shape)
+
+
+def scales(amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Sizes by which section points (u, u') are measured: A0 and A0 Omega, the last axis of what comes back."""
+    size = np.where(amplitude > 0, amplitude, STILL)
+    return np.stack([size, size * 2.0 * np.pi * frequency_hz], axis=-1)
+
+
+def _lanes(values: Mapping[str, np.ndarray], chosen: np.ndarray) -> Points:
+    return Points(coords={"lane": chosen.astype(float)}, values={name: part[chosen] for name, part in values.items()})
+
+
+def _kind(found: Responses, values: Mapping[str, np.ndarray]) -> Kind:
+    return classify(found, values["base_amplitude"], values["frequency_hz"])
+
+
+def _shorten(kept: Mapping[str, np.ndarray], kind: list[np.ndarray], values: Mapping[str, np.ndarray]) -> None:
+    """Give each orbit its shortest period to within `SAME`: a transient that rings at half the drive repeats after two cycles first."""
+    points, impacts, full = _scaled(kept, values), kept["impacts"], kind[_PERIOD].copy()
+    for q in range(min(LONGEST, points.shape[1] // 2), 1, -1):
+        for part in (part for part in range(q - 1, 0, -1) if q % part == 0):
+            here = np.flatnonzero(full == q)
+            back = slice(-q - part, -part)
+            alike = np.abs(points[here, -q:] - points[here, back]).max(axis=(1, 2), initial=0.0) < SAME
+            alike &= (impacts[here, -q:] == impacts[here, back]).all(axis=1)
+            kind[_IMPACTS][here[alike]] = impacts[here[alike], -part:].sum(axis=1)
+            kind[_PERIOD][here[alike]] = part
+
+
+def _scaled(kept: Mapping[str, np.ndarray], values: Mapping[str, np.ndarray]) -> np.ndarray:
+    return np.stack([kept["u"], kept["v"]], axis=-1) / scales(values["base_amplitude"], values["frequency_hz"])[:, None, :]
+
+
+def _open(kept: Mapping[str, np.ndarray], period: np.ndarray, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which lanes have not settled: no period, or more of the way left than half of `SAME`."""
+    points = _scaled(kept, values)
+    far = period == 0
+    for q in range(1, points.shape[1] // 3 + 1):
+        here = period == q
+        if here.any():
+            steps = np.abs(points[here, q:] - points[here, :-q]).max(axis=2)
+            last, before = steps[:, -q:].max(axis=1), steps[:, -2 * q : -q].max(axis=1)
+            ratio = np.minimum(last / np.maximum(before, np.finfo(float).tiny), _SLOWEST)
+            far[here] = last * ratio / (1.0 - ratio) > 0.5 * SAME
+    return far & (kept["closed"] == 0) & (kept["result"] == SUCCESS)
+
+
+_FACTORS = np.geomspace(2.0**-0.5, 2.0**0.5, 21)
+_STARTS = 4
+"""Initial states along each axis."""
+_WIDER = 1.5
+"""Times as wide as the picture: attractors may lie beyond it."""
+
+
+class Place(NamedTuple):
+    """A value of one setting, all others kept, at which motions settle differently."""
+
+    setting: str
+    """"gap" or "frequency_hz"."""
+    value: float
+    """SI."""
+    names: tuple[str, ...]
+    """Of the attractors that were seen."""
+
+
+def coexistence(
+    model: Model,
+    *,
+    u0: np.ndarray,
+    v0: np.ndarray,
+    frequency_hz: float,
+    gap: float,
+    base_amplitude: float,
+    span: Span | None = None,
+) -> list[Place]:
+    """The nearest gap and the nearest frequency, up to the square root of two away, at which periodic attractors are seen to coexist.
+
+    Sixteen initial states around the given ones are integrated at each of 21 gaps (of 21 clearances up to A0 where the gap is 0) and 21
+    frequencies. Motions that do not settle do not count.
+
+    Arguments:
+        model: the rig.
+        u0: m; the ends matter.
+        v0: m/s.
+        frequency_hz: Hz.
+        gap: m.
+        base_amplitude: A0, m.
+        span: how long, at first.
+    """
+    low, high = (np.array([f(u0), f(v0)]) for f in (np.min, np.max))
+    half = _WIDER * 0.5 * (high - low)
+    ends = 0.5 * (high + low) - half, 0.5 * (high + low) + half
+    starts = np.stack(np.meshgrid(*np.linspace(*ends, _STARTS).T), axis=-1).reshape(-1, 2)
+    tried = {"gap": gap * _FACTORS if gap > 0 else base_amplitude * np.linspace(0.05, 1.0, 21), "frequency_hz": frequency_hz * _FACTORS}
+    here = {"gap": gap, "frequency_hz": frequency_hz}
+    settings = [here | {name: float(value)} for name, values in tried.items() for value in values]
+    gaps, frequencies = (np.array([one[name] for one in settings])[:, None] for name in here)
+    rigid = isinstance(model.law, AbstractInstantaneousLaw)
+    u = np.minimum(starts[None, :, 0], gaps) if rigid else starts[None, :, 0]
+    values = {"u0": u, "v0": starts[None, :, 1], "gap": gaps, "frequency_hz": frequencies, "base_amplitude": base_amplitude}
+    points = Points(coords={"setting": np.arange(float(len(settings))), "start": np.arange(float(len(starts)))}, values=values)
+    found, kind, growth = settled(model, points, span=span, most_cycles=0, lyapunov_cycles=0)
+    places = []
+    for number, setting in enumerate(settings):
+        name = "gap" if number < len(tried["gap"]) else "frequency_hz"
+        scale = scales(np.asarray(base_amplitude), np.asarray(setting["frequency_hz"]))
+        section = np.stack([found.u[number], found.v[number]], axis=-1) / scale
+        _, each = attractors(Sections(section, kind.kind[number], kind.impacts[number], kind.period[number], growth[number]))
+        names = tuple(one.name for one in each if one.period > 0)
+        if len(names) > 1:
+            places.append(Place(name, setting[name], names))
+    return [best for name in here if (best := _nearest([place for place in places if place.setting == name], here[name])) is not None]
+
+
+def _nearest(places: list[Place], here: float) -> Place | None:
+    return min(places, key=lambda place: abs(place.value - here)) if places else None

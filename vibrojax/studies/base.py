@@ -1,7 +1,8 @@
 """What every study hands back: an xarray data set with units and provenance.
 
-To add one: write a file with a function that takes a `Model` and keyword settings and returns `labelled(...)`, a file of the same name in
-`figures/` with a function `draw(Dataset) -> Figure`, and a command in `vibrojax/cli/study.py`.
+To add one: write a file with a function that takes a `Model` and keyword settings and returns `labelled(...)`, a function
+`(Dataset) -> Figure` in `figures/lines.py` or `figures/maps.py` that is listed in `figures/__init__.py`, and a command in
+`vibrojax/cli/study.py`.
 """
 
 import json
@@ -103,6 +104,11 @@ def natural_frequency(model: Model, study: str) -> float:
     if value is None:
         raise InputError(f"{study} needs a natural frequency: the suspension {model.suspension.name!r} has none; use linear or pendulum")
     return float(np.asarray(value))
+
+
+def setting(data: xr.Dataset, name: str) -> Any:
+    """One of the study's settings."""
+    return json.loads(data.attrs["settings"])[name]
 
 
 def _array(part: Labelled) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:

@@ -11,9 +11,9 @@ from scipy.spatial import KDTree
 
 from vibrojax.continuation.rig import ForcedRig, check_settings
 from vibrojax.errors import InputError
-from vibrojax.manifolds import Saddle, StrobeMap, saddles, stable_branch, unstable_branch
-from vibrojax.manifolds.strobe_map import check_plane
 from vibrojax.model import Model
+from vibrojax.studies.manifolds import stable_branch, unstable_branch
+from vibrojax.studies.saddles import Saddle, StrobeMap, check_plane, saddles
 
 VARIABLES = ("manifold_u", "manifold_v", "manifold_saddle", "manifold_stable")
 """Along `manifold_point`."""

@@ -9,11 +9,10 @@ from scipy.spatial import KDTree
 
 from vibrojax.batch import Points, Span, grid
 from vibrojax.model import Model
-from vibrojax.studies.attractors import Attractor, Sections, attractors, share
+from vibrojax.studies.attractors import Attractor, Sections, attractors, scales, settled, share
 from vibrojax.studies.base import Values
 from vibrojax.studies.basins import SECTION, sections, settled_states
 from vibrojax.studies.bifurcation import increasing
-from vibrojax.studies.settled import scales, settled
 
 NUMBER = "attractor_number"
 _LISTED = 5

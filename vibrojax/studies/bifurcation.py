@@ -1,10 +1,7 @@
-"""Bifurcation diagram: section points and forces along a parameter that is swept up and down, and branches of periodic orbits over it."""
+"""Bifurcation diagram: section points and forces along a parameter that is swept up and down."""
 
-import csv
 import dataclasses
-import json
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -13,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from vibrojax.batch import LaneState, Points, Responses, Span, integrate, packed, unpacked
-from vibrojax.continuation.rig import SETTINGS
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
@@ -204,59 +200,3 @@ def _going_on(found: Responses, before: LaneState | None) -> LaneState:
 def _rising(met: np.ndarray, direction: Sequence[str]) -> np.ndarray:
     """Values in rising order; a sweep down met them in falling order."""
     return np.stack([row if name == "up" else row[::-1] for row, name in zip(met, direction, strict=True)])
-
-
-def with_branches(data: xr.Dataset, paths: Sequence[Path]) -> xr.Dataset:
-    """The sweeps with the attribute `branches`, a list as JSON: of every branch `value`, `u` (m), `force` (N) and `stable` (1, 0).
-
-    `force` is empty for a rigid stop, whose branches have none. Of an orbit of several cycles the table holds one section point.
-
-    Arguments:
-        data: a bifurcation diagram.
-        paths: `branch.csv` of the same rig along the same parameter, and those born by period doubling.
-
-    Raises:
-        InputError: a file is no such table.
-    """
-    return data.assign_attrs(branches=json.dumps(read_branches(paths, json.loads(data.attrs["settings"])["parameter"])))
-
-
-def read_branches(paths: Sequence[Path], parameter: str) -> list[dict[str, Any]]:
-    """The tables along a parameter of `bifurcation`, as `with_branches` keeps them; `InputError` for any other file."""
-    named = {field: name for name, field in SETTINGS.items()}.get(parameter, parameter)
-    return [_branch(path, named) for path in paths]
-
-
-def pieces(values: np.ndarray, stable: np.ndarray, chosen: int) -> np.ndarray:
-    """The values on the stable (1) or unstable (0) stretches of a branch, NaN elsewhere; an unstable one reaches the stable ones beside it.
-
-    Example:
-        >>> pieces(np.array([1.0, 2.0, 3.0, 4.0]), np.array([1, 1, 0, 1]), 0).tolist()
-        [nan, 2.0, 3.0, 4.0]
-    """
-    inside = stable == chosen
-    if chosen == 0:
-        before, after = np.append(inside[1:], False), np.insert(inside[:-1], 0, False)
-        inside = inside | before | after
-    return np.where(inside, values, np.nan)
-
-
-def _branch(path: Path, parameter: str) -> dict[str, Any]:
-    found: dict[str, list[float]] = {"value": [], "u": [], "force": [], "stable": []}
-    columns = {"value": parameter, "u": "u_m", "force": "peak_force_N", "stable": "stable"}
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = csv.DictReader(file)
-            rigid = columns["force"] not in (rows.fieldnames or ())
-            for row in rows:
-                for name, column in columns.items():
-                    if not (rigid and name == "force"):
-                        found[name].append(float(row[column]))
-        if not found["value"] or not np.isfinite([*found["value"], *found["u"], *found["force"], *found["stable"]]).all():
-            raise ValueError
-    except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError, csv.Error):
-        raise InputError(
-            f"{path} is no table of a branch along {parameter}: expected a branch.csv that vibrojax continue --sweep {parameter}=A:B "
-            f"wrote, with the columns {parameter}, u_m and stable"
-        ) from None
-    return found

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrojax.batch import Responses
-from vibrojax.batch.closure import repeats
+from vibrojax.batch.run import repeats
 from vibrojax.integrate.base import SUCCESS
 
 NO_IMPACT, PERIODIC, APERIODIC, FAILED = 0, 1, 2, 3

@@ -1,16 +1,119 @@
-"""What a study found, in one sentence for the terminal and the caption."""
+"""What a study found, in one sentence for the terminal and the caption; of basins of one colour, where else to look."""
 
+import json
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from vibrojax.batch.closure import repeats
-from vibrojax.studies.base import CHAOS
-from vibrojax.studies.basin_finding import finding as of_basins
+from vibrojax.batch import Span
+from vibrojax.batch.run import repeats
+from vibrojax.model import Model
+from vibrojax.studies.attractors import Place, coexistence
+from vibrojax.studies.base import CHAOS, setting
 from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, PERIODIC
-from vibrojax.studies.figures.base import setting
+
+_LISTED = 5
+"""Attractors that are named one by one."""
+
+
+def with_finding(model: Model, data: xr.Dataset) -> xr.Dataset:
+    """The study with its attribute `finding`.
+
+    Arguments:
+        model: the rig.
+        data: as `basins` returns it.
+    """
+    rows = json.loads(data.attrs["attractors"])
+    places = _elsewhere(model, data) if len(rows) == 1 else []
+    return data.assign_attrs(finding=basins_finding(data, places))
+
+
+def document(data: xr.Dataset) -> str:
+    """What a study of basins found, without its picture, as JSON."""
+    numbers = {name: value if math.isfinite(value) else None for name, value in data.attrs.items() if isinstance(value, float)}
+    numbers.pop("seconds", None)
+    found = {"finding": data.attrs.get("finding", ""), "settings": json.loads(data.attrs["settings"])}
+    found |= {"manifolds": json.loads(data.attrs["manifolds"])} if "manifolds" in data.attrs else {}
+    return json.dumps(found | numbers | {"attractors": json.loads(data.attrs["attractors"])}, indent=1, allow_nan=False) + "\n"
+
+
+def basins_finding(data: xr.Dataset, places: list[Place]) -> str:
+    """One sentence: which attractors, how the boundary is, what the leading motion bears; or where several coexist.
+
+    Arguments:
+        data: as `basins` returns it.
+        places: where attractors coexist, for a picture of one colour.
+    """
+    rows = json.loads(data.attrs["attractors"])
+    if not rows:
+        return "no initial state could be integrated"
+    if len(rows) == 1:
+        return _one_colour(rows[0], places)
+    shares = [f"{one['name']} takes {percent(one)}" for one in rows[:_LISTED]]
+    rest = 100 * sum(one["share"] for one in rows[_LISTED:])
+    shares += [f"{len(rows) - _LISTED} others {rest:.1f} %"] if len(rows) > _LISTED else []
+    lead = f"{len(rows)} attractors: {', '.join(shares)} of the initial states"
+    return "; ".join([lead, *_border(data), *_room(rows)])
+
+
+def percent(one: dict[str, Any]) -> str:
+    """The share of an attractor with its 95 % interval."""
+    low, high = one["share_ci95"]
+    return f"{100 * one['share']:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
+
+
+def _border(data: xr.Dataset) -> list[str]:
+    """How smooth the boundary is; nothing where the picture does not show it."""
+    dimension, stderr, mixed = (
+        data.attrs.get(name, math.nan) for name in ("boundary_dimension", "uncertainty_exponent_stderr", "boundary_basin_entropy")
+    )
+    if not math.isfinite(dimension):
+        return []
+    words = f"the boundary has dimension {dimension:.2f} ± {stderr:.2f}"
+    if math.isfinite(mixed) and mixed > math.log(2.0):
+        return [f"{words} and S_bb {mixed:.2f} > ln 2: it is fractal"]
+    return [words]
+
+
+def _room(rows: list[dict[str, Any]]) -> list[str]:
+    """What the attractors bear whose section points lie in the picture."""
+    known = [(one["name"], bears(one)) for one in rows[:_LISTED]]
+    each = [f"{name} {text}" for name, text in known if text]
+    return [f"disturbances at the strobe that cannot end a motion: {', '.join(each)}"] if each else []
+
+
+def bears(one: dict[str, Any]) -> str:
+    """The largest harmless disturbance of an attractor, as a displacement or a velocity; empty where the picture does not show it."""
+    room = one.get("integrity")
+    if room is None or room["displacement"] is None:
+        return ""
+    words, radius = ("at least ", room) if room["limited_by_picture"] else ("", room)
+    if not words and room["displacement"] < room["resolution"]["displacement"]:
+        words, radius = "less than ", room["resolution"]
+    return f"{words}{1e3 * radius['displacement']:.2g} mm or {radius['velocity']:.2g} m/s"
+
+
+def _one_colour(one: dict[str, Any], places: list[Place]) -> str:
+    lead = f"one colour: every initial state ends in {one['name']}"
+    if not places:
+        return (
+            f"{lead}, and a search over gaps and frequencies from 0.71 to 1.41 times these saw no other periodic motion; "
+            "try wider ranges of initial states"
+        )
+    units = {"gap": ("--gap", "m"), "frequency_hz": ("--frequency", "Hz")}
+    tips = [f"{units[place.setting][0]} {place.value:.4g} ({' and '.join(place.names)})" for place in places]
+    return f"{lead}; several motions coexist at {', or at '.join(tips)}"
+
+
+def _elsewhere(model: Model, data: xr.Dataset) -> list[Place]:
+    """Near-by settings of coexistence."""
+    setting = json.loads(data.attrs["settings"])
+    plane = {name: np.asarray(data[name].values) for name in ("u0", "v0")}
+    return coexistence(model, **plane, **setting, span=Span())
+
 
 _RUNS, _JUMPS = 3, 4
 """Most bands and jumps that a sentence names."""
@@ -90,7 +193,7 @@ def _bifurcation(data: xr.Dataset) -> str:
 
 
 def _peterka(data: xr.Dataset) -> str:
-    from vibrojax.studies.figures.peterka import regions_of
+    from vibrojax.studies.figures.maps import regions_of
 
     shares = [(float(region.cells.mean()), region.name) for region in regions_of(data)]
     return "of the map: " + ", ".join(f"{name} {100 * share:.1f} %" for share, name in sorted(shares, reverse=True))
@@ -107,7 +210,7 @@ def _section(data: xr.Dataset) -> str:
 
 
 def _basins(data: xr.Dataset) -> str:
-    return str(data.attrs["finding"]) if "finding" in data.attrs else of_basins(data, [])
+    return str(data.attrs["finding"]) if "finding" in data.attrs else basins_finding(data, [])
 
 
 def _lyapunov(data: xr.Dataset) -> str:

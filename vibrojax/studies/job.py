@@ -19,11 +19,11 @@ from vibrojax import __version__
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document
-from vibrojax.studies.basin_finding import with_finding
 from vibrojax.studies.basins import measured, states
 from vibrojax.studies.basins_along import matched, measured_along, states_along
 from vibrojax.studies.bifurcation import DIRECTIONS, increasing, sweep, with_jumps
 from vibrojax.studies.draws import Draws
+from vibrojax.studies.finding import with_finding
 from vibrojax.studies.frequency_response import frequency_response
 from vibrojax.studies.hammer_design import hammer_design
 from vibrojax.studies.lyapunov import lyapunov

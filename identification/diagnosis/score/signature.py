@@ -22,6 +22,7 @@ from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate import SUCCESS, Trajectory
+from vibrojax.steps import runge_kutta_step
 from vibrojax.system import System
 
 _ANGLE = 0.6
@@ -186,18 +187,14 @@ def _own(course: Course, effect: AbstractEffect, motion: Motion, substeps: Int[A
     def interval(own, ends):
         (left, right), dt = ends[:2], ends[2]
 
-        def rates(own, part):
+        def rates(part, own):
             motion, push, acceleration = jax.tree.map(lambda a, b: a if a.dtype == bool else a + part * (b - a), left, right)
-            return effect.rates(motion, own, push, acceleration)
+            return dt * effect.rates(motion, own, push, acceleration)
 
         h = 1.0 / substeps
 
         def step(k, own):
-            one = rates(own, k * h)
-            two = rates(own + 0.5 * h * dt * one, (k + 0.5) * h)
-            three = rates(own + 0.5 * h * dt * two, (k + 0.5) * h)
-            four = rates(own + h * dt * three, (k + 1) * h)
-            return own + h * dt / 6 * (one + 2 * two + 2 * three + four)
+            return runge_kutta_step(rates, k * h, own, h)[0]
 
         own = lax.fori_loop(0, substeps, step, own)
         return own, own

@@ -5,19 +5,20 @@ from collections.abc import Callable
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibrojax.studies.figures import basins, bifurcation, forces, lyapunov, peterka, section
+from vibrojax.studies.figures.lines import draw_bifurcation, draw_frequency_response, draw_hammer_design, draw_lyapunov, draw_section
+from vibrojax.studies.figures.maps import draw_basins, draw_basins_along, draw_peterka
 from vibrojax.studies.figures.uncertain import UNCERTAIN
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "response": forces.draw_response,
-    "bifurcation": bifurcation.draw,
-    "peterka": peterka.draw,
-    "section": section.draw,
-    "basins": basins.draw,
-    "basins_along": basins.draw_along,
-    "lyapunov": lyapunov.draw,
-    "design": forces.draw_design,
+    "response": draw_frequency_response,
+    "bifurcation": draw_bifurcation,
+    "peterka": draw_peterka,
+    "section": draw_section,
+    "basins": draw_basins,
+    "basins_along": draw_basins_along,
+    "lyapunov": draw_lyapunov,
+    "design": draw_hammer_design,
 }
 """By the name of the command."""
 
-__all__ = ["FIGURES", "UNCERTAIN"]
+__all__ = ["FIGURES", "UNCERTAIN", "draw_basins", "draw_peterka"]

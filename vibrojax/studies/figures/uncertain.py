@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 
 from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.figure_style import AT_STROBES, FORCE, FORCE_OF_CYCLE, FORCE_OVER_WEIGHT
-from vibrojax.studies.figures.base import label, setting
-from vibrojax.studies.figures.curves import Curves, curves_along
-from vibrojax.studies.figures.forces import curve_axis
+from vibrojax.studies.base import setting
+from vibrojax.studies.figures.lines import Curves, curve_axis, curves_along, label
 
 _BANDS = ((0, 4, 0.18), (1, 3, 0.35))
 """Lower and upper quantile, opacity."""

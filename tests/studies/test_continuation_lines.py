@@ -5,14 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
 from vibrojax.cli.study_options import Over
+
 from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies import bifurcation
-from vibrojax.studies.bifurcation import pieces, with_branches
-from vibrojax.studies.figures.bifurcation import draw
+from vibrojax.studies.continuation_lines import pieces, with_branches
+from vibrojax.studies.figures.lines import draw_bifurcation
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear
 
@@ -39,8 +39,8 @@ def test_both_sweeps_lie_side_by_side_under_the_branches(swept, tmp_path):
     first, second = json.loads(data.attrs["branches"])
     assert first["value"] == [4.0, 4.5, 4.4, 4.6] and first["stable"] == [1, 1, 0, 1]
     assert first["force"] == [0.0, 10.0, 20.0, 30.0] and second["force"] == []
-    assert len(draw(swept).axes) == 2
-    panels = draw(data).axes
+    assert len(draw_bifurcation(swept).axes) == 2
+    panels = draw_bifurcation(data).axes
     assert len(panels) == 4 and panels[0].get_ylim() == panels[1].get_ylim() and panels[0].get_xlim() == (4.0, 4.6)
     broken = [line for line in panels[1].lines if line.get_linestyle() == "--" and len(line.get_xdata()) == 4]
     np.testing.assert_allclose(broken[0].get_ydata(), [np.nan, 2.0, 3.0, 4.0])

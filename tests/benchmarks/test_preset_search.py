@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.preset_search import RIGS, lasting, points
-from vibrojax.presets.search import Sets, bands, coexists, every_set, label_frequencies, motion, near, outcome
+from benchmarks.preset_search import RIGS, Sets, bands, coexists, every_set, label_frequencies, lasting, motion, near, outcome, points
 from vibrojax.presets.single_impact import SingleImpact
 
 

@@ -9,7 +9,7 @@ from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies import peterka
-from vibrojax.studies.peterka import with_borders
+from vibrojax.studies.continuation_lines import with_borders
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Linear
 

@@ -1,21 +1,60 @@
 """The presets' numbers follow from what is stated, by the equations of docs/presets.md."""
 
 import math
+from collections.abc import Sequence
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import root_scalar
 
-from vibrojax.contact import KelvinVoigtClipped
+from benchmarks.preset_search import bands, every_set, near
 from vibrojax.errors import NoConvergenceError
-from vibrojax.excitation import Unforced, at_rest
-from vibrojax.integrate import Landing
 from vibrojax.presets import read_preset
-from vibrojax.presets.inference import clipped_dashpot, fits_labels, gap_ratio, least_restitution, natural_frequencies
-from vibrojax.presets.search import bands, every_set, near
+from vibrojax.presets.facts import fits_labels
 from vibrojax.presets.single_impact import SingleImpact
-from vibrojax.suspension import Free
-from vibrojax.system import System
+
+
+def natural_frequencies(labels: Sequence[float], low: float, high: float, step: float = 2e-4) -> list[tuple[float, float]]:
+    """Intervals of f_n, Hz, that `fits_labels` allows.
+
+    Example:
+        >>> natural_frequencies([2.0, 4.1], 1.0, 1.4)[0]
+        (1.0242, 1.0256)
+    """
+    trials = np.arange(low, high, step)
+    good = np.array([fits_labels(trial, labels) for trial in trials])
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    return [(round(float(trials[a]), 6), round(float(trials[b - 1]), 6)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def least_restitution(points: Sequence[tuple[float, float]], damping_ratio: float) -> float:
+    """Least e at which z = 1/1 is stable at every point (Omega/omega, gap/A0): where impact and no impact are said to coexist.
+
+    Raises:
+        NoConvergenceError: no e below 0.99 does.
+    """
+    for restitution in np.arange(0.3, 0.99, 0.01):
+        motions = [(SingleImpact(damping_ratio=damping_ratio, restitution=float(restitution), gap=gap, cycles=1), r) for r, gap in points]
+        if all(motion.is_stable(ratio) for motion, ratio in motions):
+            return round(float(restitution), 2)
+    raise NoConvergenceError(f"no restitution below 0.99 makes z = 1/1 stable at {list(points)} with zeta = {damping_ratio:g}")
+
+
+def gap_ratio(band_end: float, damping_ratio: float, restitution: float) -> float:
+    """gap / A0 at which the band z = 1/1 ends at Omega/omega = `band_end`, between 1 and 2.
+
+    Example:
+        >>> round(gap_ratio(1.65, 0.01, 0.75), 1)
+        5.6
+    """
+
+    def miss(gap: float) -> float:
+        motion = SingleImpact(damping_ratio=damping_ratio, restitution=restitution, gap=gap, cycles=1)
+        end = motion.band_end()
+        return (end if np.isfinite(end) else 1.0) - band_end  # far behind a stop there is no band
+
+    return float(root_scalar(miss, bracket=(0.2, 40.0), method="bisect", xtol=1e-3).root)
+
 
 LABELS = (2.7, 3.8, 1.5, 3.3, 4.7, 1.2, 1.4, 2.7)
 
@@ -74,10 +113,3 @@ def test_a_stop_too_far_for_a_band_does_not_stop_the_search_for_the_gap():
 def test_no_restitution_reaches_too_far_a_stop():
     with pytest.raises(NoConvergenceError, match="no restitution below 0.99"):
         least_restitution([(1.95, 20.0)], 0.1)
-
-
-def test_the_dashpot_gives_its_restitution():
-    law = KelvinVoigtClipped(1e6, clipped_dashpot(0.75, 1e6, 2.0))
-    system = System(2.0, Free(), law, 0.0, at_rest(), Unforced())
-    flight = Landing(contact_steps=400.0, flight_step=1e-3)(system, jnp.array([0.0, 0.1]), jnp.array([-1e-3, 0.3]))
-    assert float(-flight.v[-1] / 0.3) == pytest.approx(0.75, rel=1e-4)

@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 from vibrojax.contact import Newton, NoContact
 from vibrojax.continuation.rig import ForcedRig
 from vibrojax.effects import CubicStiffness
-from vibrojax.manifolds import AbstractPlaneMap, StrobeMap, saddles, stable_branch, unstable_branch
-from vibrojax.manifolds.saddles import jacobian
 from vibrojax.model import Model
+from vibrojax.studies.manifolds import stable_branch, unstable_branch
+from vibrojax.studies.saddles import AbstractPlaneMap, StrobeMap, jacobian, saddles
 from vibrojax.suspension import Linear
 
 ROOM = dict(low=np.array([-40.0, -40.0]), high=np.array([40.0, 40.0]))
