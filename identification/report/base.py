@@ -233,6 +233,8 @@ def panels(
     grid = figure.subplots(len(heights), columns, squeeze=False, gridspec_kw=places, **sharing)
     for axes in grid[:, 0]:
         axes.yaxis.set_label_coords(-0.52 / wide, 0.5)
+    for axes in grid[:-1].ravel() if sharing.get("sharex") else ():
+        axes.xaxis.set_visible(False)
     return figure, grid
 
 

@@ -14,8 +14,7 @@ from identification.wording.numbers import joined
 from vibrojax.drawing import few_ticks, literal
 
 _LOOPS, _MARKS = 4, "os^D"
-_FEWEST = 5
-"""Contacts that make a picture of restitution."""
+_FEWEST = 5  # contacts that make a picture of restitution
 _POINTS = 2500
 """Samples of a record in the phase plane."""
 _WINDOW = 9
