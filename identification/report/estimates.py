@@ -1,24 +1,27 @@
-"""The estimates beyond their standard errors: profiles of the likelihood, and the posterior."""
+"""The estimates beyond their standard errors: profiles of the likelihood, the region of a pair, and the posterior."""
 
+import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
+from scipy.ndimage import zoom
 from scipy.special import chdtri
 
 from identification.report.base import PageStyle, Picture, panels
-from identification.result.result import FitResult, LikelihoodProfile, ParameterEstimate
+from identification.result.result import FitResult, LikelihoodProfile, ParameterEstimate, ProfileMap
 from identification.wording.names import symbol_text
 from identification.wording.numbers import unit_text
 from vibrojax.drawing import few_ticks
 
 _LEVEL = float(chdtri(1, 0.05))
+_PAIR_LEVELS = {"68 %": float(chdtri(2, 0.32)), "95 %": float(chdtri(2, 0.05))}
 _MARKS = 1500
 """Most draws that are marked in a panel of a pair."""
 
 
 def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture]:
-    """One picture, a panel a parameter, where profiles were worked out."""
+    """One picture with a panel a parameter, and one of the pair that is hardest to separate, where profiles were worked out."""
     if result.profiles is None or not result.profiles.single:
         return
     listed, curves = {p.spec.name: p for p in result.parameters}, result.profiles.single
@@ -38,6 +41,8 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
         alt=f"Likelihood profiles of {', '.join(symbol_text(listed[curve.name].spec.symbol) for curve in curves)}.",
         figure=figure,
     )
+    if result.profiles.pair is not None:
+        yield _region(result, result.profiles.pair, listed, style)
 
 
 def _profile(axes: Axes, curve: LikelihoodProfile, estimate: ParameterEstimate, style: PageStyle) -> None:
@@ -51,6 +56,76 @@ def _profile(axes: Axes, curve: LikelihoodProfile, estimate: ParameterEstimate, 
     axes.set_ylim(0.0, 10.0)
     few_ticks(axes, x=3, y=4)
     axes.set_xlabel(_axis(estimate))
+
+
+def _region(result: FitResult, pair: ProfileMap, listed: dict[str, ParameterEstimate], style: PageStyle) -> Picture:
+    """Contours of a pair: the first parameter as its departure from the long axis of the ellipse, which would hide a bend."""
+    figure, grid = panels((2.3,), 1)
+    axes, departs = grid[0, 0], _Departure(first=listed[pair.names[0]], second=listed[pair.names[1]], result=result)
+    x, y, rise = np.array(pair.second), departs(np.array(pair.first), np.array(pair.second)), np.array(pair.rise)
+    if np.isfinite(rise).all():
+        x, y, rise = (zoom(values, 5, order=3) for values in (x, y, rise))
+    lines = axes.contour(x, y, rise, levels=list(_PAIR_LEVELS.values()), colors=[style.nominal], linewidths=[0.8, 1.4])
+    axes.clabel(lines, fmt=dict(zip(lines.levels, _PAIR_LEVELS, strict=True)), fontsize=7)
+    axes.plot(departs.second.value, 0.0, "+", color="black", markersize=7)
+    axes.plot(*departs.ellipse(_PAIR_LEVELS["95 %"]), color=style.model, linewidth=0.8)
+    first, second = (symbol_text(one.spec.symbol) for one in (departs.first, departs.second))
+    few_ticks(axes, x=5, y=5)
+    axes.set_xlabel(_axis(departs.second))
+    axes.set_ylabel(f"{first} off the line, {departs.unit}")
+    return Picture(
+        name="profile-contour",
+        section="estimates",
+        caption=f"Likelihood of {first} and {second} with all else at its optimum: regions of 68 % and 95 % confidence (lines with numbers)"
+        f" and the 95 % ellipse of standard errors and correlation (thin). {first} is shown as its departure from the line of their"
+        " correlation, along which both vary most. Where the regions leave the ellipse, trust the regions.",
+        alt=f"Contours of the likelihood over {first} and {second}.",
+        figure=figure,
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class _Departure:
+    """Departure of one parameter from its regression on another, both in the coordinates of the fit; in per cent of a logarithmic one."""
+
+    first: ParameterEstimate
+    second: ParameterEstimate
+    result: FitResult
+
+    @property
+    def unit(self) -> str:
+        """For the label of the axis."""
+        return "%" if self.first.spec.logarithmic else (unit_text(self.first.spec.unit) or "1")
+
+    def __call__(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Of pairs of values."""
+        shift = _internal(self.first, first) - self._correlation * _sigma(self.first) / _sigma(self.second) * _internal(self.second, second)
+        return shift * (100.0 if self.first.spec.logarithmic else self.first.spec.scale)
+
+    def ellipse(self, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Region of the normal approximation: values of the second, and departures."""
+        angle = np.linspace(0.0, 2.0 * np.pi, 200)
+        along = np.sqrt(level) * _sigma(self.second) * np.cos(angle)
+        across = np.sqrt(level * (1.0 - self._correlation**2)) * _sigma(self.first) * np.sin(angle)
+        spec = self.second.spec
+        values = np.array([spec.to_physical(spec.to_internal(self.second.value) + one) for one in along])
+        return values, across * (100.0 if self.first.spec.logarithmic else self.first.spec.scale)
+
+    @property
+    def _correlation(self) -> float:
+        index = [self.result.correlated.index(one.spec.name) for one in (self.first, self.second)]
+        return float(self.result.correlation[index[0], index[1]])
+
+
+def _internal(estimate: ParameterEstimate, values: np.ndarray) -> np.ndarray:
+    """Distance of values from the estimate, in the coordinate of the fit."""
+    spec = estimate.spec
+    return np.vectorize(spec.to_internal)(values) - spec.to_internal(estimate.value)
+
+
+def _sigma(estimate: ParameterEstimate) -> float:
+    """Standard error in the coordinate of the fit."""
+    return (estimate.stderr or 0.0) / estimate.spec.slope(estimate.value)
 
 
 def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:

@@ -95,10 +95,10 @@ def test_both_are_kept_with_the_result(fitted, tmp_path):
 @pytest.mark.parametrize("style", STYLES.values(), ids=STYLES)
 def test_they_are_drawn(fitted, style):
     pictures = [*likelihood_profiles(fitted, style), *posterior(fitted, style)]
-    assert [picture.name for picture in pictures] == ["profiles", "posterior"]
+    assert [picture.name for picture in pictures] == ["profiles", "profile-contour", "posterior"]
     panels = [axes for axes in pictures[0].figure.axes if axes.axison]
     assert len(panels) == 4
-    assert len(pictures[1].figure.axes) == 16
+    assert len(pictures[2].figure.axes) == 16
     for picture in pictures:
         assert picture.caption and picture.alt
 
