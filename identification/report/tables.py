@@ -57,7 +57,7 @@ class Table:
             shown.add_column(heading, justify="left" if place in self.words else "right", overflow="fold")
         for number, (first, *others) in enumerate(self.rows):
             name = self.names[number] if self.names else ""
-            head = " ".join(dict.fromkeys((symbol_text(first), *([name] if name not in ("", first) else [])))) if self.symbols else first
+            head = " ".join(dict.fromkeys(one for one in (symbol_text(first), name) if one)) if self.symbols else first
             cells = [Text(compact(cell)) for cell in ("" if head == above else head, *others)]
             shown.add_row(*cells, style="bold" if number in self.bold else "")
             above = head

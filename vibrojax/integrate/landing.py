@@ -111,9 +111,8 @@ def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes tim
     moving = t1 > t0
     h = jnp.where(moving, t1 - t0, 1.0)
     s = jnp.clip(jnp.where(moving, (ts - t0) / h, 0.0), 0.0, 1.0)
-    m0, m1 = jnp.where(moving, h * v0, 0.0), jnp.where(moving, h * v1, 0.0)
-    u, slope = cubic(s, u0, m0, u1, m1)
-    v = slope / h
+    u, slope = cubic(s, u0, h * v0, u1, h * v1)
+    v = slope / h  # of a lane that has ended, s is 0 and h 1: its last velocity
     own = _own_at(points, begin, s, h)
     return u, v, pick(points.in_contact, begin), pick(points.approach_speed, begin), own
 
