@@ -1,5 +1,6 @@
 """Landing = switch model = SciPy oracle, for every law, over several impacts."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -45,3 +46,17 @@ def test_a_narrow_smoothing_is_the_discontinuous_law(law):
     p = DRIVEN | rigs.LAWS[law][0]
     switch, smoothed = run(Switch(), p, law), run(Smoothed(smoothing=1e-8, rtol=1e-9, atol=1e-12), p, law)
     assert np.abs(smoothed.u - switch.u).max() < 1e-7 * np.ptp(switch.u)
+
+
+def test_a_lane_reads_its_last_sample_whatever_the_other_lanes_do():
+    """Two lanes side by side, one of which ends before the other, against each alone."""
+    p = DROPPED | rigs.LAWS["hunt-crossley"][0]
+    system = rigs.system(p, "hunt-crossley")
+    many = jax.tree.map(lambda leaf: jnp.stack([jnp.asarray(leaf, float)] * 2), system)
+    begin = jnp.array([[-5e-3, 0.0], [-2e-3, 0.1]])
+    lengths = jnp.array([len(TS), len(TS)])
+    together = Landing().batch(many, jnp.asarray(np.stack([TS, TS])), begin, lengths)
+    for lane in range(2):
+        alone = Landing()(system, jnp.asarray(TS), begin[lane])
+        assert np.allclose(together.v[lane, -1], alone.v[-1], rtol=1e-9)
+        assert np.allclose(together.u[lane], alone.u, rtol=0.0, atol=1e-12)
