@@ -123,6 +123,7 @@ def test_windows_may_be_taken_more_than_once(motion):
     assert windows_of(prepared, np.arange(count)) is prepared
 
 
+@pytest.mark.thorough
 def test_short_windows_are_replaced_by_ordinary_ones_that_the_model_nearly_fits(recovered):
     found = lengthened(recovered)
     assert found is not None

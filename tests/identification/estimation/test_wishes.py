@@ -59,6 +59,7 @@ def test_an_estimate_stops_at_its_bound_and_says_so(small, plain):
     assert ("n", f"bounds {low:g} … 2") in wishes(result)
 
 
+@pytest.mark.thorough
 def test_bounds_that_do_not_bind_change_nothing(small, plain):
     result = fit_experiment(wishing(small, k_i=ParameterOption(bounds=(1e5, 1e8))), starts=1)
     for one in result.parameters:

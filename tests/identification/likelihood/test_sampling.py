@@ -45,6 +45,7 @@ def about(fitted):
     return found, eqx.filter_jit(lambda z: found.terms(z))
 
 
+@pytest.mark.thorough
 def test_near_the_mode_it_is_the_normal_density_of_the_standard_errors(about):
     found, evaluate = about
     at_mode, room, slope = evaluate(jnp.zeros(5))

@@ -50,6 +50,7 @@ def test_a_response_does_not_follow_from_the_initial_state_where_that_is_forgott
     assert rest.answer.is_whole and np.abs(rest.answer.dense).max() > 0.0
 
 
+@pytest.mark.thorough
 def test_the_gradient_by_the_random_force_is_right_where_the_hammer_rests(rest):
     """By central differences at every tenth knot; the derivative by the initial state alone gives the wrong sign there."""
     windows, _ = rest.at.forgetful

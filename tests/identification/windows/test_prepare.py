@@ -70,6 +70,7 @@ def test_more_samples_than_are_fitted_leave_windows_spread_over_each_record(smal
     assert fitted.nrmse["hammer_displacement"] == pytest.approx(np.sqrt(np.mean((measured - predicted) ** 2)) / measured.std())
 
 
+@pytest.mark.thorough
 def test_of_many_records_with_too_many_samples_some_of_each_kind_are_fitted(small):
     drop, cart = small.records[0], small.records[1]
     many = [dataclasses.replace((drop, cart)[number % 2], file=f"record{number:03d}.csv") for number in range(300)]

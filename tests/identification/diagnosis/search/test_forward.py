@@ -38,6 +38,7 @@ def test_nothing_is_added_to_a_complete_model(recovered):
     assert found.fitted.names == ()
 
 
+@pytest.mark.thorough
 def test_a_line_of_a_frequency_of_its_own_is_learned_before_a_mode_is_fitted(motion):
     """A mode that rings with a state of its own in every window would explain it too."""
     said = []
@@ -54,6 +55,7 @@ def alternatives_of_rubbing(rubbing):
     return alternatives.fitted_in_full(score_all(rubbing, ("coulomb_friction", "quadratic_drag")), None, np.inf, lambda stage: None)
 
 
+@pytest.mark.thorough
 def test_a_further_effect_that_matters_little_is_not_added(rubbing, alternatives_of_rubbing, monkeypatch):
     monkeypatch.setattr(module, "fitted_in_full", lambda *given: alternatives_of_rubbing)
     monkeypatch.setattr(module, "RELEVANT", 1.1)
