@@ -51,7 +51,19 @@ def test_imports_go_one_way():
     assert not offenders(wrong)
 
 
-FLOW = ("experiment", "wording", "windows", "least_squares", "likelihood", "result", "estimation", "diagnosis", "report", "commands")
+FLOW = (
+    "experiment",
+    "wording",
+    "windows",
+    "trajectory",
+    "least_squares",
+    "likelihood",
+    "result",
+    "estimation",
+    "diagnosis",
+    "report",
+    "commands",
+)
 """Folders of `identification` in the order in which a record passes through them."""
 
 

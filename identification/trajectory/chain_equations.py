@@ -1,0 +1,379 @@
+"""The chain's normal equations: block tridiagonal in the knots, with a border; solved in time proportional to the samples.
+
+-2 log p = sum of whitened residuals^2 + defects' Q^-1 defects + the random force's prior + other priors, linearised about an estimate.
+The Hessian is banded in the knots' unknowns, with a border of each record's own unknowns and one of the shared ones. A banded Cholesky
+factorisation eliminates the knots, records are then eliminated one by one, and the shared unknowns are left.
+
+Source: B. M. Bell, The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optim. 4 (1994) 626-636; D. A. Harville, Maximum
+likelihood approaches to variance component estimation, J. Am. Stat. Assoc. 72 (1977) 320-338 (restricted likelihood).
+"""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg.lapack import dtbtrs
+
+from identification.trajectory.motion import Estimate, Linearised
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError, Whitening, whitening
+from identification.trajectory.segments import Chains, Unknowns
+
+_UNKNOWN = 1e8
+"""Variance, in the natural scale, of what the records say nothing of."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Border:
+    """Unknowns outside the chain: what is free, its scale, and what is known of it beforehand.
+
+    Attributes:
+        shared: (parameters,) whether free.
+        own: (records, own) whether free.
+        shared_scale, own_scale: natural size of a step; (parameters,) and (own,).
+        shared_mean, shared_precision: prior, (parameters,), precision 0 where there is none.
+        own_mean, own_precision: prior, (records, own).
+        lower, upper: limits of the shared unknowns, (parameters,).
+        proximal: information of each shared unknown that a step assumes about the present estimate, in its natural scale: what the records
+            do not identify stays where it is, and does not shorten the step of the others. The estimate at the end does not depend on it.
+        strengths: (parameters,) unknowns that enter by maximum likelihood rather than by the restricted one, so that models compare.
+    """
+
+    shared: np.ndarray
+    own: np.ndarray
+    shared_scale: np.ndarray
+    own_scale: np.ndarray
+    shared_mean: np.ndarray
+    shared_precision: np.ndarray
+    own_mean: np.ndarray
+    own_precision: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    strengths: np.ndarray
+    proximal: float = 0.25
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Scales:
+    """Natural sizes of the rig's motion, which set floors and the prior of the initial states.
+
+    Attributes:
+        displacement, velocity: rms of u, m, and of u', m/s.
+        force: rms of the force of the suspension, or of inertia where there is none, N.
+        resolution: noise of the best displacement sensor, m.
+        own: of the effects' own states.
+    """
+
+    displacement: float
+    velocity: float
+    force: float
+    resolution: float
+    own: np.ndarray
+
+    @property
+    def states(self) -> np.ndarray:
+        """Of u, u' and the effects' own states."""
+        return np.concatenate([[self.displacement, self.velocity], self.own])
+
+    @property
+    def floor(self) -> np.ndarray:
+        """Standard deviation of the states beside the random force, in one segment: far below what sensors see, for the conditioning."""
+        u = 1e-4 * self.resolution
+        return np.concatenate([[u, 0.3 * u * self.velocity / self.displacement], 1e-6 * self.own])
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Weighed:
+    """Whitened local systems of all segments, over the columns (z_(k-1), z_k, z_(k+1), shared, own) with z = (states, force).
+
+    Attributes:
+        gram, right: of the readings; (segments, columns, columns) and (segments, columns).
+        square: sum of squared whitened residuals.
+        log_determinant: of the readings' covariance.
+        defect: derivative of z_(k+1) - phi_k; (segments, states, columns).
+        gap: z_(k+1) - phi_k; (segments, states).
+        linked: whether the segment was integrated, so that it links its knots; (segments,).
+        samples: count of weighed readings.
+    """
+
+    gram: np.ndarray
+    right: np.ndarray
+    square: float
+    log_determinant: float
+    defect: np.ndarray
+    gap: np.ndarray
+    linked: np.ndarray
+    samples: int
+
+
+def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, ...]) -> tuple[Whitening, ...]:
+    """By channel."""
+    counted = (chains.weight > 0) & linear.done[:, None, None]
+    return tuple(whitening(error, counted[..., c], chains.first) for c, error in enumerate(errors))
+
+
+def whitened_rows(
+    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, white: tuple[Whitening, ...]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """By channel: derivative of the whitened residuals, (segments, samples, columns) as in `Weighed`, and these, (segments, samples)."""
+    states = len(unknowns.states)
+    size, columns = states + 1, 3 * (states + 1) + len(unknowns.shared) + len(unknowns.own)
+    border_columns = np.arange(3 * size, columns)
+    own = _own_columns(size, columns)
+    before = np.concatenate([np.arange(size), [2 * size - 1], border_columns])
+    by = _scaled(chains, border, linear.by, states)
+    follows = ~chains.first
+    for c, one in enumerate(white):
+        rows = np.zeros((len(chains.left), chains.samples, columns))
+        rows[..., own] = by[:, :, c]
+        for lag in range(1, one.lags.shape[-1] + 1):
+            coefficient = one.lags[..., lag - 1, None]
+            rows[:, lag:, own] -= coefficient[:, lag:] * by[:, :-lag, c]
+            earlier = coefficient[1:, :lag] * by[:-1, chains.samples - lag :, c] * follows[1:, None, None]
+            rows[1:, :lag, before] -= earlier
+        yield rows * one.scale[..., None], one(linear.residual[:, :, c])
+
+
+def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, at: Estimate, white: tuple[Whitening, ...]) -> Weighed:
+    """Local systems under given reading errors."""
+    states = len(unknowns.states)
+    size, segments = states + 1, len(chains.left)
+    columns = 3 * size + len(unknowns.shared) + len(unknowns.own)
+    gram, right, square = np.zeros((segments, columns, columns)), np.zeros((segments, columns)), 0.0
+    for rows, residual in whitened_rows(chains, unknowns, border, linear, white):
+        turned = rows.swapaxes(1, 2)
+        gram += turned @ rows
+        right += (turned @ residual[..., None])[..., 0]
+        square += float((residual**2).sum())
+    defect = np.zeros((segments, states, columns))
+    defect[..., _own_columns(size, columns)] = -_scaled(chains, border, linear.end_by, states)
+    defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0
+    gap = at.states[chains.left + 1] - linear.end
+    lost = ~linear.done
+    defect[lost], gap[lost] = 0.0, 0.0
+    return Weighed(
+        gram=gram,
+        right=right,
+        square=square,
+        log_determinant=sum(one.log_determinant for one in white),
+        defect=defect,
+        gap=gap,
+        linked=linear.done,
+        samples=sum(int((one.scale > 0).sum()) for one in white),
+    )
+
+
+def _own_columns(size: int, columns: int) -> np.ndarray:
+    """Columns that a segment's own knots, its force and the border have among those of `Weighed`."""
+    return np.concatenate([np.arange(size, 2 * size), [3 * size - 1], np.arange(3 * size, columns)])
+
+
+def _scaled(chains: Chains, border: Border, by: np.ndarray, states: int) -> np.ndarray:
+    """Derivatives by the border in its natural scale, 0 by what is held."""
+    free = np.concatenate([np.broadcast_to(border.shared, (len(chains.left), len(border.shared))), border.own[chains.record]], axis=1)
+    factor = free * np.concatenate([border.shared_scale, border.own_scale])
+    found = by.copy()
+    found[..., states + 2 :] *= factor.reshape(len(factor), *(1,) * (by.ndim - 2), -1)
+    return found
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Solution:
+    """Solution of the chain's equations: a step from the estimate, its covariance, and -2 log of the marginal likelihood.
+
+    Attributes:
+        deviance: -2 log marginal (restricted) likelihood, up to a constant of the records.
+        shared: step, in units of `Border.shared_scale`; (parameters,).
+        own: step, in units of `Border.own_scale`; (records, own).
+        knots: step of states and force; (knots, states + 1).
+        covariance: of the shared unknowns, scaled; (parameters, parameters), 0 where held.
+        own_error: standard error of each record's own unknowns, scaled; (records, own).
+    """
+
+    deviance: float
+    shared: np.ndarray
+    own: np.ndarray
+    knots: np.ndarray
+    covariance: np.ndarray
+    own_error: np.ndarray
+    _factor: np.ndarray
+    _by_shared: np.ndarray
+    _by_own: np.ndarray
+    _own_inverse: np.ndarray
+    _own_by_shared: np.ndarray
+    _rows: np.ndarray
+
+    def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A sample of the posterior, as steps of shared, own and knots."""
+        root = _root(self.covariance)
+        shared = root @ rng.standard_normal(len(root))
+        own = np.stack([_root(one) @ rng.standard_normal(len(one)) for one in self._own_inverse]) - self._own_by_shared @ shared
+        noise = rng.standard_normal(self._factor.shape[1])
+        chain, _ = dtbtrs(self._factor, noise[:, None], uplo="L", trans="T")
+        knots = chain[:, 0] - self._by_shared @ shared - (self._by_own * own[self._rows]).sum(axis=1)
+        return self.shared + shared, self.own + own, self.knots + knots.reshape(self.knots.shape)
+
+
+def solve(
+    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
+) -> Solution:
+    """Solve the linearised equations under a random force."""
+    states = len(unknowns.states)
+    size, shared, own = states + 1, len(unknowns.shared), len(unknowns.own)
+    inside, records = 3 * size, len(chains.knots)
+    gram, right, square, logs = _with_motion(chains, scales, at, local, force, mass, size)
+    count = size * (chains.knot_count + 1)  # one knot more in front: the first segment has no knot before it
+    band, gradient = np.zeros((inside, count)), np.zeros(count)
+    start = size * chains.left
+    for i in range(inside):
+        gradient[start + i] += right[:, i]
+        for j in range(i + 1):
+            band[i - j, start + j] += gram[:, i, j]
+    band[0, :size] = 1.0
+    square += _initial_states(chains, scales, at, local, force, band, gradient, size)
+    by_shared, by_own = np.zeros((count, shared)), np.zeros((count, own))
+    for i in range(inside):
+        by_shared[start + i] += gram[:, i, inside : inside + shared]
+        by_own[start + i] += gram[:, i, inside + shared :]
+    factor = cholesky_banded(band, lower=True, check_finite=False)
+    solved = cho_solve_banded((factor, True), np.column_stack([gradient, by_shared, by_own]), check_finite=False)
+    x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
+
+    begins = np.flatnonzero(chains.first)
+    edges = size * np.array([1 + one.start for one in chains.knots])
+
+    def by_record(values: np.ndarray) -> np.ndarray:
+        return np.add.reduceat(values, edges, axis=0)
+
+    def of_segments(values: np.ndarray) -> np.ndarray:
+        return np.add.reduceat(values, begins, axis=0)
+
+    a, b = slice(inside, inside + shared), slice(inside + shared, None)
+    ss = gram[:, a, a].sum(axis=0) - by_shared.T @ xs
+    oo = of_segments(gram[:, b, b]) - by_record(by_own[:, :, None] * xo[:, None, :])
+    os = of_segments(gram[:, b, a]) - by_record(by_own[:, :, None] * xs[:, None, :])
+    gs = right[:, a].sum(axis=0) - by_shared.T @ x
+    go = of_segments(right[:, b]) - by_record(by_own * x[:, None])
+    gradient_square = float(gradient @ x)
+
+    own_precision, own_off = border.own_precision * border.own_scale**2, (at.own - border.own_mean) / border.own_scale
+    shared_precision, shared_off = border.shared_precision * border.shared_scale**2, (at.shared - border.shared_mean) / border.shared_scale
+    places = np.arange(own)
+    oo[:, places, places] += np.where(border.own, own_precision, 1.0)
+    go += np.where(border.own, own_precision * own_off, 0.0)
+    square += float(np.sum(np.where(border.own, own_precision * own_off**2, 0.0)))
+    inverse = np.linalg.inv(oo)
+    lead = inverse @ os
+    ss = ss - np.einsum("ros,rot->st", os, lead)
+    gs = gs - np.einsum("ros,ro->s", lead, go)
+    ss[np.diag_indices(shared)] += np.where(border.shared, shared_precision, 1.0)
+    gs = gs + np.where(border.shared, shared_precision * shared_off, 0.0)
+    square += float(np.sum(np.where(border.shared, shared_precision * shared_off**2, 0.0)))
+    covariance = _inverse(ss)
+    step = -np.linalg.solve(ss + border.proximal * np.eye(shared), gs)
+    own_step = -np.einsum("rop,rp->ro", inverse, go) - lead @ step
+    rows = np.repeat(np.arange(records), [size * (one.stop - one.start) for one in chains.knots])
+    knots = -x - xs @ step
+    knots[size:] -= (xo[size:] * own_step[rows]).sum(axis=1)
+    quadratic = square - gradient_square - float(np.einsum("ro,rop,rp->", go, inverse, go)) - float(gs @ covariance @ gs)
+    restricted = border.shared & ~border.strengths
+    known = ss[np.ix_(restricted, restricted)] + np.eye(int(restricted.sum())) / _UNKNOWN
+    log_border = np.linalg.slogdet(oo)[1].sum() + np.linalg.slogdet(known)[1]
+    deviance = quadratic + 2.0 * float(np.log(factor[0]).sum()) + logs + float(log_border)
+    held = np.where(border.shared, 1.0, 0.0)
+    own_variance = np.diagonal(inverse, axis1=1, axis2=2) + np.einsum("ros,st,rot->ro", lead, covariance * np.outer(held, held), lead)
+    return Solution(
+        deviance=float(deviance),
+        shared=step * held,
+        own=own_step * border.own,
+        knots=knots[size:].reshape(-1, size),
+        covariance=covariance * np.outer(held, held),
+        own_error=np.sqrt(np.maximum(own_variance, 0.0)) * border.own,
+        _factor=factor[:, size:],
+        _by_shared=xs[size:],
+        _by_own=xo[size:],
+        _own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
+        _own_by_shared=lead * border.own[:, :, None],
+        _rows=rows,
+    )
+
+
+def residuals_after(
+    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, shared: np.ndarray, own: np.ndarray, knots: np.ndarray
+) -> Float[np.ndarray, "segments samples channels"]:
+    """Linearised residuals of the readings after a step, over the declared noise."""
+    state, force = knots[chains.left, :-1], np.stack([knots[chains.left, -1], knots[chains.left + 1, -1]], axis=1)
+    outside = np.broadcast_to(shared * border.shared_scale * border.shared, (len(state), len(shared)))
+    step = np.concatenate([state, force, outside, (own * border.own_scale * border.own)[chains.record]], axis=1)
+    return linear.residual + np.einsum("ksci,ki->ksc", linear.by, step)
+
+
+def moved(border: Border, at: Estimate, solution: Solution, share: float) -> Estimate:
+    """The estimate after a share of the step."""
+    return Estimate(
+        states=at.states + share * solution.knots[:, :-1],
+        force=at.force + share * solution.knots[:, -1],
+        shared=np.clip(at.shared + share * solution.shared * border.shared_scale, border.lower, border.upper),
+        own=at.own + share * solution.own * border.own_scale,
+    )
+
+
+def _with_motion(
+    chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float, size: int
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Local systems with the equations of motion and of the random force: gram, right-hand side, constant and log determinant."""
+    states = size - 1
+    covariance = np.zeros((len(chains.left), states, states))
+    covariance[:, np.arange(states), np.arange(states)] = scales.floor**2
+    covariance[:, :2, :2] += force.bridge(chains.duration, mass)
+    root = np.linalg.cholesky(np.linalg.inv(covariance))
+    rows, off = root.swapaxes(1, 2) @ local.defect, (root.swapaxes(1, 2) @ local.gap[..., None])[..., 0]
+    turned = rows.swapaxes(1, 2)
+    gram, right = local.gram + turned @ rows, local.right + (turned @ off[..., None])[..., 0]
+    correlation, variance = force.step(chains.duration)
+    here, there = 2 * size - 1, 3 * size - 1
+    jump = at.force[chains.left + 1] - correlation * at.force[chains.left]
+    gram[:, there, there] += 1.0 / variance
+    gram[:, here, here] += correlation**2 / variance
+    gram[:, here, there] -= correlation / variance
+    gram[:, there, here] -= correlation / variance
+    right[:, there] += jump / variance
+    right[:, here] -= correlation * jump / variance
+    square = local.square + float((off**2).sum() + (jump**2 / variance).sum())
+    logs = local.log_determinant + float(np.linalg.slogdet(covariance)[1].sum() + np.log(variance).sum())
+    return gram, right, square, logs + len(chains.knots) * 2.0 * float(np.log(force.std))
+
+
+def _initial_states(
+    chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, band: np.ndarray, gradient: np.ndarray, size: int
+) -> float:
+    """Add the prior at the first knot of every record: motion of any size, states of effects near rest, a force of its stationary size.
+
+    Where a segment could not be integrated, the motion at its end is of any size again.
+    """
+    wide = np.concatenate([10.0 * scales.states[:2], 3.0 * scales.own])
+    begins = np.array([one.start for one in chains.knots])
+    anew = np.concatenate([begins, 1 + chains.left[~local.linked]])
+    added = 0.0
+    for place, std in enumerate(wide):
+        band[0, size * (1 + anew) + place] += 1.0 / std**2
+        if place >= 2:  # the prior of the motion is centred wherever the estimate is: it only keeps the equations definite
+            gradient[size * (1 + anew) + place] += at.states[anew, place] / std**2
+            added += float((at.states[anew, place] ** 2).sum()) / std**2
+    band[0, size * (1 + begins) + size - 1] += 1.0 / force.std**2
+    gradient[size * (1 + begins) + size - 1] += at.force[begins] / force.std**2
+    return added + float((at.force[begins] ** 2).sum()) / force.std**2
+
+
+def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
+    """Inverse of an information matrix; what it says nothing of gets a variance of `_UNKNOWN`."""
+    values, vectors = np.linalg.eigh(0.5 * (information + information.T))
+    return (vectors / np.maximum(values, 1.0 / _UNKNOWN)) @ vectors.T
+
+
+def _root(covariance: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
+    """A square root of a covariance, which may be singular."""
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    return vectors * np.sqrt(np.maximum(values, 0.0))

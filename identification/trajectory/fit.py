@@ -1,0 +1,216 @@
+"""Fit of the chains: from a large random force to the one that the likelihood asks for, reading errors estimated with it.
+
+Gauss-Newton steps of states, force, parameters and each record's own numbers alternate with the variances: size and memory of the random
+force by restricted maximum likelihood, the readings' autoregressions by expectation and maximisation.
+
+Source: H. Abarbanel and others, precision annealing: Phys. Rev. E 92 (2015) 052901; Y. Tremolet, weak-constraint 4D-Var, Q. J. R.
+Meteorol. Soc. 132 (2006) 2483-2504.
+"""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import minimize
+
+from identification.trajectory.chain_equations import Solution, Weighed, moved, residuals_after, solve, weighed, whitenings
+from identification.trajectory.motion import Estimate, Linearised, linearise
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
+from identification.trajectory.start import Problem
+
+Progress = Callable[[str], None]
+LARGEST_FORCE = 0.3
+"""Largest random force, over the force of the suspension: with a larger one any motion is explained."""
+SMALLEST_FORCE = 1e-5
+"""Smallest one: the chain is then one deterministic trajectory to within the sensors' resolution."""
+_AT_MOST_DOWN = 30.0
+"""Factor by which the random force falls in one round, at most."""
+_COLOURED_FROM = 6
+"""Round from which reading errors are autocorrelated: before, they would explain a contact that is still wrong."""
+_LONGEST_STEP = 0.7
+"""Largest change of a logarithm or of a scaled parameter in one step; a quarter of its range where that is less."""
+_SMALL_STEP = 0.3
+"""Step of a parameter over its standard error below which the iteration has converged."""
+_HELD_ROUNDS = 4
+"""Rounds without a random force from the other end."""
+_ROUNDS = 24
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Variances:
+    """Random force and reading errors by channel."""
+
+    force: RandomForce
+    readings: tuple[ReadingError, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """A problem at the mode of its likelihood.
+
+    Attributes:
+        problem: that was fitted.
+        at: estimate, about which everything is linearised.
+        variances: of random force and readings.
+        linear, local, solution: there; the solution's step is the last one that was not taken.
+        rounds: of the annealing.
+        converged: whether the last step was small against the standard errors.
+    """
+
+    problem: Problem
+    at: Estimate
+    variances: Variances
+    linear: Linearised
+    local: Weighed
+    solution: Solution
+    rounds: int
+    converged: bool
+
+    @property
+    def stderr(self) -> np.ndarray:
+        """Of the shared unknowns, in their coordinate; 0 where held."""
+        return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
+
+
+def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
+    """Fit a problem from both ends: from a large random force, and from none with autocorrelated reading errors; the likelier counts.
+
+    What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
+    and where the model is complete they agree.
+
+    Args:
+        problem: of an experiment.
+        seed: of the samples by which expectations are taken.
+        progress: called with a line in each round.
+    """
+    scales, rng = problem.scales, np.random.default_rng(seed)
+    memory = 2.0 * float(np.median(problem.chains.duration))
+    white = tuple(ReadingError() for _ in problem.chains.channels)
+    large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM)
+    if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
+        return found
+    none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
+    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
+    other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+    return other if other.converged and other.solution.deviance < found.solution.deviance else found
+
+
+def _converged(
+    problem: Problem,
+    at: Estimate,
+    variances: Variances,
+    rng: np.random.Generator,
+    progress: Progress,
+    *,
+    coloured_from: int,
+    held: int = 1,
+) -> Fitted:
+    """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds."""
+    scales, border = problem.scales, problem.border
+    force, readings, count = variances.force, variances.readings, 0
+    for count in range(_ROUNDS):
+        linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
+        share, change, before = _share(problem, solution), _change(problem, solution), force
+        if count >= held:
+            force = _likeliest(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
+        if count >= coloured_from:
+            readings = coloured(problem, at, linear, local, force, rng, draws=1)
+        at = moved(border, at, solution, share)
+        progress(_line(count, problem, at, force, readings, solution.deviance))
+        settled = abs(np.log(force.std / before.std)) < 0.05 or force.std <= 1.01 * SMALLEST_FORCE * scales.force
+        if count >= max(coloured_from, held) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
+            break
+    for last in (False, True):  # the likelihood is flat in the memory: let it converge
+        linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
+        force = _likeliest(problem, at, local, force, evaluations=40)
+        solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
+        if not last:
+            readings = coloured(problem, at, linear, local, force, rng, draws=4)
+            at = moved(border, at, solution, _share(problem, solution))
+    return Fitted(
+        problem=problem,
+        at=at,
+        variances=Variances(force=force, readings=readings),
+        linear=linear,
+        local=local,
+        solution=solution,
+        rounds=count + 1,
+        converged=_change(problem, solution) < _SMALL_STEP,
+    )
+
+
+def equations(problem: Problem, at: Estimate, variances: Variances) -> tuple[Linearised, Weighed, Solution]:
+    """Linearisation, local systems and solution at an estimate."""
+    sizes = problem.scales.states
+    linear = linearise(problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, at, sizes)
+    local = reweighed(problem, at, linear, variances.readings)
+    solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, variances.force, problem.experiment.mass)
+    return linear, local, solution
+
+
+def reweighed(problem: Problem, at: Estimate, linear: Linearised, readings: tuple[ReadingError, ...]) -> Weighed:
+    """Local systems of a linearisation under other reading errors."""
+    return weighed(problem.chains, problem.unknowns, problem.border, linear, at, whitenings(problem.chains, linear, readings))
+
+
+def coloured(
+    problem: Problem, at: Estimate, linear: Linearised, local: Weighed, force: RandomForce, rng: np.random.Generator, *, draws: int
+) -> tuple[ReadingError, ...]:
+    """Reading errors from samples of the posterior under the present variances; with few samples of readings, from more of them."""
+    chains, border = problem.chains, problem.border
+    solution = solve(chains, problem.unknowns, border, problem.scales, at, local, force, problem.experiment.mass)
+    counted = (chains.weight > 0) & linear.done[:, None, None]
+    several = max(draws, int(np.ceil(20_000 / max(int(counted.sum()), 1))))
+    drawn = [residuals_after(chains, problem.unknowns, border, linear, *solution.draw(rng)) for _ in range(min(several, 40))]
+    return tuple(
+        estimated([one[..., c] for one in drawn], counted[..., c], chains.first, highest=min(HIGHEST_ORDER, chains.samples))
+        for c in range(len(chains.channels))
+    )
+
+
+def _likeliest(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
+    """Random force of greatest restricted likelihood, but no further below the present one than annealing allows."""
+    scales, chains = problem.scales, problem.chains
+    low = np.log([SMALLEST_FORCE * scales.force, 0.3 * float(np.median(chains.duration))])
+    high = np.log([LARGEST_FORCE * scales.force, 1.0])
+
+    def deviance(logs: np.ndarray) -> float:
+        inside = np.clip(logs, low, high)
+        std, memory = np.exp(inside)
+        tried = RandomForce(std=float(std), memory=float(memory))
+        found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        return found.deviance + 10.0 * float(np.sum((logs - inside) ** 2))
+
+    begin = np.log([force.std, force.memory])
+    spread = (3.0, 1.8) if evaluations < 40 else (2.0, 2.0)
+    simplex = np.array([begin, begin - [np.log(spread[0]), 0.0], begin + [0.0, np.log(spread[1])]])
+    found = minimize(
+        deviance, begin, method="Nelder-Mead", options={"maxfev": evaluations, "xatol": 0.02, "fatol": 0.2, "initial_simplex": simplex}
+    )
+    std, memory = np.exp(np.clip(found.x, low, high))
+    return RandomForce(std=float(max(std, force.std / _AT_MOST_DOWN)), memory=float(memory))
+
+
+def _share(problem: Problem, solution: Solution) -> float:
+    """Part of the step that moves no parameter too far."""
+    border = problem.border
+    longest = np.minimum(_LONGEST_STEP, 0.25 * (border.upper - border.lower) / border.shared_scale)
+    largest = float(np.max(np.abs(solution.shared) / longest, initial=0.0))
+    return min(1.0, 1.0 / max(largest, 1e-300))
+
+
+def _change(problem: Problem, solution: Solution) -> float:
+    """Largest step of a shared parameter over its standard error."""
+    error = np.sqrt(np.diag(solution.covariance))
+    free = error > 0
+    return float(np.max(np.abs(solution.shared[free]) / error[free], initial=0.0))
+
+
+def _line(count: int, problem: Problem, at: Estimate, force: RandomForce, readings: tuple[ReadingError, ...], deviance: float) -> str:
+    orders = " ".join(str(one.order) for one in readings)
+    return (
+        f"round {count}: deviance {deviance:.1f}, random force {force.std / problem.scales.force:.1e} of the suspension's, "
+        f"memory {force.memory:.3g} s, orders {orders}, " + ", ".join(f"{k} {v:.6g}" for k, v in problem.values(at).items())
+    )

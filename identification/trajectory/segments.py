@@ -1,0 +1,259 @@
+"""Records as chains of short segments between knots, and the order of all unknowns.
+
+A record is cut at knots t_0 < t_1 < ... into segments of `SAMPLES` samples or more. Unknown at a knot are the state of the motion and the
+random force; shared by all records are the model's parameters; and each record has a few numbers of its own.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
+
+from identification.experiment import Record
+from identification.windows.lanes import inputs_of
+from identification.windows.measured_input import driving_channels, part
+from vibrojax.channels import EVERY_CHANNEL
+from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.excitation import SampledForce, SampledMotion
+from vibrojax.model import Model
+from vibrojax.parameters import Parameter
+
+FEWEST_SAMPLES = 4
+"""Samples of a segment, at least: as many as the highest order of an autoregression, so that whitening reaches back one segment."""
+SEGMENTS_PER_PERIOD = 60.0
+"""Segments in a period of the natural or excitation frequency, about: the random force is linear within each."""
+CEILING_SAMPLES, CEILING_RUN = 20, 4
+"""Samples at one extreme value, in all and in a row, by which a channel counts as cut off there."""
+GAP_PRIOR_STD_M = 1e-3
+"""Prior standard deviation of the gap's setting error, m."""
+OF_RECORD = ("base_sine", "base_cosine", "gap_error")
+"""Own to each record: y = base_sine sin(Omega t) + base_cosine cos(Omega t), m, and the setting error of the gap, m."""
+APPROACH_SPEED = "approach_speed"
+"""State: speed at the last touch, m/s."""
+Hosted = Any
+"""A NumPy or JAX array."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Unknowns:
+    """Names and order of the unknowns that do not belong to a knot; hashable, and free of numbers, so that a number never compiles.
+
+    Attributes:
+        shared: parameters that all records share, with whether they move by their logarithm.
+        own: numbers of each record: motion of the cart, gap, zeros of sensors, deviations of shared parameters, parameters of effects.
+        states: of the motion at a knot: u, u', the effects' own, and the approach speed where the contact law depends on it.
+    """
+
+    shared: tuple[tuple[str, bool], ...]
+    own: tuple[str, ...]
+    states: tuple[str, ...]
+    logarithmic_own: tuple[bool, ...]
+
+    @property
+    def columns(self) -> int:
+        """Length of the vector that a segment depends on: states, force at both ends, shared, own."""
+        return len(self.states) + 2 + len(self.shared) + len(self.own)
+
+    def index(self, name: str) -> int:
+        """Place of a shared parameter."""
+        return [one for one, _ in self.shared].index(name)
+
+
+class Segments(eqx.Module):
+    """Segments that share one kind of excitation, side by side; or, without the leading axis, one of them.
+
+    `weight` is 1 / noise where a sample counts, and 0 where it was not recorded, is not usable or is only padding.
+    """
+
+    place: Int[Hosted, "*segments"]
+    """Among all segments of the experiment."""
+    record: Int[Hosted, "*segments"]
+    ts: Float[Hosted, "*segments knots"]
+    """Times of the samples and of the knot behind them, s."""
+    measured: Float[Hosted, "*segments samples channels"]
+    weight: Float[Hosted, "*segments samples channels"]
+    gap: Float[Hosted, "*segments"]
+    """As set, m."""
+    frequency_hz: Float[Hosted, "*segments"]
+    """Of the excitation as set, Hz; 0 for a cart at rest."""
+    motion: SampledMotion | None
+    """Measured motion of the cart; None where it is at rest or moves harmonically."""
+    applied: SampledForce | None
+    """Measured force on the hammer; None where there is none."""
+    channels: tuple[str, ...] = eqx.field(static=True)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Chains:
+    """All records as chains, in the order of their segments.
+
+    Attributes:
+        groups: the segments by kind of excitation.
+        record: of each segment.
+        left: knot at the beginning of each segment; the one at its end is the next.
+        first: whether a segment is the first of its record.
+        duration: of each segment, s.
+        knots: slice of the knots of each record.
+        files: of the records.
+        channels: compared with the model, in the order of all arrays.
+        measured, weight: (segments, samples, channels).
+    """
+
+    groups: tuple[Segments, ...]
+    record: np.ndarray
+    left: np.ndarray
+    first: np.ndarray
+    duration: np.ndarray
+    knots: tuple[slice, ...]
+    files: tuple[str, ...]
+    channels: tuple[str, ...]
+    measured: np.ndarray
+    weight: np.ndarray
+
+    @property
+    def samples(self) -> int:
+        """Of a segment."""
+        return self.weight.shape[1]
+
+    @property
+    def knot_count(self) -> int:
+        """Of all records."""
+        return self.knots[-1].stop
+
+    def of_record(self, index: int) -> slice:
+        """Segments of a record."""
+        where = np.flatnonzero(self.record == index)
+        return slice(int(where[0]), int(where[-1]) + 1)
+
+    def series(self, index: int, values: np.ndarray, samples: int) -> np.ndarray:
+        """Values at the samples of a record in one row of time; (samples, ...)."""
+        chosen = values[self.of_record(index)]
+        return chosen.reshape(-1, *chosen.shape[2:])[:samples]
+
+
+def unknowns_of(model: Model, parameters: Sequence[Parameter], *, zeros: Sequence[str] = (), varying: Sequence[str] = ()) -> Unknowns:
+    """Unknowns of a model: `parameters` are shared, `zeros` name channels of unknown zero, `varying` parameters that deviate in records."""
+    own = (*OF_RECORD, *(f"zero.{name}" for name in zeros), *(f"variation.{name}" for name in varying))
+    of_effects, of_motion = model.record_parameters, ("u", "v")
+    effects = tuple(f"{effect.name}.{state.name}" for effect in model.effects for state in effect.own_states)
+    return Unknowns(
+        shared=tuple((p.name, p.logarithmic) for p in parameters),
+        own=(*own, *(p.name for p in of_effects)),
+        states=(*of_motion, *effects, *((APPROACH_SPEED,) if _takes_approach_speed(model) else ())),
+        logarithmic_own=(*(False for _ in own), *(p.logarithmic for p in of_effects)),
+    )
+
+
+def _takes_approach_speed(model: Model) -> bool:
+    """Whether the contact force depends on the speed at the touch, which is then part of the state."""
+    if not isinstance(model.law, AbstractCompliantLaw):
+        return False
+    slow, fast = (float(model.law.force(jnp.asarray(1e-4), jnp.asarray(0.1), jnp.asarray(speed))) for speed in (0.2, 0.4))
+    return slow != fast
+
+
+def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
+    """Samples from one knot to the next: a part of the shortest period, and no fewer than `FEWEST_SAMPLES`."""
+    dt = min(float(np.median(np.diff(record.time))) for record in records)
+    wanted = 1.0 / (SEGMENTS_PER_PERIOD * fastest_hz * dt) if fastest_hz > 0 else 0.0
+    return max(FEWEST_SAMPLES, round(wanted))
+
+
+def chains_of(records: Sequence[Record], samples: int) -> Chains:
+    """Cut the records into segments of so many samples each; the last one of a record is padded."""
+    lanes: dict[tuple[bool, bool], list[Segments]] = {}
+    place, knot, owner, left, first, knots = 0, 0, [], [], [], []
+    compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
+    channels = tuple(name for name in EVERY_CHANNEL if name in compared)
+    for index, record in enumerate(records):
+        one = _segments(index, record, samples, channels, place)
+        count = len(one.record)
+        lanes.setdefault((one.motion is None, one.applied is None), []).append(one)
+        owner.append(np.full(count, index))
+        left.append(knot + np.arange(count))
+        first.append(np.arange(count) == 0)
+        knots.append(slice(knot, knot + count + 1))
+        place, knot = place + count, knot + count + 1
+    groups = tuple(jax.tree.map(lambda *leaves: np.concatenate(leaves), *group) for group in lanes.values())
+    order = np.argsort(np.concatenate([group.place for group in groups]))
+
+    def joined(name: str) -> np.ndarray:
+        return np.concatenate([getattr(group, name) for group in groups])[order]
+
+    ts = joined("ts")
+    return Chains(
+        groups=groups,
+        record=np.concatenate(owner),
+        left=np.concatenate(left),
+        first=np.concatenate(first),
+        duration=ts[:, -1] - ts[:, 0],
+        knots=tuple(knots),
+        files=tuple(record.file for record in records),
+        channels=channels,
+        measured=joined("measured"),
+        weight=joined("weight"),
+    )
+
+
+def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:
+    """Samples at the largest or smallest value of a channel that is cut off there: those say no more than that the true one lies beyond.
+
+    A channel is cut off where it has one extreme value at least `CEILING_SAMPLES` times, and `CEILING_RUN` times in a row.
+
+    Example:
+        >>> wave = np.sin(np.linspace(0.0, 40.0, 400))
+        >>> int(at_ceiling(wave).sum()), int(at_ceiling(np.minimum(wave, 0.9)).sum())
+        (0, 63)
+    """
+    found = np.zeros(len(values), bool)
+    for extreme in (np.nanmax(values, initial=-np.inf), np.nanmin(values, initial=np.inf)):
+        there = values == extreme
+        run = np.convolve(there, np.ones(CEILING_RUN))
+        if there.sum() >= CEILING_SAMPLES and run.max() >= CEILING_RUN and there.sum() < 0.5 * len(values):
+            found |= there
+    return found
+
+
+def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int) -> Segments:
+    """The segments of one record."""
+    time = record.time
+    count = -(-len(time) // samples)
+    dt = float(np.median(np.diff(time)))
+    padded = np.concatenate([time, time[-1] + dt * np.arange(1, count * samples - len(time) + 2)])
+    rows = samples * np.arange(count)[:, None] + np.arange(samples + 1)
+    driving = driving_channels(record)
+    measured, weight = np.zeros((count * samples, len(channels))), np.zeros((count * samples, len(channels)))
+    for column, name in enumerate(channels):
+        if name in record.channels and name not in driving:
+            values = record.channels[name]
+            usable = np.isfinite(values) & ~at_ceiling(values)
+            measured[: len(time), column] = np.where(usable, values, 0.0)
+            weight[: len(time), column] = usable / record.noise[name]
+    inputs = inputs_of(record)
+    driven = record.kind == "cart-excitation" and inputs.cart is None
+    cart = None
+    if inputs.cart is not None:
+        position, curvature = (_parts(one, samples, count) for one in (inputs.cart.position, inputs.cart.second_derivative))
+        cart = SampledMotion(position=position, second_derivative=curvature)
+    return Segments(
+        place=place + np.arange(count),
+        record=np.full(count, index),
+        ts=padded[rows],
+        measured=measured.reshape(count, samples, -1),
+        weight=weight.reshape(count, samples, -1),
+        gap=np.full(count, record.gap),
+        frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
+        motion=cart,
+        applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
+        channels=channels,
+    )
+
+
+def _parts(signal, samples: int, count: int):
+    """The pieces of a signal under each segment, with one knot more."""
+    return jax.tree.map(lambda *leaves: np.stack(leaves), *(part(signal, samples * k, samples + 2) for k in range(count)))

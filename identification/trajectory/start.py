@@ -1,0 +1,230 @@
+"""Where a fit begins: the measured trajectory, and parameters read off the records. Nothing is integrated."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.signal import find_peaks
+
+from identification.experiment import Experiment, ParameterOption, Record
+from identification.trajectory.chain_equations import Border, Scales
+from identification.trajectory.motion import Estimate
+from identification.trajectory.segments import (
+    APPROACH_SPEED,
+    GAP_PRIOR_STD_M,
+    OF_RECORD,
+    Chains,
+    Unknowns,
+    chains_of,
+    samples_of_a_segment,
+    unknowns_of,
+)
+from identification.windows.declared_model import check_wishes, expected, nominal_model, priors, varying, within_bounds
+from identification.windows.integrated_motion import integrated_motions
+from identification.windows.kinematics import Kinematics, kinematics
+from identification.windows.lanes import inputs_of
+from identification.windows.release import from_release
+from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
+from vibrojax.contact import AbstractInstantaneousLaw, NoContact
+from vibrojax.integrate import Landing
+from vibrojax.model import MASS, Model
+from vibrojax.parameters import Parameter
+
+_STEPS_A_PERIOD = 96.0
+"""Integration steps in a period of the fastest vibration in flight, at least."""
+_SLOPE = 4
+"""Samples by which a speed beside an impact is read."""
+_CONTACT_STEPS = 60.0
+"""Integration steps in an impact."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Problem:
+    """An experiment as chains, with its model, unknowns and a first estimate.
+
+    Attributes:
+        experiment: that is fitted, from the release of a held hammer on.
+        model: nominal, or with effects; its numbers are those of the estimate.
+        parameters: shared, in the order of the unknowns.
+        unknowns, chains, border, scales: of the equations.
+        integrator: through a segment.
+        motions: smoothed relative motion of each record, None where no sensor shows it.
+        start: first estimate.
+    """
+
+    experiment: Experiment
+    model: Model
+    parameters: tuple[Parameter, ...]
+    unknowns: Unknowns
+    chains: Chains
+    border: Border
+    scales: Scales
+    integrator: Landing
+    motions: tuple[Kinematics | None, ...]
+    start: Estimate
+
+    def values(self, at: Estimate) -> dict[str, float]:
+        """Shared parameters by name, SI."""
+        return {name: float(np.exp(x)) if log else float(x) for (name, log), x in zip(self.unknowns.shared, at.shared, strict=True)}
+
+    def model_at(self, at: Estimate) -> Model:
+        """The model with the numbers of an estimate."""
+        return self.model.replace(self.values(at))
+
+
+def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
+    """Chains of an experiment's records that are not held back, with first guesses.
+
+    Raises:
+        ExperimentError: the experiment cannot be fitted.
+    """
+    experiment = experiment.fitting
+    records = [from_release(record) for record in experiment.records]
+    experiment = dataclasses.replace(experiment, records=tuple(records))
+    model = nominal_model(experiment, law)
+    parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
+    check_wishes(experiment, parameters)
+    parameters, model = within_bounds(experiment, parameters), model.replace(expected(experiment))
+    zeros = {channel: sensor.zero for channel, sensor in experiment.sensors.items() if sensor.zero is not None}
+    unknowns = unknowns_of(model, parameters, zeros=tuple(zeros), varying=varying(experiment))
+
+    bases, motions = _motions(experiment, model)
+    exponents = [p for p in model.law.parameters if not p.logarithmic and p.name not in experiment.parameters]
+    usual = {p.name: ParameterOption(start=p.start) for p in exponents}  # loops of force over indentation that drift mislead these
+    guided = dataclasses.replace(experiment, parameters=experiment.parameters | usual)
+    values, gap_errors = next(iter(first_guesses(guided, model, motions).values()))
+    if isinstance(model.law, AbstractInstantaneousLaw):
+        gap_errors = np.array([_furthest(record, motion) for record, motion in zip(records, motions, strict=True)])
+        values |= _rebound(records, motions)
+    values |= {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
+    values = {p.name: float(np.clip(values[p.name], max(p.lower, 1e-300), p.upper)) for p in parameters}
+    f_n = values.get("f_n", 0.0)
+    fastest = max([f_n] + [record.excitation_frequency or 0.0 for record in records])
+    chains = chains_of(records, samples_of_a_segment(records, fastest))
+    flight = 1.0 / (_STEPS_A_PERIOD * max(fastest, 1e-6))
+    own = np.zeros((len(records), len(unknowns.own)))
+    for index, ((amplitude, phase), error) in enumerate(zip(bases, gap_errors, strict=True)):
+        own[index, : len(OF_RECORD)] = amplitude * np.cos(phase), amplitude * np.sin(phase), error
+    shared = np.array([np.log(values[p.name]) if p.logarithmic else values[p.name] for p in parameters])
+    states = np.zeros((chains.knot_count, len(unknowns.states)))
+    for knots, motion in zip(chains.knots, motions, strict=True):
+        if motion is not None:
+            rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(motion.u) - 1)
+            states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
+            states[knots, 2:] = np.abs(motion.v).max()  # of an approach speed; corrected at the first touch
+    start = Estimate(states=states, force=np.zeros(chains.knot_count), shared=shared, own=own)
+    return Problem(
+        experiment=experiment,
+        model=model.replace(values),
+        parameters=parameters,
+        unknowns=unknowns,
+        chains=chains,
+        border=_border(experiment, parameters, unknowns, chains, zeros, start, motions),
+        scales=_scales(experiment, motions, f_n, unknowns),
+        integrator=Landing(contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight)),
+        motions=tuple(motions),
+        start=start,
+    )
+
+
+def _motions(experiment: Experiment, model: Model) -> tuple[list[tuple[float, float]], list[Kinematics | None]]:
+    """Amplitude and phase of every record's cart, and its smoothed motion."""
+    records = list(experiment.records)
+    bases = [harmonic_start(record) for record in records]
+    accelerations = [_base_acceleration(record, base) for record, base in zip(records, bases, strict=True)]
+    found = [kinematics(r, mass=experiment.mass, base_acceleration=a) for r, a in zip(records, accelerations, strict=True)]
+    found, sines = unseen_bases(records, found, mass=experiment.mass, load=experiment.load)
+    stop = not isinstance(model.law, NoContact)
+    found, more = integrated_motions(records, found, accelerations, mass=experiment.mass, stop=stop, load=experiment.load)
+    return [(sines | more).get(index, base) for index, base in enumerate(bases)], found
+
+
+def _furthest(record: Record, motion: Kinematics | None) -> float:
+    """Setting error of the gap of a rigid stop, m: the hammer gets as far as the stop and no further; 0 where it does not get there."""
+    if motion is None or not motion.touching.any():
+        return 0.0
+    return float(motion.u.max()) - record.gap
+
+
+def _rebound(records: list[Record], motions: list[Kinematics | None]) -> dict[str, float]:
+    """Restitution: median of the speeds after over those before the impacts, each the slope of a few samples; empty where none is seen."""
+    found = []
+    for record, motion in zip(records, motions, strict=True):
+        if motion is None or not motion.touching.any():
+            continue
+        peaks, _ = find_peaks(motion.u, height=motion.u.max() - 0.05 * np.ptp(motion.u), distance=2 * _SLOPE)
+        for peak in peaks[(peaks > _SLOPE) & (peaks < len(motion.u) - _SLOPE - 1)]:
+            before, after = (
+                np.polyfit(record.time[part], motion.u[part], 1)[0]
+                for part in (slice(peak - _SLOPE, peak), slice(peak + 1, peak + 1 + _SLOPE))
+            )
+            if before > 0.0 > after:
+                found.append(-after / before)
+    return {"e": float(np.clip(np.median(found), 0.02, 1.0))} if found else {}
+
+
+def _base_acceleration(record: Record, base: tuple[float, float]) -> np.ndarray:
+    """y'' of the first guess, m/s^2."""
+    cart = inputs_of(record).cart
+    if cart is None:
+        return harmonic_acceleration(record, *base)
+    values = np.asarray(cart.second_derivative.coefficients[3])
+    return np.concatenate([values, values[-1:]])
+
+
+def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float, unknowns: Unknowns) -> Scales:
+    """Natural sizes of the motion."""
+    seen = [one for one in motions if one is not None]
+    u = np.concatenate([one.u - one.u.mean() for one in seen]) if seen else np.ones(1)
+    v = np.concatenate([one.v for one in seen]) if seen else np.ones(1)
+    displacement, velocity = float(np.std(u)), float(np.std(v))
+    inertia = np.concatenate([(one.a - np.median(one.a))[~one.touching] for one in seen]) if seen else np.ones(1)
+    force = experiment.mass * ((2.0 * np.pi * f_n) ** 2 * displacement if f_n > 0 else float(np.std(inertia)))
+    sensors = ("hammer_displacement", "relative_displacement")
+    noise = [record.noise[name] for record in experiment.records for name in sensors if name in record.noise]
+    return Scales(
+        displacement=displacement,
+        velocity=velocity,
+        force=force,
+        resolution=min(noise, default=1e-3 * displacement),
+        own=np.array([velocity for name in unknowns.states[2:] if name == APPROACH_SPEED]),
+    )
+
+
+def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, start: Estimate, motions) -> Border:
+    """Free unknowns, their scales and priors."""
+    options = experiment.parameters
+    fixed = {name for name, option in options.items() if option.fixed and option.start is not None}
+    records = experiment.records
+    driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
+    touched = np.array([motion is None or motion.touching.any() for motion in motions])
+    own = np.ones((len(records), len(unknowns.own)), bool)
+    own[:, 0], own[:, 1], own[:, 2] = driven, driven, touched
+    own_scale, own_std = np.ones(len(unknowns.own)), np.full(len(unknowns.own), np.inf)
+    amplitude = max(float(np.abs(start.own[:, :2]).max()), 1e-6)
+    own_scale[:3], own_std[2] = (amplitude, amplitude, 1e-4), GAP_PRIOR_STD_M
+    for place, name in enumerate(unknowns.own):
+        if name.startswith("zero."):
+            channel = name[5:]
+            own[:, place] = [channel in record.channels for record in records]
+            own_scale[place] = own_std[place] = zeros[channel]
+    means = {name: (mean, std) for name, mean, std in priors(experiment)}
+    shared_mean, precision = start.shared.copy(), np.zeros(len(parameters))
+    for place, p in enumerate(parameters):
+        if p.name in means:
+            mean, std = means[p.name]
+            shared_mean[place] = np.log(mean) if p.logarithmic else mean
+            precision[place] = (mean / std) ** 2 if p.logarithmic else std**-2
+    return Border(
+        shared=np.array([p.name not in fixed for p in parameters]),
+        own=own,
+        shared_scale=np.array([1.0 if p.logarithmic else p.scale for p in parameters]),
+        own_scale=own_scale,
+        shared_mean=shared_mean,
+        shared_precision=precision,
+        own_mean=np.zeros_like(start.own),
+        own_precision=np.broadcast_to(np.where(np.isfinite(own_std), own_std**-2.0, 0.0), start.own.shape).copy(),
+        lower=np.array([np.log(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in parameters]),
+        upper=np.array([np.log(p.upper) if p.logarithmic else p.upper for p in parameters]),
+        strengths=np.zeros(len(parameters), bool),
+    )

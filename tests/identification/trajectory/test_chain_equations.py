@@ -1,0 +1,180 @@
+"""The chain's equations against a Kalman filter and smoother, and against dense generalised least squares."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.linalg import toeplitz
+from statsmodels.tsa.arima_process import arma_acovf
+
+from identification.trajectory.chain_equations import moved, residuals_after, solve
+from identification.trajectory.fit import Variances, equations, reweighed
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
+from identification.trajectory.start import Problem
+from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY, NOISE, RATE, Linear
+from vibrojax.integrate import Landing
+
+FORCES = [RandomForce(std=std * FORCE, memory=memory) for std, memory in ((1.0, MEMORY), (0.3, 3.0 * MEMORY), (4.0, 0.01))]
+WHITE = ReadingError()
+
+
+@pytest.fixture(scope="module")
+def held(vibrating) -> Problem:
+    """The problem with its true parameters, none of them free: what is left is linear. Fine steps: the filter's matrices are exact."""
+    truth = np.log([0.02, 4.0])
+    border = dataclasses.replace(vibrating.border, shared=np.zeros(2, bool), own=np.zeros_like(vibrating.border.own))
+    start = dataclasses.replace(vibrating.start, shared=truth)
+    return dataclasses.replace(vibrating, border=border, start=start, integrator=Landing(flight_step=jnp.asarray(2e-4)))
+
+
+def solved(problem: Problem, force: RandomForce, error: ReadingError = WHITE):
+    return equations(problem, problem.start, Variances(force=force, readings=(error,)))
+
+
+def filtered(problem: Problem, force: RandomForce) -> tuple[float, np.ndarray]:
+    """-2 log likelihood and smoothed u, u', f at the knots: textbook Kalman filter and Rauch-Tung-Striebel smoother.
+
+    State of a segment: u, u' and the force at both ends; matrices by the exponential, not by the program.
+    """
+    chains, scales = problem.chains, problem.scales
+    duration = float(chains.duration[0])
+    (kept,), (new,) = force.step(np.array([duration]))
+    phi, by_first, by_last = Linear().passed(duration, duration)
+    onward = np.zeros((4, 4))
+    onward[:2] = np.column_stack([phi, by_first, by_last])
+    onward[2, 3], onward[3, 3] = 1.0, kept
+    shake = np.zeros((4, 4))
+    shake[:2, :2] = force.bridge(np.array([duration]), MASS)[0] + np.diag(scales.floor**2)
+    shake[3, 3] = new
+    rows = np.array([np.column_stack(Linear().passed(k / RATE, duration))[0] for k in range(chains.samples)])
+    deviance, smoothed = 0.0, []
+    for index in range(len(problem.chains.files)):
+        mean = np.zeros(4)
+        covariance = np.diag([(10 * scales.displacement) ** 2, (10 * scales.velocity) ** 2, force.std**2, 0.0])
+        covariance[2, 3] = covariance[3, 2] = kept * force.std**2
+        covariance[3, 3] = force.std**2
+        story = []
+        for segment in range(chains.of_record(index).start, chains.of_record(index).stop):
+            spread = rows @ covariance @ rows.T + NOISE**2 * np.eye(chains.samples)
+            off = chains.measured[segment, :, 0] - rows @ mean
+            gain = covariance @ rows.T @ np.linalg.inv(spread)
+            deviance += off @ np.linalg.solve(spread, off) + np.linalg.slogdet(spread)[1]
+            kept_part = np.eye(4) - gain @ rows  # Joseph's form, which rounding does not spoil
+            mean = mean + gain @ off
+            covariance = kept_part @ covariance @ kept_part.T + NOISE**2 * gain @ gain.T
+            story.append((mean, covariance))
+            mean, covariance = onward @ mean, onward @ covariance @ onward.T + shake
+        later, back = story[-1][0], []
+        for step, (mean, covariance) in enumerate(reversed(story)):
+            if step:
+                ahead = onward @ covariance @ onward.T + shake
+                later = mean + covariance @ onward.T @ np.linalg.solve(ahead, later - onward @ mean)
+            back.append(later[:3])
+        smoothed += back[::-1]
+    return deviance, np.array(smoothed)
+
+
+def test_states_and_force_are_those_of_a_kalman_smoother(held):
+    for force in FORCES:
+        *_, solution = solved(held, force)
+        at = moved(held.border, held.start, solution, 1.0)
+        _, smoothed = filtered(held, force)
+        found = np.column_stack([at.states, at.force])[held.chains.left]
+        assert np.allclose(found, smoothed, rtol=0.0, atol=1e-4 * np.abs(smoothed).max(axis=0))
+
+
+def test_likelihoods_compare_as_those_of_a_kalman_filter(held):
+    found = np.array([solved(held, force)[2].deviance for force in FORCES])
+    expected = np.array([filtered(held, force)[0] for force in FORCES])
+    assert np.allclose(found - found[0], expected - expected[0], atol=1e-4)
+
+
+def dense(problem: Problem, force: RandomForce, error: ReadingError) -> tuple[float, np.ndarray, np.ndarray]:
+    """-2 log restricted likelihood, estimate and covariance of the border: generalised least squares with whole matrices."""
+    linear, _, _ = solved(problem, force, error)
+    chains, scales = problem.chains, problem.scales
+    knots, states, free = chains.knot_count, 2, int(problem.border.shared.sum())
+    size = 3 * knots + free
+    rows, off, prior = np.zeros((linear.residual.size, size)), linear.residual.ravel(), np.zeros((size, size))
+    for segment, left in enumerate(chains.left):
+        for sample in range(chains.samples):
+            row = rows[segment * chains.samples + sample]
+            by = linear.by[segment, sample, 0]
+            row[3 * left : 3 * left + 2], row[3 * left + 2], row[3 * left + 5] = by[:2], by[2], by[3]
+            row[3 * knots :] = by[4 : 4 + free]
+    length = chains.samples * (chains.of_record(0).stop - chains.of_record(0).start)
+    lags = arma_acovf([1.0, *(-a for a in error.coefficients)], [1.0], length, sigma2=error.innovation**2)
+    noise = np.kron(np.eye(len(chains.files)), toeplitz(lags[:length]))
+    constants, logs = np.zeros(size), np.linalg.slogdet(noise)[1]
+    square = off @ np.linalg.solve(noise, off)
+    for segment, left in enumerate(chains.left):
+        covariance = force.bridge(chains.duration[segment : segment + 1], MASS)[0] + np.diag(scales.floor**2)
+        defect = np.zeros((states, size))
+        by = linear.end_by[segment]
+        defect[:, 3 * left : 3 * left + 3], defect[:, 3 * left + 5] = -by[:, :3], -by[:, 3]
+        defect[:, 3 * left + 3 : 3 * left + 5] = np.eye(2)
+        defect[:, 3 * knots :] = -by[:, 4 : 4 + free]
+        gap = problem.start.states[left + 1] - linear.end[segment]
+        prior += defect.T @ np.linalg.solve(covariance, defect)
+        constants += defect.T @ np.linalg.solve(covariance, gap)
+        square += gap @ np.linalg.solve(covariance, gap)
+        logs += np.linalg.slogdet(covariance)[1]
+    for one in chains.knots:
+        place = np.arange(one.start, one.stop)
+        times = np.concatenate([[0.0], np.cumsum(chains.duration[: len(place) - 1])])
+        covariance = force.std**2 * np.exp(-np.abs(np.subtract.outer(times, times)) / force.memory)
+        prior[np.ix_(3 * place + 2, 3 * place + 2)] += np.linalg.inv(covariance)
+        logs += np.linalg.slogdet(covariance)[1]
+        for which, std in enumerate((10 * scales.displacement, 10 * scales.velocity)):
+            prior[3 * one.start + which, 3 * one.start + which] += std**-2.0
+    hessian = rows.T @ np.linalg.solve(noise, rows) + prior
+    gradient = rows.T @ np.linalg.solve(noise, off) + constants
+    step = -np.linalg.solve(hessian, gradient)
+    deviance = square + gradient @ step + logs + np.linalg.slogdet(hessian)[1]
+    return deviance, step, np.linalg.inv(hessian)[3 * knots :, 3 * knots :]
+
+
+@pytest.mark.parametrize("error", [WHITE, ReadingError(coefficients=(0.8, -0.3), innovation=0.8)])
+def test_estimate_error_and_likelihood_are_those_of_generalised_least_squares(vibrating, error):
+    one, other = FORCES[0], FORCES[1]
+    *_, solution = solved(vibrating, one, error)
+    deviance, step, covariance = dense(vibrating, one, error)
+    knots = vibrating.chains.knot_count
+    assert np.allclose(solution.shared, step[3 * knots :], rtol=1e-5)
+    assert np.allclose(solution.covariance, covariance, rtol=1e-4)
+    scale = np.abs(step[: 3 * knots].reshape(knots, 3)).max(axis=0)
+    assert np.allclose(solution.knots, step[: 3 * knots].reshape(knots, 3), rtol=1e-4, atol=1e-5 * scale.max())
+    between = solved(vibrating, other, error)[2].deviance - solution.deviance
+    assert between == pytest.approx(dense(vibrating, other, error)[0] - deviance, abs=1e-3)
+
+
+def test_draws_scatter_as_the_covariance_says(vibrating):
+    *_, solution = solved(vibrating, FORCES[0])
+    rng = np.random.default_rng(1)
+    drawn = np.array([solution.draw(rng)[0] for _ in range(4000)])
+    assert np.allclose(np.cov(drawn.T), solution.covariance, rtol=0.1, atol=0.05 * solution.covariance.max())
+    _, _, dense_covariance = dense(vibrating, FORCES[0], WHITE)
+    assert np.allclose(np.cov(drawn.T), dense_covariance, rtol=0.1, atol=0.05 * solution.covariance.max())
+
+
+def test_residuals_after_a_step_are_linear_in_it(vibrating):
+    linear, _, solution = solved(vibrating, FORCES[0])
+    args = vibrating.chains, vibrating.unknowns, vibrating.border, linear
+    whole = residuals_after(*args, solution.shared, solution.own, solution.knots)
+    half = residuals_after(*args, 0.5 * solution.shared, 0.5 * solution.own, 0.5 * solution.knots)
+    assert np.allclose(0.5 * (linear.residual + whole), half)
+    assert np.sum(whole**2) < np.sum(linear.residual**2)
+
+
+def test_a_segment_that_was_not_integrated_counts_nothing(vibrating):
+    linear, _, _ = solved(vibrating, FORCES[0])
+    done = linear.done.copy()
+    done[10] = False
+    broken = dataclasses.replace(linear, done=done, residual=np.where(done[:, None, None], linear.residual, 0.0))
+    local = reweighed(vibrating, vibrating.start, broken, (WHITE,))
+    assert not local.gram[10].any() and not local.defect[10].any()
+    problem = vibrating
+    found = solve(problem.chains, problem.unknowns, problem.border, problem.scales, problem.start, local, FORCES[0], MASS)
+    assert np.isfinite(found.deviance)

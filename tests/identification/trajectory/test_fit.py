@@ -1,0 +1,65 @@
+"""Fits of chains: a rig of known truth, a rig that is shaken, a whole record by least squares, and a body that bounces on a rigid stop."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import least_squares
+
+from identification.trajectory.fit import SMALLEST_FORCE, fit
+from identification.trajectory.segments import at_ceiling
+from identification.trajectory.start import problem_of
+from tests.identification.conftest import TRUTH
+from tests.identification.trajectory.conftest import F_N, FORCE, NOISE, ZETA, Linear, shaken
+
+
+def test_a_small_experiment_gives_its_true_parameters_and_no_random_force(small):
+    problem = problem_of(small)
+    found = fit(problem)
+    assert found.converged
+    assert found.variances.force.std < 10.0 * SMALLEST_FORCE * problem.scales.force
+    assert all(one.order == 0 for one in found.variances.readings)
+    values = problem.values(found.at)
+    for (name, logarithmic), error in zip(problem.unknowns.shared, found.stderr, strict=True):
+        off = np.log(values[name] / TRUTH[name]) if logarithmic else values[name] - TRUTH[name]
+        assert abs(off) < 3.0 * error, name
+
+
+def test_a_shaken_rig_gives_its_parameters_and_the_force(vibrating):
+    found = fit(vibrating)
+    values = vibrating.values(found.at)
+    assert found.converged
+    for name, error, truth in zip(("zeta", "f_n"), found.stderr, (ZETA, F_N), strict=True):
+        assert abs(np.log(values[name] / truth)) < 3.0 * error
+    assert 0.5 * FORCE < found.variances.force.std < 2.0 * FORCE
+    assert found.variances.readings[0].std == pytest.approx(1.0, abs=0.15)
+
+
+def test_without_a_force_the_chain_is_one_trajectory_fitted_by_least_squares():
+    """Estimate and standard error of a whole record, by SciPy on the closed form."""
+    experiment = shaken(1)
+    record = experiment.records[0]
+    phi = np.array([expm(Linear().rates * t) for t in record.time])[:, 0]
+    measured = phi @ [5e-3, 0.0] + NOISE * np.random.default_rng(8).standard_normal(len(record.time))
+    quiet = dataclasses.replace(experiment, records=(dataclasses.replace(record, channels={"hammer_displacement": measured}),))
+    found = fit(problem_of(quiet))
+
+    def misfit(x: np.ndarray) -> np.ndarray:
+        zeta, omega = np.exp(x[0]), 2.0 * np.pi * np.exp(x[1])
+        damped = omega * np.sqrt(1.0 - zeta**2)
+        envelope = np.exp(-zeta * omega * record.time)
+        return (envelope * (x[2] * np.cos(damped * record.time) + x[3] * np.sin(damped * record.time)) - measured) / NOISE
+
+    whole = least_squares(misfit, [np.log(ZETA), np.log(F_N), 5e-3, 0.0], x_scale=[1.0, 1.0, 1e-3, 1e-3], xtol=1e-14, ftol=1e-14)
+    stderr = np.sqrt(np.diag(np.linalg.inv(whole.jac.T @ whole.jac)))[:2]
+    scale = found.variances.readings[0].std
+    assert found.variances.force.std < 10.0 * SMALLEST_FORCE * found.problem.scales.force
+    assert np.allclose(found.at.shared, whole.x[:2], atol=0.05 * stderr.max())
+    assert np.allclose(found.stderr, scale * stderr, rtol=0.02)
+
+
+def test_samples_at_a_ceiling_do_not_count():
+    wave = np.sin(np.linspace(0.0, 40.0, 400))
+    assert not at_ceiling(wave).any()
+    assert at_ceiling(np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
