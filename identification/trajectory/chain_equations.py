@@ -13,8 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.linalg.lapack import dtbtrs
+from scipy.linalg import cho_solve_banded, cholesky_banded, get_lapack_funcs
 
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.random_force import RandomForce
@@ -211,7 +210,8 @@ class Solution:
         shared = root @ rng.standard_normal(len(root))
         own = np.stack([_root(one) @ rng.standard_normal(len(one)) for one in self._own_inverse]) - self._own_by_shared @ shared
         noise = rng.standard_normal(self._factor.shape[1])
-        chain, _ = dtbtrs(self._factor, noise[:, None], uplo="L", trans="T")
+        (solve_triangular,) = get_lapack_funcs(("tbtrs",), (self._factor,))
+        chain, _ = solve_triangular(self._factor, noise[:, None], uplo="L", trans="T")
         knots = chain[:, 0] - self._by_shared @ shared - (self._by_own * own[self._rows]).sum(axis=1)
         return self.shared + shared, self.own + own, self.knots + knots.reshape(self.knots.shape)
 

@@ -148,5 +148,5 @@ def estimated(
             continue
         criterion = count * np.log(variance) + order * np.log(max(count, 2))
         if criterion < lowest:
-            best, lowest = ReadingError(coefficients=tuple(a.tolist()), innovation=float(np.sqrt(variance))), criterion
+            best, lowest = ReadingError(coefficients=tuple(float(one) for one in a), innovation=float(np.sqrt(variance))), criterion
     return best
