@@ -27,6 +27,7 @@ def plain(small):
     return {p.spec.name: p for p in fit_experiment(small, starts=1).parameters}
 
 
+@pytest.mark.thorough
 def test_a_prior_moves_the_estimate_as_information_adds_up(small, plain):
     """One as wide as the records' own standard error, two of these away: half way, with an error less by the root of two."""
     own = plain["f_n"]

@@ -36,6 +36,7 @@ def fits(example) -> tuple[Fitted, Fitted]:
     return simulated(short, {}), simulated(short, {2: 1.01, 3: 0.99})
 
 
+@pytest.mark.thorough
 def test_nothing_varies_where_the_rig_is_the_same_in_all_records(fits):
     found = variations(fits[0])
     assert {one.name for one in found} == {"k_i", "n", "lambda_i", "zeta", "f_n"}
@@ -43,6 +44,7 @@ def test_nothing_varies_where_the_rig_is_the_same_in_all_records(fits):
     assert [one.chance for one in found] == sorted(one.chance for one in found)
 
 
+@pytest.mark.thorough
 def test_what_is_expected_of_a_variation_is_about_what_its_fit_gains(fits):
     """k_i and n, strongly correlated within each record, do not hide each other."""
     model = fits[1]

@@ -61,6 +61,7 @@ def test_noise_teaches_nothing(motion):
     assert chosen(motion, motion.shown(), "hammer_displacement").groups == ()
 
 
+@pytest.mark.thorough
 def test_learns_a_damping_and_its_error(motion):
     nominal = motion.recorded(FreeForm(terms=("|u| u'",), c1=-60.0))
     learned = learn(score_all(nominal))

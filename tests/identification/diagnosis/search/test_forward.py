@@ -32,6 +32,7 @@ def test_no_step_begins_with_as_many_effects_as_are_fitted_together(rubbing, mon
     assert search(rubbing, deadline=np.inf).ended == MOST
 
 
+@pytest.mark.thorough
 def test_nothing_is_added_to_a_complete_model(recovered):
     found = search(recovered, deadline=np.inf)
     assert (found.ended, found.steps) == (COMPLETE, ())
