@@ -80,7 +80,7 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
 
 
 def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
-    """Refuse a drive, Hz, of which a period has fewer than two samples; pauses between samples say nothing of that."""
+    """Refuse a drive, Hz, with fewer than two samples in a period; pauses between samples do not count."""
     sampling = 1.0 / float(np.median(np.diff(time)))
     if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
         raise ExperimentError(
