@@ -289,6 +289,8 @@ def pulls(record: Record, impacts: list[Impact]) -> tuple[Float[np.ndarray, " 2"
     table = np.array(rows)
     matrix, right = table[:, 1:], table[:, 0]
     scale = np.linalg.norm(matrix, axis=0)
+    if not (scale > 0.0).all():  # a dead channel pulls nothing
+        return None
     solution, *_ = np.linalg.lstsq(matrix / scale, right, rcond=None)
     scatter = right - matrix / scale @ solution
     overlap = 4.0  # rows that hold a sample
