@@ -37,7 +37,8 @@ class Border:
         lower, upper: limits of the shared unknowns, (parameters,).
         proximal: information of each shared unknown that a step assumes about the present estimate, in its natural scale: what the records
             do not identify stays where it is, and does not shorten the step of the others. The estimate at the end does not depend on it.
-        strengths: (parameters,) unknowns that enter by maximum likelihood rather than by the restricted one, so that models compare.
+        strengths, own_strengths: unknowns that enter by maximum likelihood rather than by the restricted one, so that models compare;
+            (parameters,) and (own,).
     """
 
     shared: np.ndarray
@@ -51,6 +52,7 @@ class Border:
     lower: np.ndarray
     upper: np.ndarray
     strengths: np.ndarray
+    own_strengths: np.ndarray
     proximal: float = 0.25
 
 
@@ -197,22 +199,22 @@ class Solution:
     knots: np.ndarray
     covariance: np.ndarray
     own_error: np.ndarray
-    _factor: np.ndarray
-    _by_shared: np.ndarray
-    _by_own: np.ndarray
-    _own_inverse: np.ndarray
-    _own_by_shared: np.ndarray
+    factor: np.ndarray
+    by_shared: np.ndarray
+    by_own: np.ndarray
+    own_inverse: np.ndarray
+    own_by_shared: np.ndarray
     _rows: np.ndarray
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """A sample of the posterior, as steps of shared, own and knots."""
         root = _root(self.covariance)
         shared = root @ rng.standard_normal(len(root))
-        own = np.stack([_root(one) @ rng.standard_normal(len(one)) for one in self._own_inverse]) - self._own_by_shared @ shared
-        noise = rng.standard_normal(self._factor.shape[1])
-        (solve_triangular,) = get_lapack_funcs(("tbtrs",), (self._factor,))
-        chain, _ = solve_triangular(self._factor, noise[:, None], uplo="L", trans="T")
-        knots = chain[:, 0] - self._by_shared @ shared - (self._by_own * own[self._rows]).sum(axis=1)
+        own = np.stack([_root(one) @ rng.standard_normal(len(one)) for one in self.own_inverse]) - self.own_by_shared @ shared
+        noise = rng.standard_normal(self.factor.shape[1])
+        (solve_triangular,) = get_lapack_funcs(("tbtrs",), (self.factor,))
+        chain, _ = solve_triangular(self.factor, noise[:, None], uplo="L", trans="T")
+        knots = chain[:, 0] - self.by_shared @ shared - (self.by_own * own[self._rows]).sum(axis=1)
         return self.shared + shared, self.own + own, self.knots + knots.reshape(self.knots.shape)
 
 
@@ -280,7 +282,8 @@ def solve(
     quadratic = square - gradient_square - float(np.einsum("ro,rop,rp->", go, inverse, go)) - float(gs @ covariance @ gs)
     restricted = border.shared & ~border.strengths
     known = ss[np.ix_(restricted, restricted)] + np.eye(int(restricted.sum())) / _UNKNOWN
-    log_border = np.linalg.slogdet(oo)[1].sum() + np.linalg.slogdet(known)[1]
+    marginal = ~border.own_strengths
+    log_border = np.linalg.slogdet(oo[:, marginal][:, :, marginal])[1].sum() + np.linalg.slogdet(known)[1]
     deviance = quadratic + 2.0 * float(np.log(factor[0]).sum()) + logs + float(log_border)
     held = np.where(border.shared, 1.0, 0.0)
     own_variance = np.diagonal(inverse, axis1=1, axis2=2) + np.einsum("ros,st,rot->ro", lead, covariance * np.outer(held, held), lead)
@@ -291,11 +294,11 @@ def solve(
         knots=knots[size:].reshape(-1, size),
         covariance=covariance * np.outer(held, held),
         own_error=np.sqrt(np.maximum(own_variance, 0.0)) * border.own,
-        _factor=factor[:, size:],
-        _by_shared=xs[size:],
-        _by_own=xo[size:],
-        _own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
-        _own_by_shared=lead * border.own[:, :, None],
+        factor=factor[:, size:],
+        by_shared=xs[size:],
+        by_own=xo[size:],
+        own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
+        own_by_shared=lead * border.own[:, :, None],
         _rows=rows,
     )
 
@@ -320,14 +323,20 @@ def moved(border: Border, at: Estimate, solution: Solution, share: float) -> Est
     )
 
 
+def motion_covariance(chains: Chains, scales: Scales, force: RandomForce, mass: float) -> Float[np.ndarray, "segments states states"]:
+    """Of the states at the end of every segment, given its beginning and the force at both ends."""
+    states = len(scales.floor)
+    covariance = np.zeros((len(chains.left), states, states))
+    covariance[:, np.arange(states), np.arange(states)] = scales.floor**2
+    covariance[:, :2, :2] += force.bridge(chains.duration, mass)
+    return covariance
+
+
 def _with_motion(
     chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float, size: int
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Local systems with the equations of motion and of the random force: gram, right-hand side, constant and log determinant."""
-    states = size - 1
-    covariance = np.zeros((len(chains.left), states, states))
-    covariance[:, np.arange(states), np.arange(states)] = scales.floor**2
-    covariance[:, :2, :2] += force.bridge(chains.duration, mass)
+    covariance = motion_covariance(chains, scales, force, mass)
     root = np.linalg.cholesky(np.linalg.inv(covariance))
     rows, off = root.swapaxes(1, 2) @ local.defect, (root.swapaxes(1, 2) @ local.gap[..., None])[..., 0]
     turned = rows.swapaxes(1, 2)

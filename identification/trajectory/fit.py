@@ -73,7 +73,7 @@ class Fitted:
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
 
 
-def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
+def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, progress: Progress = lambda line: None) -> Fitted:
     """Fit a problem from both ends: from a large random force, and from none with autocorrelated reading errors; the likelier counts.
 
     What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
@@ -82,13 +82,14 @@ def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: No
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
+        begin: variances from which the force falls; by default those of a large one.
         progress: called with a line in each round.
     """
     scales, rng = problem.scales, np.random.default_rng(seed)
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
     large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
-    found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM)
+    found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM)
     if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
         return found
     none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
@@ -114,7 +115,7 @@ def _converged(
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
         share, change, before = _share(problem, solution), _change(problem, solution), force
         if count >= held:
-            force = _likeliest(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
+            force = likeliest(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from:
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(border, at, solution, share)
@@ -124,7 +125,7 @@ def _converged(
             break
     for last in (False, True):  # the likelihood is flat in the memory: let it converge
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
-        force = _likeliest(problem, at, local, force, evaluations=40)
+        force = likeliest(problem, at, local, force, evaluations=40)
         solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
         if not last:
             readings = coloured(problem, at, linear, local, force, rng, draws=4)
@@ -170,7 +171,7 @@ def coloured(
     )
 
 
-def _likeliest(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
+def likeliest(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
     """Random force of greatest restricted likelihood, but no further below the present one than annealing allows."""
     scales, chains = problem.scales, problem.chains
     low = np.log([SMALLEST_FORCE * scales.force, 0.3 * float(np.median(chains.duration))])

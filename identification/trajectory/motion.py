@@ -17,11 +17,13 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, Chains, Segments, Unknowns
-from vibrojax.channels import channels
+from vibrojax.channels import recorded
 from vibrojax.compiling import soon_compiled
+from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.effects import AbstractEffect
 from vibrojax.excitation import Harmonic, PiecewiseLinearForce, Unforced
 from vibrojax.integrate import Landing, Trajectory
-from vibrojax.integrate.landing import SLOWEST_TOUCH
+from vibrojax.integrate.landing import SLOWEST_TOUCH, LandingState
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -104,20 +106,19 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
 
 
-def passed(
+def along(
     model: Model,
     unknowns: Unknowns,
     files: tuple[str, ...],
     integrator: Landing,
     segments: Segments,
     vectors: Float[Array, "segments columns"],
-):
-    """Readings and ends of segments, and beside them, without derivative, whether each was integrated."""
+) -> tuple[System, Trajectory, LandingState]:
+    """The rig in every segment, its motion at all knots of the samples, the last one included, and the state of the integrator there."""
     systems = jax.vmap(lambda one, vector: segment_system(model, unknowns, files, one, vector))(segments, vectors)
-    held = unknowns.states[-1] == APPROACH_SPEED
-    integrated = len(unknowns.states) - held
+    integrated = len(unknowns.states) - _holds_approach_speed(unknowns)
     start = integrator.start(systems, segments.ts, vectors[:, :integrated])
-    if held:
+    if _holds_approach_speed(unknowns):
         start = start._replace(approach_speed=jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH))
 
     def unfinished(loop):
@@ -130,19 +131,78 @@ def passed(
             return count + 1, jax.vmap(integrator.step)(systems, t_end, carry), t_end
 
         _, after, _ = lax.while_loop(unfinished, advance, (jnp.zeros((), int), carry, t_end))
-        return after, (carry.u, carry.v, carry.in_contact, carry.approach_speed, carry.own)
+        return after, _seen(after)
 
-    last, (u, v, in_contact, approach_speed, own) = lax.scan(sample, start, segments.ts[:, 1:].T)
-    ts, none = segments.ts[:, :-1], jnp.zeros(len(segments.ts), int)
-    along = Trajectory(ts, u.T, v.T, in_contact.T, approach_speed.T, none, jnp.zeros((), int), jnp.swapaxes(own, 0, 1))
-    lanes = eqx.tree_at(lambda one: one.steps, along, none)
-    readings = jax.vmap(channels)(systems, lanes)
+    last, later = lax.scan(sample, start, segments.ts[:, 1:].T)
+    u, v, in_contact, approach_speed, own = jax.tree.map(
+        lambda first, then: jnp.swapaxes(jnp.concatenate([first[None], then]), 0, 1), _seen(start), later
+    )
+    none = jnp.zeros(len(segments.ts), int)
+    many = Trajectory(segments.ts, u, v, in_contact, approach_speed, none, jnp.zeros((), int), own)
+    return systems, eqx.tree_at(lambda one: one.steps, many, none), last
+
+
+def _read(systems: System, lanes: Trajectory, segments: Segments):
+    """Readings at all knots of the samples, and own states there; a channel that is late shows the motion of a little before.
+
+    The chain compares it with the motion of the nearest sample; what is left of its delay, half a sample at most, is a short way along
+    the motion: u + u' r + u'' r^2 / 2.
+    """
+    late = {effect.channel: k for k, effect in enumerate(systems.effects) if is_late(effect)}
+    if not late or segments.ahead is None:
+        return jax.vmap(recorded)(systems, lanes)
+    prompt = dataclasses.replace(systems, effects=tuple(effect for effect in systems.effects if not is_late(effect)))
+    readings, own = jax.vmap(recorded)(prompt, lanes)
+    ahead = jnp.concatenate([segments.ahead, segments.ahead[:, -1:]], axis=1)
+    for channel, place in late.items():
+        if channel in segments.channels:
+            shift = ahead[..., segments.channels.index(channel)]
+            after = jax.vmap(_moved, in_axes=(0, 0, 0, 0, None))(prompt, systems.effects[place], lanes, shift, channel)
+            readings = readings | {channel: after}
+    return readings, own
+
+
+def _moved(prompt: System, effect: AbstractEffect, one: Trajectory, ahead: Float[Array, " time"], channel: str) -> Float[Array, " time"]:
+    """What one channel shows of the motion at its reading's true time."""
+    r = ahead - effect.lateness(one.ts + ahead)
+    forces = prompt.forces(one.ts, one.u, one.v, one.own, one.in_contact, one.approach_speed)
+    u, v, ts = one.u + r * (one.v + 0.5 * r * forces.acceleration), one.v + r * forces.acceleration, one.ts + r
+    own = one.own + r[:, None] * forces.own_rates if one.own.shape[-1] else one.own
+    touches = prompt.approach(ts, u, v, own).indentation > 0
+    in_contact = one.in_contact if isinstance(prompt.law, AbstractInstantaneousLaw) else touches
+    return recorded(prompt, Trajectory(ts, u, v, in_contact, one.approach_speed, one.result, one.steps, own))[0][channel]
+
+
+def is_late(effect: AbstractEffect) -> bool:
+    """Whether an effect makes its channel late."""
+    return type(effect).lateness is not AbstractEffect.lateness
+
+
+def _seen(carry: LandingState):
+    return carry.u, carry.v, carry.in_contact, carry.approach_speed, carry.own
+
+
+def _holds_approach_speed(unknowns: Unknowns) -> bool:
+    return unknowns.states[-1] == APPROACH_SPEED
+
+
+def passed(
+    model: Model,
+    unknowns: Unknowns,
+    files: tuple[str, ...],
+    integrator: Landing,
+    segments: Segments,
+    vectors: Float[Array, "segments columns"],
+):
+    """Readings and ends of segments, and beside them, without derivative, whether each was integrated."""
+    systems, lanes, last = along(model, unknowns, files, integrator, segments, vectors)
+    readings, own = _read(systems, lanes, segments)
     for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
         if name.startswith("zero."):
             readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
-    stacked = jnp.stack([readings[name] for name in segments.channels], axis=-1)
-    end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), last.own], axis=1)
-    if held:
+    stacked = jnp.stack([readings[name][:, :-1] for name in segments.channels], axis=-1)
+    end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), own[:, -1]], axis=1)
+    if _holds_approach_speed(unknowns):
         end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
     done = jnp.all(jnp.isfinite(end), axis=1) & (last.t >= segments.ts[:, -1])
     return Passed(stacked, end), done
@@ -168,11 +228,18 @@ def vectors_of(chains: Chains, at: Estimate) -> Float[np.ndarray, "segments colu
 
 
 def linearise(
-    model: Model, unknowns: Unknowns, chains: Chains, integrator: Landing, at: Estimate, sizes: Float[np.ndarray, " states"]
+    model: Model,
+    unknowns: Unknowns,
+    chains: Chains,
+    integrator: Landing,
+    at: Estimate,
+    sizes: Float[np.ndarray, " states"],
+    *,
+    chunk: int = CHUNK,
 ) -> Linearised:
     """Integrate every segment from its knot, with derivatives; one that cannot be integrated, or that is too steep, has no weight.
 
-    `sizes` are natural ones of the states.
+    `sizes` are natural ones of the states; `chunk` segments are integrated side by side.
     """
     vectors, model = vectors_of(chains, at), jax.tree.map(jnp.asarray, model)
     count, samples, states = len(chains.left), chains.samples, len(unknowns.states)
@@ -180,12 +247,12 @@ def linearise(
     by, end, end_by = np.zeros((*residual.shape, unknowns.columns)), np.zeros((count, states)), np.zeros((count, states, unknowns.columns))
     done = np.zeros(count, bool)
 
-    def run(chunk: Segments):
-        found = _derivatives(model, unknowns, chains.files, integrator, chunk, jnp.asarray(vectors[chunk.place]))
-        return chunk.place, jax.tree.map(np.asarray, found)
+    def run(part: Segments):
+        found = _derivatives(model, unknowns, chains.files, integrator, part, jnp.asarray(vectors[part.place]))
+        return part.place, jax.tree.map(np.asarray, found)
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
-        for place, (value, slope, fine) in threads.map(run, _chunks(chains, at)):
+        for place, (value, slope, fine) in threads.map(run, _chunks(chains, at, chunk)):
             fine = fine & np.isfinite(slope.end).all(axis=(1, 2)) & np.isfinite(slope.readings).all(axis=(1, 2, 3))
             steepness = np.abs(slope.end[:, :, : len(sizes)]) * sizes / sizes[:, None]
             fine &= np.nan_to_num(steepness, nan=np.inf).max(axis=(1, 2)) < STEEPEST
@@ -198,11 +265,11 @@ def linearise(
     return Linearised(residual=residual, by=by, end=end, end_by=end_by, done=done)
 
 
-def _chunks(chains: Chains, at: Estimate):
+def _chunks(chains: Chains, at: Estimate, count: int):
     """Segments in chunks of one size, those nearest to the stop together, since contact takes more steps than flight."""
     for group in chains.groups:
         u = at.states[chains.left[group.place], 0]
         order = np.argsort(u - group.gap, kind="stable")
-        for begin in range(0, len(order), CHUNK):
-            rows = np.resize(order[begin : begin + CHUNK], CHUNK)
+        for begin in range(0, len(order), count):
+            rows = np.resize(order[begin : begin + count], count)
             yield jax.tree.map(lambda leaf, rows=rows: leaf[rows], group)

@@ -5,7 +5,7 @@ random force; shared by all records are the model's parameters; and each record 
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -35,6 +35,8 @@ OF_RECORD = ("base_sine", "base_cosine", "gap_error")
 """Own to each record: y = base_sine sin(Omega t) + base_cosine cos(Omega t), m, and the setting error of the gap, m."""
 APPROACH_SPEED = "approach_speed"
 """State: speed at the last touch, m/s."""
+Lateness = Callable[[np.ndarray], np.ndarray]
+"""Time by which a channel is late, s, from the time on the record's clock, s."""
 Hosted = Any
 """A NumPy or JAX array."""
 
@@ -85,6 +87,8 @@ class Segments(eqx.Module):
     """Measured motion of the cart; None where it is at rest or moves harmonically."""
     applied: SampledForce | None
     """Measured force on the hammer; None where there is none."""
+    ahead: Float[Hosted, "*segments samples channels"] | None
+    """Time from a sample of the motion to the reading that it is compared with, s; None where no channel is late."""
     channels: tuple[str, ...] = eqx.field(static=True)
 
 
@@ -164,14 +168,17 @@ def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
     return max(FEWEST_SAMPLES, round(wanted))
 
 
-def chains_of(records: Sequence[Record], samples: int) -> Chains:
-    """Cut the records into segments of so many samples each; the last one of a record is padded."""
+def chains_of(records: Sequence[Record], samples: int, late: Mapping[str, Lateness] = {}) -> Chains:
+    """Cut the records into segments of so many samples each; the last one of a record is padded.
+
+    A channel that comes late is compared with the motion as many samples earlier; `late` gives the time by channel, s.
+    """
     lanes: dict[tuple[bool, bool], list[Segments]] = {}
     place, knot, owner, left, first, knots = 0, 0, [], [], [], []
     compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
     channels = tuple(name for name in EVERY_CHANNEL if name in compared)
     for index, record in enumerate(records):
-        one = _segments(index, record, samples, channels, place)
+        one = _segments(index, record, samples, channels, place, late)
         count = len(one.record)
         lanes.setdefault((one.motion is None, one.applied is None), []).append(one)
         owner.append(np.full(count, index))
@@ -219,7 +226,7 @@ def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:
     return found
 
 
-def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int) -> Segments:
+def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int, late: Mapping[str, Lateness]) -> Segments:
     """The segments of one record."""
     time = record.time
     count = -(-len(time) // samples)
@@ -227,13 +234,20 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
     padded = np.concatenate([time, time[-1] + dt * np.arange(1, count * samples - len(time) + 2)])
     rows = samples * np.arange(count)[:, None] + np.arange(samples + 1)
     driving = driving_channels(record)
-    measured, weight = np.zeros((count * samples, len(channels))), np.zeros((count * samples, len(channels)))
+    measured, weight, ahead = (np.zeros((count * samples, len(channels))) for _ in range(3))
     for column, name in enumerate(channels):
         if name in record.channels and name not in driving:
             values = record.channels[name]
             usable = np.isfinite(values) & ~at_ceiling(values)
-            measured[: len(time), column] = np.where(usable, values, 0.0)
+            read = np.arange(len(time))
+            if name in late:
+                read = read + np.rint(late[name](time) / dt).astype(int)
+            there = (read >= 0) & (read < len(time))
+            read = np.clip(read, 0, len(time) - 1)
+            usable = usable[read] & there
+            measured[: len(time), column] = np.where(usable, values[read], 0.0)
             weight[: len(time), column] = usable / record.noise[name]
+            ahead[: len(time), column] = time[read] - time
     inputs = inputs_of(record)
     driven = record.kind == "cart-excitation" and inputs.cart is None
     cart = None
@@ -250,6 +264,7 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
         motion=cart,
         applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
+        ahead=ahead.reshape(count, samples, -1) if late else None,
         channels=channels,
     )
 

@@ -12,8 +12,9 @@ from vibrojax.shapes import Value
 
 _OUT_OF_REACH = 1e3
 """m"""
-_REACHED = 0.98
-"""Of the largest deflection to the back, where a candidate stands."""
+_DEPTHS_M = (3e-5, 6e-5, 1.2e-4, 2.5e-4, 5e-4)
+_OF_WAY = 0.02
+"""How far the hammer goes into candidates: in metres, and as a part of its way to the back."""
 
 
 class BackStop(AbstractEffect):
@@ -45,8 +46,11 @@ class BackStop(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
-    probe: ClassVar[Probe] = Probe(lambda scales: [BackStop(-_REACHED * scales.lowest)] if scales.lowest < 0 else [], is_stop=True)
-    """A stop that the hammer just reaches."""
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [BackStop(-scales.lowest - depth) for depth in (*_DEPTHS_M, -_OF_WAY * scales.lowest) if depth < -scales.lowest],
+        is_stop=True,
+    )
+    """Stops that the hammer just reaches."""
 
     distance: Value
 

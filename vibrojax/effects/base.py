@@ -147,6 +147,14 @@ class AbstractEffect(eqx.Module):
         """What the recorder shows along a motion, from what an ideal one would; a channel that is not there stays away."""
         return readings
 
+    def lateness(self, t: Scalars) -> Scalars:
+        """Time by which its channel is late, s, at a time on the record's clock."""
+        return jnp.zeros_like(t)
+
+    def kept(self, own: Own, before: Readings, after: Readings) -> Own:
+        """Its own states along a motion once `read` has been applied: those of a filter on samples are what it adds to its channel."""
+        return own
+
 
 class AbstractChannelFault(AbstractEffect):
     """A fault of the recorder in one channel; it implements `scaled` and `read`."""

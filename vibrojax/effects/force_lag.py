@@ -88,3 +88,7 @@ class ForceLag(AbstractEffect):
         start = (jnp.ones_like(force[0]), jnp.zeros_like(force[0]))
         _, (kept, filtered) = lax.scan(follow, start, (keeps.at[0].set(1.0), fresh))
         return readings | {"impact_force": filtered + jnp.where(lags, kept, 0.0) * own[..., 0]}
+
+    def kept(self, own: Own, before: Readings, after: Readings) -> Own:
+        """What the filter shows less what goes in, N."""
+        return (after["impact_force"] - before["impact_force"])[..., None] if "impact_force" in before else own

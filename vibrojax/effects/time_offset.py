@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
-from vibrojax.shapes import Value
+from vibrojax.shapes import Scalars, Value
 
 _PROBE_DELAY = 0.5
 """Of the shortest sampling interval."""
@@ -73,6 +73,10 @@ class TimeOffset(AbstractChannelFault):
     def looks_ahead(self) -> Value:
         """By as much as the channel comes early."""
         return jnp.maximum(-jnp.asarray(self.delay), 0.0)
+
+    def lateness(self, t: Scalars) -> Scalars:
+        """The delay, s."""
+        return self.delay + jnp.zeros_like(t)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """The channel as it was a delay before."""

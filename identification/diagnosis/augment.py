@@ -1,0 +1,70 @@
+"""A candidate taken into the model: from signals along the motion to physics inside the chain, iterated to the end."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from identification.diagnosis.look import Candidate, Look
+from identification.diagnosis.signals import own_states
+from identification.trajectory.fit import Fitted, Progress, fit
+from identification.trajectory.remodel import remodelled
+from identification.trajectory.start import Problem
+from vibrojax.effects import AbstractEffect
+
+
+def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
+    """The model with a candidate in it, fitted from a large random force on.
+
+    Args:
+        seen: look in which the candidate was found.
+        candidate: an effect.
+        strengths: of its columns, over the probing strength, from which it starts.
+        progress: called with a line in each round.
+    """
+    return fit(extended(seen, candidate, strengths), progress=progress)
+
+
+def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:
+    """The problem with a candidate in the model, at the strengths that it starts from."""
+    problem, at = seen.fitted.problem, seen.fitted.at
+    effect, own = strengthened(candidate.members, strengths)
+    whole = problem.model_at(at)
+    model = dataclasses.replace(whole, effects=(*whole.effects, effect))
+    return remodelled(problem, at, model, own=own, states=_states(seen, effect))
+
+
+def without(fitted: Fitted, name: str) -> Problem:
+    """The problem without one effect, from the estimate with it."""
+    whole = fitted.problem.model_at(fitted.at)
+    rest = dataclasses.replace(whole, effects=tuple(effect for effect in whole.effects if effect.name != name))
+    return remodelled(fitted.problem, fitted.at, rest)
+
+
+def strengthened(members: tuple[AbstractEffect, ...], strengths: np.ndarray) -> tuple[AbstractEffect, dict[str, np.ndarray]]:
+    """Effect of a candidate at estimated strengths, and its parameters per record by name, (records,) each."""
+    own = [p for p in members[0].parameters if p.per_record]
+    if own:
+        factors = strengths.reshape(len(members), -1)
+        values = {
+            f"{members[0].name}.{p.name}": sum(f * float(getattr(m, p.field)) for f, m in zip(factors, members, strict=True)) for p in own
+        }
+        return dataclasses.replace(members[0], **{p.field: 0.0 for p in own}), values
+    scaled = [m.scaled(float(factor)) for m, factor in zip(members, strengths, strict=True)]
+    return (scaled[0].probe.joined(scaled) if len(scaled) > 1 else scaled[0]), {}
+
+
+def _states(seen: Look, effect: AbstractEffect) -> dict[str, np.ndarray]:
+    """The effect's own states at the knots, from rest at the start of every record, along the estimated motion."""
+    if not effect.own_states:
+        return {}
+    chains = seen.fitted.problem.chains
+    stacked = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64)[None], effect)
+    found = np.zeros((chains.knot_count, len(effect.own_states)))
+    for knots, course in zip(chains.knots, seen.courses, strict=True):
+        own = own_states(stacked, [effect], course)[0]
+        kept = np.asarray(effect.kept(own, course.readings, effect.read(course.readings, course.motion, own)))
+        rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)
+        found[knots] = kept[rows]
+    return {f"{effect.name}.{state.name}": found[:, k] for k, state in enumerate(effect.own_states)}

@@ -1,0 +1,181 @@
+"""A look at everything that could be missing: all candidates scored beside one fitted model, the best with all variances estimated anew."""
+
+import dataclasses
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from identification.diagnosis.free_forms import free_forms
+from identification.diagnosis.scales import probe_scales
+from identification.diagnosis.signals import signals
+from identification.trajectory.additions import Reestimated, Scorer, reestimated, scored, scorer
+from identification.trajectory.chain_equations import Border
+from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
+from identification.trajectory.fit import Fitted, Variances
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
+from identification.trajectory.segments import Chains
+from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
+
+_COLUMNS = 24
+"""Columns that are scored together: as many as the memory of a few linearisations holds."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """An addition to the model: an effect at its probing strength, or a free form.
+
+    Attributes:
+        name: of the effect or of the free form.
+        members: effects whose strengths are estimated together; none for a free form.
+        signals: of its columns.
+    """
+
+    name: str
+    members: tuple[AbstractEffect, ...]
+    signals: tuple[Signal, ...]
+
+    @property
+    def channel(self) -> str:
+        """That it acts on alone; empty for all."""
+        return (self.members[0].channel or "") if self.members else ""
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Name and channel: what a reader takes for one cause."""
+        return self.name, self.channel
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Scored:
+    """A candidate with its score."""
+
+    candidate: Candidate
+    gain: float
+    strengths: np.ndarray
+    stderr: np.ndarray
+    known: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Look:
+    """All candidates beside one fitted model.
+
+    Attributes:
+        fitted: the model.
+        scales: from which the candidates come.
+        courses: the estimated motion.
+        by: derivatives from sample to sample.
+        listed, free: scored, by decreasing gain, the best of each kind first by `best`.
+    """
+
+    fitted: Fitted
+    scales: ProbeScales
+    courses: tuple[Course, ...]
+    by: BySample
+    listed: tuple[Scored, ...]
+    free: tuple[Scored, ...]
+
+
+def look(fitted: Fitted, among: Collection[str] = EFFECTS) -> Look:
+    """Score every listed effect that the model does not hold, and the free forms.
+
+    Scores hold the variances, which what is missing may have made too large: every candidate is scored under those of the fit, under
+    white reading errors, and under a tenth of the random force, and its largest gain counts. They only choose what is estimated anew.
+    """
+    along, sampled = courses(fitted)
+    by, scales = by_sample(fitted, sampled), probe_scales(fitted, along)
+    held = {effect.name for effect in fitted.problem.model.effects}
+    candidates = []
+    for name, kind in EFFECTS.items():
+        if name in among and name not in held:
+            candidates += _of_kind(kind, scales, along, fitted.problem.chains)
+    listed = _scored(fitted, by, candidates)
+    free = _scored(fitted, by, [Candidate(name=name, members=(), signals=s) for name, s in free_forms(fitted, along, scales).items()])
+    return Look(fitted=fitted, scales=scales, courses=along, by=by, listed=listed, free=free)
+
+
+def best_of_each(found: Sequence[Scored]) -> dict[tuple[str, str], Scored]:
+    """The candidate of largest gain of every kind and channel, best first."""
+    best: dict[tuple[str, str], Scored] = {}
+    for one in sorted(found, key=lambda one: -one.gain):
+        best.setdefault(one.candidate.key, one)
+    return best
+
+
+def weighed_anew(seen: Look, one: Candidate | None) -> Reestimated:
+    """The model with a candidate at first order, or without any, and all variances estimated anew."""
+    columns = responses(seen.by, seen.fitted.problem.chains, [] if one is None else list(one.signals))
+    return reestimated(seen.fitted, *columns, seen.fitted.variances)
+
+
+def _of_kind(kind: type[AbstractEffect], scales: ProbeScales, along: tuple[Course, ...], chains: Chains) -> list[Candidate]:
+    """Candidates of one effect with their signals."""
+    by_place: dict[tuple, list[tuple[AbstractEffect, ...]]] = {}
+    for members in kind.probe.candidates(scales):
+        by_place.setdefault((members[0].channel, members[0].record), []).append(members)
+    found = []
+    for group in by_place.values():
+        flat = iter(signals(along, chains, [member for members in group for member in members]))
+        for members in group:
+            columns = [next(flat) for _ in members]
+            if any(p.per_record for p in members[0].parameters):
+                columns = [_in_record(one, chains, index) for one in columns for index in range(len(chains.knots))]
+            found.append(Candidate(name=members[0].name, members=members, signals=tuple(columns)))
+    return found
+
+
+def _in_record(signal: Signal, chains: Chains, index: int) -> Signal:
+    """A signal in one record alone."""
+    mine = (chains.record == index)[:, None]
+    return Signal(
+        force=None if signal.force is None else signal.force * mine,
+        stop=None if signal.stop is None else signal.stop * mine,
+        readings={name: values * mine for name, values in signal.readings.items()},
+    )
+
+
+def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tuple[Scored, ...]:
+    """Largest score of every candidate over several variances, by decreasing gain."""
+    scorers = [scorer(fitted.problem, fitted.at, fitted.linear, one) for one in _variances(fitted)]
+    found: list[Scored] = []
+    batch: list[Candidate] = []
+    for index, candidate in enumerate(candidates):
+        batch.append(candidate)
+        if sum(len(one.signals) for one in batch) >= _COLUMNS or index == len(candidates) - 1:
+            found += _batch(fitted, by, scorers, batch)
+            batch = []
+    return tuple(sorted(found, key=lambda one: -one.gain))
+
+
+def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Candidate]) -> list[Scored]:
+    columns = responses(by, fitted.problem.chains, [signal for one in batch for signal in one.signals])
+    alive = fitted.linear.done[:, None, None]
+    columns = columns[0] * alive[..., None], columns[1] * alive
+    best: list[Scored | None] = [None] * len(batch)
+    for each in scorers:
+        cross = each.score(*columns)
+        gradient, information = each.reduced(cross)
+        begin = 0
+        for index, one in enumerate(batch):
+            part = slice(begin, begin + len(one.signals))
+            begin += len(one.signals)
+            if not np.isfinite(information[part, part]).all():
+                continue
+            score = scored(gradient[part], information[part, part], cross.square[part, part])
+            wrong_way = bool(one.members) and not one.members[0].probe.either_sign and score.strengths[0] < 0
+            gain = 0.0 if wrong_way else score.gain
+            if best[index] is None or gain > best[index].gain:
+                best[index] = Scored(candidate=one, gain=gain, strengths=score.strengths, stderr=score.stderr, known=score.known)
+    return [one for one in best if one is not None]
+
+
+def _variances(fitted: Fitted) -> list[Variances]:
+    """Those of the fit; white reading errors of the same size; a tenth of the random force."""
+    own = fitted.variances
+    white = tuple(ReadingError(innovation=one.std) for one in own.readings)
+    return [
+        own,
+        dataclasses.replace(own, readings=white),
+        dataclasses.replace(own, force=RandomForce(std=0.1 * own.force.std, memory=own.force.memory)),
+    ]

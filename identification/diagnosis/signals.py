@@ -1,0 +1,128 @@
+"""What an effect would add along the estimated motion, as signals in time: a force, a shift of the stop, an addition to readings."""
+
+import math
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float, Int
+
+from identification.trajectory.course import Course, Signal
+from identification.trajectory.segments import Chains
+from vibrojax.channels import EVERY_CHANNEL
+from vibrojax.compiling import soon_compiled
+from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.effects import AbstractEffect, Motion
+from vibrojax.steps import runge_kutta_step
+
+_ANGLE = 0.6
+"""Longest integration step of an effect's own states, in radians of its fastest vibration."""
+
+
+def signals(courses: tuple[Course, ...], chains: Chains, effects: list[AbstractEffect]) -> list[Signal]:
+    """Signals of effects of one class, channel and record, at the strengths that they have."""
+    stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *effects)
+    found: list[dict[str, np.ndarray]] = [{} for _ in effects]
+    for index, course in enumerate(courses):
+        if effects[0].record not in (None, chains.files[index]):
+            continue
+        own = own_states(stacked, effects, course)
+        parts = jax.tree.map(np.asarray, jax.vmap(partial(_added, course))(stacked, own))
+        for name, values in parts.items():
+            if values.any():
+                for one, series in zip(found, values, strict=True):
+                    one.setdefault(name, np.zeros((len(chains.left), chains.samples + 1)))[chains.of_record(index)] = on_segments(
+                        chains, index, series
+                    )
+    return [
+        Signal(force=one.get("force"), stop=one.get("stop"), readings={c: one[c] for c in chains.channels if c in one}) for one in found
+    ]
+
+
+def on_segments(chains: Chains, index: int, series: Float[np.ndarray, " time"]) -> Float[np.ndarray, "segments knots"]:
+    """Values along a record, at the samples of its segments and at their ends."""
+    count, samples = chains.of_record(index).stop - chains.of_record(index).start, chains.samples
+    rows = samples * np.arange(count)[:, None] + np.arange(samples + 1)
+    return series[np.minimum(rows, len(series) - 1)]
+
+
+def own_states(stacked: AbstractEffect, effects: list[AbstractEffect], course: Course) -> Float[Array, "effects time own"]:
+    """The effects' own states along a record, from rest at its start."""
+    if not effects[0].own_states:
+        return jnp.zeros((len(effects), len(course.push), 0))
+    sampling = float(course.motion.t[1] - course.motion.t[0])
+    fastest = max(float(effect.fastest_hz) for effect in effects)
+    return _own_along(stacked, course, jnp.asarray(max(1, math.ceil(2.0 * math.pi * fastest * sampling / _ANGLE))))
+
+
+def _added(course: Course, effect: AbstractEffect, own: Float[Array, "time own"]) -> dict[str, Float[Array, " time"]]:
+    """Force on the hammer, place of the stop and additions to readings, along one record."""
+    system, motion = course.system, course.motion
+    further = _further_push(course, effect)
+    force = effect.force(motion, own) + _second_stop(course, effect) - further
+    force = force + course.push_rate * effect.stop_velocity(motion.t, own)
+    moved = effect.base(system.base)
+    dy, ddy = jnp.zeros_like(motion.u), jnp.zeros_like(motion.u)
+    if moved is not system.base:
+        dy, ddy = (getattr(moved, name)(motion.t) - getattr(system.base, name)(motion.t) for name in ("displacement", "acceleration"))
+    dy, ddy = dy + effect.base_displacement(own), ddy + effect.base_acceleration(own, course.push)
+    read = effect.read(course.readings, motion, own)
+    shown = {name: read[name] - course.readings[name] for name in EVERY_CHANNEL if name in read}
+    shown["impact_force"] = shown["impact_force"] + further - course.push_rate * effect.stop_velocity(motion.t, own)
+    for name in ("hammer_displacement", "cart_displacement"):
+        shown[name] = shown[name] + dy
+    for name in ("hammer_acceleration", "cart_acceleration"):
+        shown[name] = shown[name] + ddy
+    shown["reaction_force"] = shown["reaction_force"] - system.mass * ddy
+    return shown | {"force": force - system.mass * ddy, "stop": effect.stop_position(motion.t, own)}
+
+
+def _second_stop(course: Course, effect: AbstractEffect) -> Float[Array, " time"]:
+    """Contact force of a stop behind the hammer, along a motion without that stop, N."""
+    law, motion = course.system.law, course.motion
+    if effect.back_gap is None or not isinstance(law, AbstractCompliantLaw):
+        return jnp.zeros_like(motion.u)
+    return _push(law, -motion.u - effect.back_gap, -motion.v)
+
+
+def _further_push(course: Course, effect: AbstractEffect) -> Float[Array, " time"]:
+    """Contact force of the front stop as the effect changes it, less that of the model, along a motion without the effect, N."""
+    system, motion = course.system, course.motion
+    law, gap = effect.stop(system.law, system.gap)
+    if law is system.law or not (isinstance(law, AbstractCompliantLaw) and isinstance(system.law, AbstractCompliantLaw)):
+        return jnp.zeros_like(motion.u)
+    return _push(law, motion.indentation + system.gap - gap, motion.indentation_rate) - course.push
+
+
+def _push(law: AbstractCompliantLaw, indentation: Float[Array, " time"], rate: Float[Array, " time"]) -> Float[Array, " time"]:
+    """Contact force of a stop, N; a law that depends on approach speed gets 0.1 m/s."""
+    pushed = law.force(jnp.maximum(indentation, 0.0), rate, jnp.full_like(indentation, 0.1))
+    return jnp.where(indentation > 0, pushed, jnp.zeros_like(pushed))
+
+
+@soon_compiled
+def _own_along(effects: AbstractEffect, course: Course, substeps: Int[Array, ""]):
+    return jax.vmap(lambda effect: _own(course, effect, substeps))(effects)
+
+
+def _own(course: Course, effect: AbstractEffect, substeps: Int[Array, ""]) -> Float[Array, "time own"]:
+    """Own states of one effect along a record, from rest at its start; force and motion are linear between samples."""
+    size = len(effect.own_states)
+    inputs: tuple[Motion, Array, Array] = (course.motion, course.push, course.acceleration)
+    begin, end = jax.tree.map(lambda x: x[:-1], inputs), jax.tree.map(lambda x: x[1:], inputs)
+
+    def interval(own, ends):
+        left, right, dt = ends
+
+        def rates(part, own):
+            motion, push, acceleration = jax.tree.map(lambda a, b: a if a.dtype == bool else a + part * (b - a), left, right)
+            return dt * effect.rates(motion, own, push, acceleration)
+
+        h = 1.0 / substeps
+        own = lax.fori_loop(0, substeps, lambda k, own: runge_kutta_step(rates, k * h, own, h)[0], own)
+        return own, own
+
+    _, later = lax.scan(interval, jnp.zeros(size), (begin, end, jnp.diff(course.motion.t)))
+    return jnp.concatenate([jnp.zeros((1, size)), later])

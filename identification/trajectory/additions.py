@@ -1,0 +1,227 @@
+"""What additions to a chain would gain: columns beside its border, scored, or taken in with all variances estimated anew.
+
+Source: C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50-57 (score test); the chain's other unknowns are eliminated exactly.
+"""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_solve_banded
+
+from identification.trajectory.chain_equations import (
+    Solution,
+    Weighed,
+    motion_covariance,
+    moved,
+    solve,
+    whitened_rows,
+    whitenings,
+)
+from identification.trajectory.fit import Fitted, Variances, coloured, likeliest, reweighed
+from identification.trajectory.motion import Estimate, Linearised
+from identification.trajectory.start import Problem
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Score:
+    """Expected gain of one candidate, with its strengths at first order.
+
+    Attributes:
+        gain: of twice the log likelihood, with all other unknowns at their optimum and the variances held.
+        strengths, stderr: of its columns, over their probing strengths.
+        known: whether the records tell each strength from everything else; (columns,).
+    """
+
+    gain: float
+    strengths: np.ndarray
+    stderr: np.ndarray
+    known: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Scorer:
+    """The chain's equations at an estimate under given variances, ready for columns beside them.
+
+    Attributes:
+        problem, linear, solution: of the chain.
+        white: whitenings by channel.
+        rows: whitened derivatives and residuals by channel.
+        local: systems of the segments.
+        precision: of the states at the end of every segment; (segments, states, states).
+    """
+
+    problem: Problem
+    linear: Linearised
+    solution: Solution
+    white: tuple
+    rows: tuple
+    local: Weighed
+    precision: np.ndarray
+
+    def score(
+        self, seen: Float[np.ndarray, "segments samples channels columns"], end: Float[np.ndarray, "segments states columns"]
+    ) -> "Cross":
+        """Products of columns with everything in the equations; several candidates at once."""
+        chains, unknowns = self.problem.chains, self.problem.unknowns
+        size, shared, own = len(unknowns.states) + 1, len(unknowns.shared), len(unknowns.own)
+        columns = seen.shape[-1]
+        cross = np.zeros((len(chains.left), 3 * size + shared + own, columns))
+        square, right = np.zeros((columns, columns)), np.zeros(columns)
+        for channel, (white, (rows, residual)) in enumerate(zip(self.white, self.rows, strict=True)):
+            if not seen[:, :, channel].any():
+                continue
+            values = white(seen[:, :, channel])
+            cross += rows.swapaxes(1, 2) @ values
+            flat = values.reshape(-1, columns)
+            square += flat.T @ flat
+            right += flat.T @ residual.ravel()
+        acts = np.flatnonzero(end.any(axis=(1, 2)) & self.local.linked)
+        if len(acts):
+            pulled = self.precision[acts] @ -end[acts]
+            cross[acts] += self.local.defect[acts].swapaxes(1, 2) @ pulled
+            square += np.einsum("ksc,ksd->cd", -end[acts], pulled)
+            right += np.einsum("ksc,ks->c", pulled, self.local.gap[acts])
+        knots = np.zeros((size * (chains.knot_count + 1), columns))
+        start = size * chains.left
+        for i in range(3 * size):
+            knots[start + i] += cross[:, i]
+        begins = np.flatnonzero(chains.first)
+        a, b = slice(3 * size, 3 * size + shared), slice(3 * size + shared, None)
+        of_own = np.add.reduceat(cross[:, b], begins, axis=0)
+        return Cross(knots=knots[size:], shared=cross[:, a].sum(axis=0), own=of_own, square=square, right=right)
+
+    def reduced(self, cross: "Cross") -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
+        """Gradient and information of the columns once everything else has been eliminated."""
+        one, unknowns = self.solution, self.problem.unknowns
+        solved = cho_solve_banded((one.factor, True), cross.knots, check_finite=False)
+        size = len(unknowns.states) + 1
+        edges = size * np.array([knots.start for knots in self.problem.chains.knots])
+        by_own = np.add.reduceat(one.by_own[:, :, None] * cross.knots[:, None, :], edges, axis=0)
+        own = cross.own - by_own
+        shared = cross.shared - one.by_shared.T @ cross.knots - np.einsum("ros,roc->sc", one.own_by_shared, own)
+        information = cross.square - cross.knots.T @ solved - np.einsum("roc,rop,rpd->cd", own, one.own_inverse, own)
+        information -= shared.T @ one.covariance @ shared
+        gradient = (
+            cross.right + cross.knots.T @ one.knots.ravel() + np.einsum("roc,ro->c", cross.own, one.own) + cross.shared.T @ one.shared
+        )
+        return gradient, 0.5 * (information + information.T)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Cross:
+    """Products of columns with the unknowns, with themselves and with the residuals."""
+
+    knots: np.ndarray
+    shared: np.ndarray
+    own: np.ndarray
+    square: np.ndarray
+    right: np.ndarray
+
+
+def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Variances) -> Scorer:
+    """Equations of the chain under given variances."""
+    white = whitenings(problem.chains, linear, variances.readings)
+    local = reweighed(problem, at, linear, variances.readings)
+    solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, variances.force, problem.experiment.mass)
+    covariance = motion_covariance(problem.chains, problem.scales, variances.force, problem.experiment.mass)
+    return Scorer(
+        problem=problem,
+        linear=linear,
+        solution=solution,
+        white=white,
+        rows=tuple(whitened_rows(problem.chains, problem.unknowns, problem.border, linear, white)),
+        local=local,
+        precision=np.linalg.inv(covariance),
+    )
+
+
+def scored(gradient: np.ndarray, information: np.ndarray, whole: np.ndarray) -> Score:
+    """Score of a candidate from its gradient and information; `whole` is the information of its columns by themselves.
+
+    Directions of which everything else says the same have no information left, and count for nothing.
+    """
+    size = np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    values, vectors = np.linalg.eigh(information / np.outer(size, size))
+    fine = values > 1e-8
+    inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)
+    strengths = -inverse @ gradient
+    return Score(
+        gain=float(max(-gradient @ strengths, 0.0)),
+        strengths=strengths,
+        stderr=np.sqrt(np.maximum(np.diag(inverse), 0.0)),
+        known=np.abs(vectors[:, ~fine]).max(axis=1, initial=0.0) < 0.5,
+    )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reestimated:
+    """The chain with columns taken in, on one linearisation, and all variances estimated anew.
+
+    Attributes:
+        deviance: -2 log likelihood.
+        strengths, stderr: of the columns.
+        variances: estimated.
+        at: estimate after the step.
+    """
+
+    deviance: float
+    strengths: np.ndarray
+    stderr: np.ndarray
+    variances: Variances
+    at: Estimate
+
+
+def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Variances, *, rounds: int = 2, seed: int = 1) -> Reestimated:
+    """Take columns into the border and estimate their strengths, the random force and the reading errors together.
+
+    Strengths enter by maximum likelihood, so that models with different columns compare.
+    """
+    problem, linear, at = _with_columns(fitted, seen, end)
+    rng, force, readings = np.random.default_rng(seed), variances.force, variances.readings
+    best, count = None, seen.shape[-1]
+    for round_ in range(rounds + 1):
+        local = reweighed(problem, at, linear, readings)
+        if round_ < rounds:
+            force = likeliest(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
+        solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
+        if best is None or solution.deviance < best.deviance:
+            after = moved(problem.border, at, solution, 1.0)
+            best = Reestimated(
+                deviance=solution.deviance,
+                strengths=solution.shared[len(solution.shared) - count :],
+                stderr=np.sqrt(np.diag(solution.covariance))[len(solution.shared) - count :],
+                variances=Variances(force=force, readings=readings),
+                at=dataclasses.replace(after, shared=after.shared[: len(after.shared) - count]),
+            )
+        if round_ < rounds:
+            readings = coloured(problem, at, linear, local, force, rng, draws=2)
+    return best
+
+
+def _with_columns(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> tuple[Problem, Linearised, Estimate]:
+    """The problem with further shared unknowns, of which the derivatives are given."""
+    problem, linear, at, count = fitted.problem, fitted.linear, fitted.at, seen.shape[-1]
+    unknowns, border = problem.unknowns, problem.border
+    place = len(unknowns.states) + 2 + len(unknowns.shared)
+    alive = linear.done[:, None, None]
+    linear = dataclasses.replace(
+        linear,
+        by=np.concatenate([linear.by[..., :place], seen * alive[..., None], linear.by[..., place:]], axis=-1),
+        end_by=np.concatenate([linear.end_by[..., :place], end * alive, linear.end_by[..., place:]], axis=-1),
+    )
+    more = {
+        "shared": True,
+        "shared_scale": 1.0,
+        "shared_mean": 0.0,
+        "shared_precision": 0.0,
+        "lower": -np.inf,
+        "upper": np.inf,
+        "strengths": True,
+    }
+    border = dataclasses.replace(
+        border, **{name: np.concatenate([getattr(border, name), np.full(count, value)]) for name, value in more.items()}, proximal=0.0
+    )
+    unknowns = dataclasses.replace(unknowns, shared=(*unknowns.shared, *((f"addition.{k}", False) for k in range(count))))
+    at = dataclasses.replace(at, shared=np.concatenate([at.shared, np.zeros(count)]))
+    return dataclasses.replace(problem, unknowns=unknowns, border=border), linear, at

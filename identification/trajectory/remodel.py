@@ -1,0 +1,145 @@
+"""A chain under another model: effects taken in or left out, everything else kept where it is."""
+
+import dataclasses
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+
+from identification.trajectory.chain_equations import Border
+from identification.trajectory.motion import Estimate, is_late
+from identification.trajectory.segments import APPROACH_SPEED, Lateness, chains_of
+from identification.trajectory.start import STEPS_A_PERIOD, Problem
+from vibrojax.integrate.landing import flight_step
+from vibrojax.model import Model
+
+
+def remodelled(
+    problem: Problem,
+    at: Estimate,
+    model: Model,
+    *,
+    own: Mapping[str, np.ndarray] = {},
+    states: Mapping[str, np.ndarray] = {},
+) -> Problem:
+    """The problem under a model with other effects, from an estimate under the present one.
+
+    Shared parameters, the records' own numbers and the states that both models have go on from the estimate. What is new starts at the
+    model's numbers, and is estimated by maximum likelihood, so that models compare; what a candidate's grid has found is held.
+
+    Args:
+        problem: under the present model.
+        at: estimate of it.
+        model: with other effects, at the strengths from which they start.
+        own: first values of the new effects' parameters that every record has for itself, by name; (records,).
+        states: first values of the new effects' own states at the knots, by name; (knots,).
+    """
+    before, border = problem.unknowns, problem.border
+    values = {name: float(value) for name, value in model.values().items()} | problem.values(at)
+    of_effects = {p.name for p in model.parameters} - {p.name for p in problem.model.parameters}
+    kept = tuple(p for p in problem.parameters if p.name in values or p.name == "m")
+    kept = tuple(p for p in kept if p.name in model.values() or p.name == "m")
+    parameters = (*kept, *(p for p in model.parameters if p.name in of_effects))
+    per_record = model.record_parameters
+    plain = tuple(name for name in before.own if not any(name == p.name for p in problem.model.record_parameters))
+    unknowns = dataclasses.replace(
+        before,
+        shared=tuple((p.name, p.logarithmic) for p in parameters),
+        own=(*plain, *(p.name for p in per_record)),
+        logarithmic_own=(*(False for _ in plain), *(p.logarithmic for p in per_record)),
+        states=(
+            "u",
+            "v",
+            *(f"{effect.name}.{state.name}" for effect in model.effects for state in effect.own_states),
+            *((APPROACH_SPEED,) if before.states[-1] == APPROACH_SPEED else ()),
+        ),
+    )
+    shared = np.array([_inside(p, values[p.name]) for p in parameters])
+    own_values = {name: at.own[:, place] for place, name in enumerate(before.own)} | dict(own)
+    knot_values = {name: at.states[:, place] for place, name in enumerate(before.states)} | dict(states)
+    nothing = np.zeros(len(at.states))
+    start = Estimate(
+        states=np.stack([knot_values.get(name, nothing) for name in unknowns.states], axis=1),
+        force=at.force,
+        shared=shared,
+        own=np.stack([own_values[name] for name in unknowns.own], axis=1),
+    )
+    new = tuple(p for p in parameters if p.name in of_effects)
+    sizes = dict(zip(before.states[2:], problem.scales.own, strict=True))
+    for effect in model.effects:
+        for state in effect.own_states:
+            name = f"{effect.name}.{state.name}"
+            if name not in sizes:
+                sizes[name] = float(np.sqrt(np.mean(knot_values.get(name, nothing) ** 2))) or state.scale or 1.0
+    fastest = max([values.get("f_n", 0.0)] + [record.excitation_frequency or 0.0 for record in problem.experiment.records])
+    step = flight_step(model.effects, max(fastest, 1e-6), a_period=STEPS_A_PERIOD)
+    late = late_channels(model)
+    chains = problem.chains
+    if late or chains.groups[0].ahead is not None:
+        chains = chains_of(problem.experiment.records, chains.samples, late)
+    return dataclasses.replace(
+        problem,
+        chains=chains,
+        model=model.replace({name: value for name, value in values.items() if name in model.values() or name == "m"}),
+        parameters=parameters,
+        unknowns=unknowns,
+        scales=dataclasses.replace(problem.scales, own=np.array([sizes[name] for name in unknowns.states[2:]])),
+        border=_border(problem, unknowns.own, new, kept, per_record, start),
+        integrator=dataclasses.replace(problem.integrator, flight_step=jnp.asarray(step)),
+        start=start,
+    )
+
+
+def late_channels(model: Model) -> dict[str, Lateness]:
+    """Time by which channels are late, by channel."""
+    return {
+        effect.channel: lambda t, effect=effect: np.asarray(effect.lateness(jnp.asarray(t)))
+        for effect in model.effects
+        if effect.channel and is_late(effect)
+    }
+
+
+def _inside(p, value: float) -> float:
+    """A value in its range, in the coordinate of the fit."""
+    value = float(np.clip(value, max(p.lower, 1e-300) if p.logarithmic else p.lower, p.upper))
+    return float(np.log(value)) if p.logarithmic else value
+
+
+def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record, start: Estimate) -> Border:
+    """Free unknowns, scales and priors: as before for what is kept, by its first size for what is new."""
+    border, before = problem.border, problem.unknowns
+    places = [before.index(p.name) for p in kept]
+    size = [abs(x) or p.scale for p, x in zip(new, start.shared[len(kept) :], strict=True)]
+
+    def shared(values: np.ndarray, more) -> np.ndarray:
+        return np.concatenate([values[places], np.asarray(more, values.dtype)])
+
+    zeros = np.zeros(len(new))
+    records, count = start.own.shape
+    own, own_scale = np.ones((records, count), bool), np.ones(count)
+    own_mean, own_precision, own_strengths = np.zeros((records, count)), np.zeros((records, count)), np.zeros(count, bool)
+    of_effects = {p.name: p for p in per_record}
+    for place, name in enumerate(own_names):
+        if name in before.own:
+            was = before.own.index(name)
+            own[:, place], own_scale[place] = border.own[:, was], border.own_scale[was]
+            own_mean[:, place], own_precision[:, place] = border.own_mean[:, was], border.own_precision[:, was]
+            own_strengths[place] = border.own_strengths[was]
+        else:
+            own_scale[place] = float(np.abs(start.own[:, place]).max()) or of_effects[name].scale
+            own_strengths[place] = True
+    return dataclasses.replace(
+        border,
+        shared=shared(border.shared, [not p.searched for p in new]),
+        own=own,
+        shared_scale=shared(border.shared_scale, [1.0 if p.logarithmic else s for p, s in zip(new, size, strict=True)]),
+        own_scale=own_scale,
+        shared_mean=shared(border.shared_mean, start.shared[len(kept) :]),
+        shared_precision=shared(border.shared_precision, zeros),
+        own_mean=own_mean,
+        own_precision=own_precision,
+        lower=shared(border.lower, [np.log(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in new]),
+        upper=shared(border.upper, [np.log(p.upper) if p.logarithmic else p.upper for p in new]),
+        strengths=shared(border.strengths, [True for _ in new]),
+        own_strengths=own_strengths,
+    )
