@@ -217,7 +217,7 @@ class _Table:
         place = next((at for at, (_, cells) in enumerate(rows[:-1]) if is_row_of_units(cells)), None)
         line, names = rows[0 if place is None else place + 1]
         units = () if place is None else tuple(map(bare_unit, rows[place][1]))
-        return self._named(names, line), units, line
+        return self._named(names, line, numbers=place is not None), units, line
 
     def _fitted(self, line: str) -> list[str] | None:
         """The cells of a row above the samples, one for each column; None where it cannot be their header."""
@@ -258,9 +258,14 @@ class _Table:
                 )
         return (), (), self.usable[begin]
 
-    def _named(self, cells: list[str], line: int) -> tuple[str, ...]:
-        """The names of all columns: empty for one without name and samples; numbered where several bear one name."""
-        if any(is_number(cell, self.decimal) for cell in cells):
+    def _named(self, cells: list[str], line: int, *, numbers: bool = False) -> tuple[str, ...]:
+        """The names of all columns: empty for one without name and samples; numbered where several bear one name.
+
+        Above a row of units, `numbers` are names too, those of an oscilloscope's channels.
+        """
+        if all(is_number(cell, self.decimal) for cell in cells if cell) or (
+            not numbers and any(is_number(cell, self.decimal) for cell in cells)
+        ):
             raise ExperimentError(
                 f"line {line + 1} holds numbers where the header row should be: expected column names; add a header row or correct it"
             )

@@ -1,0 +1,61 @@
+"""Files with a recorder's or a spreadsheet's own ways: what is meant is read, and what was concluded or left out is said."""
+
+import io
+
+import numpy as np
+from rich.console import Console
+
+from identification.experiment import load_experiment
+from identification.inspection import inspect_path, propose, summary
+
+TIME = np.arange(1000) / 2000.0
+
+
+def swing() -> np.ndarray:
+    """mm: a decay, with noise."""
+    return 5.0 * np.exp(-2.0 * TIME) * np.cos(30.0 * TIME) + np.random.default_rng(3).normal(0.0, 1e-3, TIME.size)
+
+
+def push() -> np.ndarray:
+    """N: three impacts, with noise."""
+    pulses = sum(40.0 * np.exp(-(((TIME - at) / 2e-3) ** 2)) for at in (0.1, 0.25, 0.4))
+    return pulses + np.random.default_rng(4).normal(0.0, 0.1, TIME.size)
+
+
+def rows(*columns: np.ndarray, time: np.ndarray = TIME, digits: int = 6) -> list[str]:
+    table = zip(*columns, strict=True)
+    return [",".join([f"{t:.{digits}f}", *(f"{value:.6f}" for value in row)]) for t, row in zip(time, table, strict=True)]
+
+
+def written(folder, *lines: str):
+    (folder / "a.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder
+
+
+def said(folder) -> str:
+    console = Console(file=io.StringIO(), width=2000)
+    console.print(summary(inspect_path(folder)))
+    return console.file.getvalue()
+
+
+def loaded(folder):
+    """The record as proposed, with the operator's part."""
+    text = propose(inspect_path(folder), folder).replace("# mass = 0.4", "mass = 0.4").replace("# gap = 0.0", "gap = 0.001")
+    (folder / "experiment.toml").write_text(text, encoding="utf-8")
+    return load_experiment(folder).records[0]
+
+
+def test_inch_and_lbs_are_units(tmp_path):
+    written(tmp_path, "Time (sec),Displacement (inch),Force (lbs)", *rows(swing() / 25.4, push() / 4.4482216))
+    channels = loaded(tmp_path).channels
+    np.testing.assert_allclose(channels["hammer_displacement"], 1e-3 * swing(), atol=2e-8)
+    np.testing.assert_allclose(channels["impact_force"], push(), atol=5e-6)
+
+
+def test_an_oscilloscopes_channels_are_numbers_above_a_row_of_units(tmp_path):
+    written(tmp_path, "x-axis,1,2", "second,Volt,Volt", *rows(0.5 * swing(), 0.01 * push()))
+    (one,) = inspect_path(tmp_path).files
+    assert (one.found.time.name, one.found.time_unit) == ("x-axis", "s")
+    assert [(column.name, column.unit) for column in one.found.columns] == [("1", "Volt"), ("2", "Volt")]
+    proposed = propose(inspect_path(tmp_path), tmp_path)
+    assert 'give the sensitivity of each sensor, such as "11.2 mV/N", for 1 in Volt, 2 in Volt' in proposed
