@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float64, Shaped
+from jaxtyping import Float64, Int, Shaped
 
 from identification.experiment.limits import check_numeric, check_shape
 
@@ -61,6 +61,18 @@ class AbstractReader(ABC):
         Raises:
             ExperimentError: the content is not as it should be. Any other exception is taken for a damaged file.
         """
+
+
+def samples_of(places: Int[np.ndarray, " some"]) -> str:
+    """How many samples, and between which, in a notice; counted from 1.
+
+    Example:
+        >>> samples_of(np.array([4])), samples_of(np.array([4, 5, 9]))
+        ('sample 5', '3 samples, from sample 5 to 10')
+    """
+    if places.size == 1:
+        return f"sample {places[0] + 1}"
+    return f"{places.size} samples, from sample {places[0] + 1} to {places[-1] + 1}"
 
 
 def as_column(array: Shaped[np.ndarray, "..."], name: str) -> Float64[np.ndarray, " samples"]:

@@ -3,6 +3,7 @@
 import io
 
 import numpy as np
+import pytest
 from rich.console import Console
 
 from identification.experiment import load_experiment
@@ -59,3 +60,37 @@ def test_an_oscilloscopes_channels_are_numbers_above_a_row_of_units(tmp_path):
     assert [(column.name, column.unit) for column in one.found.columns] == [("1", "Volt"), ("2", "Volt")]
     proposed = propose(inspect_path(tmp_path), tmp_path)
     assert 'give the sensitivity of each sensor, such as "11.2 mV/N", for 1 in Volt, 2 in Volt' in proposed
+
+
+@pytest.mark.parametrize("sign", ["∞", "-∞", "\u2212∞", "+∞"])
+def test_the_sign_of_infinity_is_an_overload(sign, tmp_path):
+    lines = rows(swing(), push())
+    for place in (200, 201, 500):
+        lines[place] = lines[place].rpartition(",")[0] + "," + sign
+    written(tmp_path, "Time (s),Laser (mm),Load cell (N)", *lines)
+    notice = "Column 'Load cell (N)' is infinite, as in an overload, at 3 samples, from sample 201 to 501, left out."
+    assert notice in said(tmp_path)
+    record = loaded(tmp_path)
+    assert notice in record.notices
+    assert np.flatnonzero(np.isnan(record.channels["impact_force"])).tolist() == [200, 201, 500]
+
+
+@pytest.mark.parametrize("stamps", ["s", "time of day"])
+@pytest.mark.parametrize("footer", [("Max,0.4,40.1", "Min,-5.0,-0.3"), ("", "Mean,-1.0"), ("End of file",)], ids=lambda lines: lines[-1])
+def test_a_footer_is_left_out(footer, stamps, tmp_path):
+    lines = rows(swing(), push())
+    if stamps == "time of day":
+        lines = [f"10:11:{12.0 + t:09.6f},{line.partition(',')[2]}" for t, line in zip(TIME, lines, strict=True)]
+    written(tmp_path, "Time,Laser (mm),Load cell (N)", *lines, *footer)
+    first = next(at for at, line in enumerate(footer) if line)
+    notice = f"What stands below the samples, from line {TIME.size + 2 + first} on ('{footer[first]}'), is left out."
+    assert notice in said(tmp_path)
+    record = loaded(tmp_path)
+    assert notice in record.notices
+    np.testing.assert_allclose(record.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(record.channels["impact_force"], push(), atol=5e-6)
+
+
+def test_words_in_front_of_every_sample_are_no_footer(tmp_path):
+    written(tmp_path, "note,Time (s),Laser (mm)", *(f"a,{line}" for line in rows(swing())))
+    assert loaded(tmp_path).time.size == TIME.size
