@@ -94,3 +94,25 @@ def test_a_footer_is_left_out(footer, stamps, tmp_path):
 def test_words_in_front_of_every_sample_are_no_footer(tmp_path):
     written(tmp_path, "note,Time (s),Laser (mm)", *(f"a,{line}" for line in rows(swing())))
     assert loaded(tmp_path).time.size == TIME.size
+
+
+@pytest.mark.parametrize("mark", [-9999.0, 9999.0, -9.999, -999.0, 99999.0])
+def test_a_recorders_mark_for_nothing_measured_is_left_out(mark, tmp_path):
+    cart = 2.0 * np.sin(2.0 * np.pi * 7.4 * TIME) + np.random.default_rng(5).normal(0.0, 1e-3, TIME.size)
+    hammer = 1e-3 * swing()
+    hammer[300:324] = mark
+    written(tmp_path, "time,hammer_displacement,cart_displacement,impact_force", *rows(hammer, 1e-3 * cart, push()))
+    notice = f"Column 'hammer_displacement' is {mark:g}, far from all other values, at 24 samples, from sample 301 to 324"
+    assert notice in said(tmp_path)
+    assert 'kind = "cart-excitation"' in propose(inspect_path(tmp_path), tmp_path)
+    record = loaded(tmp_path)
+    assert np.flatnonzero(np.isnan(record.channels["hammer_displacement"])).tolist() == list(range(300, 324))
+    assert notice in " ".join(record.notices) and "one stretch from 0.15 s to 0.1615 s" in " ".join(record.notices)
+    np.testing.assert_allclose(record.channels["cart_displacement"], 1e-3 * cart, atol=1e-6)
+
+
+def test_nines_that_the_signal_comes_near_are_measured(tmp_path):
+    force = np.minimum(1e3 * push() / push().max(), 999.0)
+    force[200:] = np.minimum(force[200:], 700.0)
+    written(tmp_path, "time,hammer_displacement,impact_force", *rows(1e-3 * swing(), np.round(force, 1)))
+    assert np.isfinite(loaded(tmp_path).channels["impact_force"]).all()
