@@ -1,5 +1,6 @@
 """The samples of a record: time stamps checked, unusable samples marked, then crop, filters and trends as its table declares them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -10,6 +11,7 @@ from jaxtyping import Bool, Float64, Int
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import binary_dilation
 from scipy.signal import butter, firwin, freqz, resample_poly, sosfiltfilt, sosfreqz
+from scipy.spatial import ConvexHull
 
 from identification.experiment.channels import si_unit
 from identification.experiment.errors import ExperimentError
@@ -41,6 +43,52 @@ def drop_bad_time(
         f"{repeated.size} with that of the sample before."
     )
     return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
+
+
+def even_time(
+    time: Float64[np.ndarray, " samples"], channels: Iterable[Float64[np.ndarray, " _"]]
+) -> tuple[Float64[np.ndarray, " samples"], float]:
+    """Even time stamps in place of those that two samples or more share for want of digits; others as they are.
+
+    Stamps count in units of their smallest step. They are those of even samples, rounded or cut off, where a straight line over the number
+    of the sample leaves a spread of one unit or less; the line of least spread runs along an edge of the convex hull of the stamps. Where
+    all channels repeat their values with the stamps, the samples are repeated ones.
+
+    Args:
+        time: any unit.
+        channels: with these stamps.
+
+    Returns:
+        The stamps, and how many samples share one; 1 where they are as they were.
+
+    Example:
+        >>> even, shared = even_time(np.array([0.0, 0.0, 0.001, 0.001, 0.002, 0.002]), [np.arange(6.0)])
+        >>> even.round(9).tolist(), round(shared, 6)
+        ([0.0, 0.0005, 0.001, 0.0015, 0.002, 0.0025], 2.0)
+    """
+    steps = np.diff(time)
+    if not np.isfinite(time).all() or not (steps >= 0.0).all() or not 0 < np.count_nonzero(steps) < steps.size:
+        return time, 1.0
+    if all(np.array_equal(np.diff(values)[steps == 0.0], 0.0 * steps[steps == 0.0]) for values in channels if values.size == time.size):
+        return time, 1.0
+    unit = float(steps[steps > 0.0].min())
+    stamps = np.stack([np.arange(time.size), np.rint((time - time[0]) / unit)], axis=1)
+    corners = stamps[ConvexHull(stamps).vertices]
+    across, up = (corners - np.roll(corners, 1, axis=0)).T
+    slopes = up[across != 0.0] / across[across != 0.0]
+    spreads = np.ptp(corners[:, 1] - slopes[:, None] * corners[:, 0], axis=1)
+    slope, spread = float(slopes[np.argmin(spreads)]), float(spreads.min())
+    if max(spread, 2.0 * slope) > 1.0 + COARSEST_ROUNDING:
+        return time, 1.0
+    return time[0] + unit * slope * stamps[:, 0], 1.0 / slope
+
+
+def evened(seconds: Float64[np.ndarray, " samples"], shared: float) -> tuple[str, ...]:
+    """A notice on what `even_time` did; none where it did nothing."""
+    if shared == 1.0:
+        return ()
+    rate = (seconds.size - 1) / float(seconds[-1] - seconds[0])
+    return (f"The time stamps lack digits: {shared:.4g} samples share each. They are taken to come evenly, at {rate:.6g} Hz.",)
 
 
 def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers import read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
+from identification.experiment.samples import even_time, evened
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
 LONG_STEP = 0.05
@@ -101,13 +102,16 @@ def read_file(path: Path) -> FileColumns:
     names = read_columns(path, frozenset(), path.name).names
     found, own_time, unusable, notices = _read_all(path, names)
     time = _time_column(found)
+    written = time.values
+    stamps, shared = even_time(written, [column.values for column in found if column.name != time.name])
+    time = replace(time, values=stamps)
     unit, guessed = _time_unit(time) if time.name else ("s", "")
     columns = []
     for column in found:
-        stamps = own_time.get(column.name, time.values)
+        own = own_time.get(column.name, written)
         if column.name == time.name:
             continue
-        if column.values.size != time.values.size or not same_axis(time.values, stamps):
+        if column.values.size != time.values.size or not same_axis(written, own):
             unusable[column.name] = f"{column.values.size} samples on another time axis: resample it to that of the others and export again"
         else:
             columns.append(column)
@@ -116,6 +120,7 @@ def read_file(path: Path) -> FileColumns:
         raise ExperimentError(
             f"{shown(path.name)} has no usable column beside the time ({reasons}): expected at least one; export it again"
         )
+    notices += evened(stamps * factor_to_si(unit, TIME, path.name), shared)
     return FileColumns(
         file=path.name, time=time, time_unit=unit, time_guessed=guessed, columns=tuple(columns), unusable=unusable, notices=notices
     )

@@ -116,3 +116,27 @@ def test_nines_that_the_signal_comes_near_are_measured(tmp_path):
     force[200:] = np.minimum(force[200:], 700.0)
     written(tmp_path, "time,hammer_displacement,impact_force", *rows(1e-3 * swing(), np.round(force, 1)))
     assert np.isfinite(loaded(tmp_path).channels["impact_force"]).all()
+
+
+@pytest.mark.parametrize("dropped", [False, True])
+@pytest.mark.parametrize(("unit", "factor"), [("s", 1.0), ("ms", 1e3)])
+def test_samples_that_share_a_stamp_for_want_of_digits_come_evenly(unit, factor, dropped, tmp_path):
+    stamps = factor * np.floor(1e3 * TIME + 1e-6) * 1e-3
+    written(tmp_path, f"Time ({unit}),Laser (mm),Load cell (N)", *rows(swing(), push(), time=stamps, digits=3))
+    notice = "The time stamps lack digits: 2 samples share each. They are taken to come evenly, at 2000 Hz."
+    assert notice in said(tmp_path)
+    record = loaded(tmp_path)
+    if dropped:
+        text = (tmp_path / "experiment.toml").read_text()
+        (tmp_path / "experiment.toml").write_text(text.replace('kind = "drop-test"', 'kind = "drop-test"\ndrop_bad_time = true\n#'))
+        (record,) = load_experiment(tmp_path).records
+    assert notice in record.notices
+    np.testing.assert_allclose(record.time, TIME, atol=1e-12)
+    np.testing.assert_allclose(record.channels["impact_force"], push(), atol=5e-6)
+
+
+@pytest.mark.parametrize("written_twice", [False, True])
+def test_samples_that_are_repeated_are_refused(written_twice, tmp_path):
+    lines = rows(swing(), push())
+    written(tmp_path, "Time (s),Laser (mm),Load cell (N)", *np.repeat(lines, 2 if written_twice else np.where(TIME == 0.1, 2, 1)))
+    assert "a fit would refuse it: time of the record does not grow" in said(tmp_path)
