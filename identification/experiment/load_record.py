@@ -28,6 +28,7 @@ from identification.experiment.readers import Columns, read_columns
 from identification.experiment.samples import (
     check_drive,
     check_time,
+    cropped,
     declared_time,
     drop_bad_time,
     even_time,
@@ -219,7 +220,7 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     time, shared = even_time(raw.time * time_factor(settings, stated), raw.channels.values())
     notices = [*odd, *columns.notices, *raw.notices, *evened(time, shared)]
     time, recorded, dropped = drop_bad_time(time, raw.channels) if settings.drop_bad_time else (time, raw.channels, ())
-    notices += [*dropped, *check_time(time, settings.where)]
+    notices += [*dropped, *check_time(cropped(time, {}, settings.preparation, settings.where)[0], settings.where)]
     _check_initial_state(settings, float(time[0]))
     channels = {}
     for channel, values in recorded.items():

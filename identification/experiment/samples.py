@@ -109,10 +109,10 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
     back = np.flatnonzero(steps <= 0.0)
     if back.size:
         i = int(back[0])
+        remedy = "leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else _of_backwards(time)
         raise ExperimentError(
             f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
-            "expected strictly increasing time stamps; "
-            + ("leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else "sort them")
+            f"expected strictly increasing time stamps; {remedy}"
         )
     rounding = float(np.spacing(np.abs(time).max()) / np.median(steps))
     if rounding > COARSEST_ROUNDING:
@@ -125,6 +125,26 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
         return ()
     at = time[int(np.argmax(steps))]
     return (f"The sampling is irregular: steps of {smallest:.4g} to {largest:.4g} s, median {median:.4g}; the longest follows {at:.6g} s.",)
+
+
+def _of_backwards(time: Float64[np.ndarray, " samples"]) -> str:
+    """What to do about time that runs backwards: sort samples that are out of order, or part the stretches of a clock that steps back.
+
+    Sorted, samples out of order come no closer than before, and those of two stretches that overlap do.
+    """
+    steps = np.diff(time)
+    forward = steps[steps > 0.0]
+    if forward.size == 0 or np.diff(np.sort(time)).min() >= (1.0 - IRREGULAR_SPREAD) * forward.min():
+        return "sort them"
+    ends = np.flatnonzero(steps < 0.0)
+    first = int(ends[0]) + 1
+    back = float(np.median(steps) - steps[ends[0]])
+    said = f"the clock steps back by {back:.6g} s there and parts {ends.size + 1} stretches: export each as a file of its own"
+    before, after = time[:first], time[first:]
+    longer = max(before[before < after[0]], after[after > before[-1]], key=len)
+    if ends.size > 1 or longer.size < MIN_SAMPLES:
+        return said
+    return f"{said}, or use a part of one alone with crop = [{longer[0]:.9g}, {longer[-1]:.9g}] in the record"
 
 
 def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
@@ -329,7 +349,7 @@ def prepared(
     Raises:
         ExperimentError: the record does not allow it: too little is left, a cut-off above half its rate, uneven samples to be filtered.
     """
-    time, channels = _cropped(time, channels, asked, where)
+    time, channels = cropped(time, channels, asked, where)
     sensed = {name: Sensed(estimate=estimate_noise(values), step=quantisation_step(values)) for name, values in channels.items()}
     lost = {name: ~np.isfinite(values) for name, values in channels.items()}
     power, rate = np.ones(BINS), 1.0 / float(np.median(np.diff(time)))
@@ -356,8 +376,8 @@ def prepared(
     return time, channels, stated if filtered else {}, _notices(asked, lost, filtered)
 
 
-def _cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:
-    """The part between two instants."""
+def cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:
+    """The part between two instants, all of it where the record declares none."""
     if asked.crop is None:
         return time, channels
     begin, end = asked.crop

@@ -1,6 +1,7 @@
 """Files with a recorder's or a spreadsheet's own ways: what is meant is read, and what was concluded or left out is said."""
 
 import io
+import re
 
 import numpy as np
 import pytest
@@ -34,9 +35,9 @@ def written(folder, *lines: str):
 
 
 def said(folder) -> str:
-    console = Console(file=io.StringIO(), width=2000)
-    console.print(summary(inspect_path(folder)))
-    return console.file.getvalue()
+    text = io.StringIO()
+    Console(file=text, width=2000).print(summary(inspect_path(folder)))
+    return text.getvalue()
 
 
 def loaded(folder):
@@ -140,3 +141,22 @@ def test_samples_that_are_repeated_are_refused(written_twice, tmp_path):
     lines = rows(swing(), push())
     written(tmp_path, "Time (s),Laser (mm),Load cell (N)", *np.repeat(lines, 2 if written_twice else np.where(TIME == 0.1, 2, 1)))
     assert "a fit would refuse it: time of the record does not grow" in said(tmp_path)
+
+
+@pytest.mark.parametrize("back", [0.01, 0.0102])
+def test_a_clock_that_steps_back_parts_a_record(back, tmp_path):
+    stamps = np.where(TIME < 0.3, TIME, TIME - back)
+    written(tmp_path, "Time (s),Laser (mm),Load cell (N)", *rows(swing(), push(), time=stamps))
+    text = said(tmp_path)
+    assert "does not grow at sample 601 (0.2995 s is followed by" in text
+    assert f"the clock steps back by {back:.6g} s there and parts 2 stretches: export each as a file of its own" in text
+    crop = re.search(r"crop = (\[.*?\])", text)
+    assert crop is not None
+    written(tmp_path, "Time (s),Laser (mm),Load cell (N)", *rows(swing(), push()))
+    text = propose(inspect_path(tmp_path), tmp_path).replace("# mass = 0.4", "mass = 0.4").replace("# gap = 0.0", "gap = 0.001")
+    (tmp_path / "experiment.toml").write_text(text + crop.group())
+    written(tmp_path, "Time (s),Laser (mm),Load cell (N)", *rows(swing(), push(), time=stamps))
+    (record,) = load_experiment(tmp_path).records
+    kept = TIME[TIME < 0.3 - back]
+    np.testing.assert_allclose(record.time, kept, atol=1e-9)
+    np.testing.assert_allclose(record.channels["impact_force"], push()[: kept.size], atol=5e-6)
