@@ -1,7 +1,7 @@
 """Folders that appear whole: made beside their place under a name of their own, and renamed.
 
-A run holds a lock on the folder that it makes; one without a lock is what a killed run has left, and the next run removes it. An earlier
-folder is renamed before the new one takes its name; a run that is killed in between leaves it for the next one to put back.
+A run holds a lock on the folder that it makes, and on the earlier one that it renames before the new one takes its name; one without a
+lock is what a killed run has left: the next run removes it, or puts it back where no folder has its name.
 """
 
 import contextlib
@@ -132,13 +132,16 @@ def _clear(target: Path, parent: Path) -> None:
     """Put back the folder that a killed run has moved away, and remove what such runs have left."""
     with contextlib.suppress(OSError):
         for name in os.listdir(parent):
-            if name.startswith(f".{target.name}-{_REPLACED}-") and not target.exists():
-                os.rename(parent / name, target)
-            elif name.startswith((f".{target.name}-{_UNFINISHED}-", f".{target.name}-{_REPLACED}-")):
+            replaced = name.startswith(f".{target.name}-{_REPLACED}-")
+            if replaced or name.startswith(f".{target.name}-{_UNFINISHED}-"):
                 with contextlib.suppress(OSError):
                     lock = os.open(parent / name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
                     try:
-                        if _try_lock(lock):
+                        if not _try_lock(lock):
+                            continue
+                        if replaced and not target.exists():
+                            os.rename(parent / name, target)
+                        else:
                             remove(parent / name)
                     finally:
                         os.close(lock)
@@ -195,17 +198,24 @@ def _replace_folder(aside: Path, out: Path, gone: set[Path]) -> None:
             os.utime(aside / folder)
             os.chown(aside / folder, (out / folder).stat().st_uid, (out / folder).stat().st_gid)
     away = _named(out, out.parent, _REPLACED)
+    lock = os.open(out, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        os.rename(out, away)
-    except OSError:  # such as a folder of another layer of a container's file system
-        _move_files(aside, out, gone)
-        return
-    try:
-        os.rename(aside, out)
-    except OSError:
-        os.rename(away, out)
-        raise
-    remove(away)
+        _try_lock(lock)  # so that no run which begins now takes the folder for that of a killed one
+        try:
+            os.rename(out, away)
+        except OSError:  # such as a folder of another layer of a container's file system
+            _move_files(aside, out, gone)
+            return
+        try:
+            os.rename(aside, out)
+        except OSError:
+            if not out.exists():
+                os.rename(away, out)
+                raise
+            _replace_folder(aside, out, gone)  # that of another run, which has ended since
+        remove(away)
+    finally:
+        os.close(lock)
 
 
 def _move_files(source: Path, target: Path, gone: set[Path]) -> None:

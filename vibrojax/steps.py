@@ -39,7 +39,8 @@ def runge_kutta_step(rates: Callable[[Scalars, State], State], t: Number, state:
         return (slope, jax.tree.map(lambda one, rate: one + share * rate, total, slope)), None
 
     none = jax.tree.map(jnp.zeros_like, state)
-    (slope, total), _ = lax.scan(stage, (none, none), jnp.array([[0.0, 1 / 6], [0.5, 1 / 3], [0.5, 1 / 3], [1.0, 1 / 6]]))
+    weights = jnp.array([[0.0, 1 / 6], [0.5, 1 / 3], [0.5, 1 / 3], [1.0, 1 / 6]], jnp.result_type(*jax.tree.leaves(state)))
+    (slope, total), _ = lax.scan(stage, (none, none), weights)
     return jax.tree.map(lambda one, rate: one + h * rate, state, total), slope
 
 

@@ -40,20 +40,28 @@ SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": 
 
 # Of columns that are no channel.
 OTHERS = frozenset(("Hz", "kHz", "%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "rpm", "1/min", "1", "um/m", "m/s", "mm/s"))
-# As programs of National Instruments and makers of front ends write them out.
+# As programs of National Instruments, oscilloscopes and makers of front ends write them out, in lower case.
 ALIASES = {
-    "Meters": "m",
-    "Inches": "in",
-    "Feet": "ft",
-    "Volts": "V",
-    "Degrees": "deg",
+    "meter": "m",
+    "meters": "m",
+    "inch": "in",
+    "inches": "in",
+    "feet": "ft",
+    "volt": "V",
+    "volts": "V",
+    "ampere": "A",
+    "amperes": "A",
+    "degrees": "deg",
     "°": "deg",
-    "Radians": "rad",
-    "Newtons": "N",
-    "Newton": "N",
-    "Pounds": "lbf",
+    "radians": "rad",
+    "newton": "N",
+    "newtons": "N",
+    "lb": "lbf",
+    "lbs": "lbf",
+    "pounds": "lbf",
     "sec": "s",
-    "Seconds": "s",
+    "second": "s",
+    "seconds": "s",
     "m/sec^2": "m/s^2",
     "m/s**2": "m/s^2",
     "m/(s^2)": "m/s^2",
@@ -168,7 +176,7 @@ def is_stand_in(unit: str | None) -> bool:
 def _canonical(unit: str) -> str:
     """Fold compatibility characters and spellings, so that either micro sign, either exponent and "Newtons" for "N" compare equal."""
     folded = unicodedata.normalize("NFKC", unit.strip())
-    return ALIASES.get(folded, folded)
+    return ALIASES.get(folded.lower(), folded)
 
 
 TIME = "time"

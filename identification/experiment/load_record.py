@@ -25,7 +25,18 @@ from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Record, Sensed, Sensor
 from identification.experiment.limits import file_exists, record_path, sha256_of
 from identification.experiment.readers import Columns, read_columns
-from identification.experiment.samples import check_drive, check_time, declared_time, drop_bad_time, mark_missing, mask_range, prepared
+from identification.experiment.samples import (
+    check_drive,
+    check_time,
+    cropped,
+    declared_time,
+    drop_bad_time,
+    even_time,
+    evened,
+    mark_missing,
+    mask_range,
+    prepared,
+)
 from identification.experiment.settings import RecordSettings
 
 
@@ -205,10 +216,11 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         return _without_file(settings, need_file)
     columns = read_columns(path, frozenset(wanted.values()), settings.file)
     raw = assign(columns, wanted, settings, need_channels=need_file)
-    time, recorded, dropped = drop_bad_time(raw.time, raw.channels) if settings.drop_bad_time else (raw.time, raw.channels, ())
     stated, odd = stated_unit(TIME, settings.time_unit, wanted[TIME], columns.units)
-    time = time * time_factor(settings, stated)
-    notices = [*odd, *columns.notices, *raw.notices, *dropped, *check_time(time, settings.where)]
+    time, shared = even_time(raw.time * time_factor(settings, stated), raw.channels.values())
+    notices = [*odd, *columns.notices, *raw.notices, *evened(time, shared)]
+    time, recorded, dropped = drop_bad_time(time, raw.channels) if settings.drop_bad_time else (time, raw.channels, ())
+    notices += [*dropped, *check_time(cropped(time, {}, settings.preparation, settings.where)[0], settings.where)]
     _check_initial_state(settings, float(time[0]))
     channels = {}
     for channel, values in recorded.items():

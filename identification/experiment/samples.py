@@ -1,5 +1,6 @@
 """The samples of a record: time stamps checked, unusable samples marked, then crop, filters and trends as its table declares them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -10,6 +11,7 @@ from jaxtyping import Bool, Float64, Int
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import binary_dilation
 from scipy.signal import butter, firwin, freqz, resample_poly, sosfiltfilt, sosfreqz
+from scipy.spatial import ConvexHull
 
 from identification.experiment.channels import si_unit
 from identification.experiment.errors import ExperimentError
@@ -43,6 +45,52 @@ def drop_bad_time(
     return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
 
 
+def even_time(
+    time: Float64[np.ndarray, " samples"], channels: Iterable[Float64[np.ndarray, " _"]]
+) -> tuple[Float64[np.ndarray, " samples"], float]:
+    """Even time stamps in place of those that two samples or more share for want of digits; others as they are.
+
+    Stamps count in units of their smallest step. They are those of even samples, rounded or cut off, where a straight line over the number
+    of the sample leaves a spread of one unit or less; the line of least spread runs along an edge of the convex hull of the stamps. Where
+    all channels repeat their values with the stamps, the samples are repeated ones.
+
+    Args:
+        time: any unit.
+        channels: with these stamps.
+
+    Returns:
+        The stamps, and how many samples share one; 1 where they are as they were.
+
+    Example:
+        >>> even, shared = even_time(np.array([0.0, 0.0, 0.001, 0.001, 0.002, 0.002]), [np.arange(6.0)])
+        >>> even.round(9).tolist(), round(shared, 6)
+        ([0.0, 0.0005, 0.001, 0.0015, 0.002, 0.0025], 2.0)
+    """
+    steps = np.diff(time)
+    if not np.isfinite(time).all() or not (steps >= 0.0).all() or not 0 < np.count_nonzero(steps) < steps.size:
+        return time, 1.0
+    if all(np.array_equal(np.diff(values)[steps == 0.0], 0.0 * steps[steps == 0.0]) for values in channels if values.size == time.size):
+        return time, 1.0
+    unit = float(steps[steps > 0.0].min())
+    stamps = np.stack([np.arange(time.size), np.rint((time - time[0]) / unit)], axis=1)
+    corners = stamps[ConvexHull(stamps).vertices]
+    across, up = (corners - np.roll(corners, 1, axis=0)).T
+    slopes = up[across != 0.0] / across[across != 0.0]
+    spreads = np.ptp(corners[:, 1] - slopes[:, None] * corners[:, 0], axis=1)
+    slope, spread = float(slopes[np.argmin(spreads)]), float(spreads.min())
+    if max(spread, 2.0 * slope) > 1.0 + COARSEST_ROUNDING:
+        return time, 1.0
+    return time[0] + unit * slope * stamps[:, 0], 1.0 / slope
+
+
+def evened(seconds: Float64[np.ndarray, " samples"], shared: float) -> tuple[str, ...]:
+    """A notice on what `even_time` did; none where it did nothing."""
+    if shared == 1.0:
+        return ()
+    rate = (seconds.size - 1) / float(seconds[-1] - seconds[0])
+    return (f"The time stamps lack digits: {shared:.4g} samples share each. They are taken to come evenly, at {rate:.6g} Hz.",)
+
+
 def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
     """Refuse time stamps, s, that are too few, not finite, that do not grow, or are too far from 0 to be exact; `where` names the record.
 
@@ -61,10 +109,10 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
     back = np.flatnonzero(steps <= 0.0)
     if back.size:
         i = int(back[0])
+        remedy = "leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else _of_backwards(time)
         raise ExperimentError(
             f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
-            "expected strictly increasing time stamps; "
-            + ("leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else "sort them")
+            f"expected strictly increasing time stamps; {remedy}"
         )
     rounding = float(np.spacing(np.abs(time).max()) / np.median(steps))
     if rounding > COARSEST_ROUNDING:
@@ -77,6 +125,26 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
         return ()
     at = time[int(np.argmax(steps))]
     return (f"The sampling is irregular: steps of {smallest:.4g} to {largest:.4g} s, median {median:.4g}; the longest follows {at:.6g} s.",)
+
+
+def _of_backwards(time: Float64[np.ndarray, " samples"]) -> str:
+    """What to do about time that runs backwards: sort samples that are out of order, or part the stretches of a clock that steps back.
+
+    Sorted, samples out of order come no closer than before, and those of two stretches that overlap do.
+    """
+    steps = np.diff(time)
+    forward = steps[steps > 0.0]
+    if forward.size == 0 or np.diff(np.sort(time)).min() >= (1.0 - IRREGULAR_SPREAD) * forward.min():
+        return "sort them"
+    ends = np.flatnonzero(steps < 0.0)
+    first = int(ends[0]) + 1
+    back = float(np.median(steps) - steps[ends[0]])
+    said = f"the clock steps back by {back:.6g} s there and parts {ends.size + 1} stretches: export each as a file of its own"
+    before, after = time[:first], time[first:]
+    longer = max(before[before < after[0]], after[after > before[-1]], key=len)
+    if ends.size > 1 or longer.size < MIN_SAMPLES:
+        return said
+    return f"{said}, or use a part of one alone with crop = [{longer[0]:.9g}, {longer[-1]:.9g}] in the record"
 
 
 def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
@@ -281,7 +349,7 @@ def prepared(
     Raises:
         ExperimentError: the record does not allow it: too little is left, a cut-off above half its rate, uneven samples to be filtered.
     """
-    time, channels = _cropped(time, channels, asked, where)
+    time, channels = cropped(time, channels, asked, where)
     sensed = {name: Sensed(estimate=estimate_noise(values), step=quantisation_step(values)) for name, values in channels.items()}
     lost = {name: ~np.isfinite(values) for name, values in channels.items()}
     power, rate = np.ones(BINS), 1.0 / float(np.median(np.diff(time)))
@@ -308,8 +376,8 @@ def prepared(
     return time, channels, stated if filtered else {}, _notices(asked, lost, filtered)
 
 
-def _cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:
-    """The part between two instants."""
+def cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:
+    """The part between two instants, all of it where the record declares none."""
     if asked.crop is None:
         return time, channels
     begin, end = asked.crop

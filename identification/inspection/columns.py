@@ -25,6 +25,7 @@ from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.readers import read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
+from identification.experiment.samples import even_time, evened
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
 LONG_STEP = 0.05
@@ -59,6 +60,7 @@ class FileColumns:
         time_guessed: why the unit is a guess; empty where it was stated, or is s as it is without a statement.
         columns: the others on the same time axis.
         unusable: why a column cannot be used, by name.
+        notices: sentences on what had to be concluded in reading.
     """
 
     file: str
@@ -67,6 +69,7 @@ class FileColumns:
     time_guessed: str
     columns: tuple[Column, ...]
     unusable: dict[str, str] = field(default_factory=dict)
+    notices: tuple[str, ...] = ()
 
     @property
     def untimed(self) -> bool:
@@ -97,15 +100,18 @@ def read_file(path: Path) -> FileColumns:
         ExperimentError: it cannot be read, or holds nothing beside time stamps.
     """
     names = read_columns(path, frozenset(), path.name).names
-    found, own_time, unusable = _read_all(path, names)
+    found, own_time, unusable, notices = _read_all(path, names)
     time = _time_column(found)
+    written = time.values
+    stamps, shared = even_time(written, [column.values for column in found if column.name != time.name])
+    time = replace(time, values=stamps)
     unit, guessed = _time_unit(time) if time.name else ("s", "")
     columns = []
     for column in found:
-        stamps = own_time.get(column.name, time.values)
+        own = own_time.get(column.name, written)
         if column.name == time.name:
             continue
-        if column.values.size != time.values.size or not same_axis(time.values, stamps):
+        if column.values.size != time.values.size or not same_axis(written, own):
             unusable[column.name] = f"{column.values.size} samples on another time axis: resample it to that of the others and export again"
         else:
             columns.append(column)
@@ -114,32 +120,37 @@ def read_file(path: Path) -> FileColumns:
         raise ExperimentError(
             f"{shown(path.name)} has no usable column beside the time ({reasons}): expected at least one; export it again"
         )
-    return FileColumns(file=path.name, time=time, time_unit=unit, time_guessed=guessed, columns=tuple(columns), unusable=unusable)
+    notices += evened(stamps * factor_to_si(unit, TIME, path.name), shared)
+    return FileColumns(
+        file=path.name, time=time, time_unit=unit, time_guessed=guessed, columns=tuple(columns), unusable=unusable, notices=notices
+    )
 
 
-def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str]]:
-    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other."""
+def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str], tuple[str, ...]]:
+    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other; and all notices."""
     try:
         everything = read_columns(path, frozenset(names), path.name)
-        return [_column(name, everything.values[name], everything.units) for name in names if name in everything.values], {}, {}
+        found = [_column(name, everything.values[name], everything.units) for name in names if name in everything.values]
+        return found, {}, {}, everything.notices
     except TooCostlyError:
         raise
     except ExperimentError as error:
         first = error
-    found, own_time, unusable, time_unit = [], {}, {}, "s"
+    found, own_time, unusable, time_unit, notices = [], {}, {}, "s", {}
     for name in names:
         try:
             one = read_columns(path, frozenset({name, TIME}), path.name)
             own_time |= {name: one.values[TIME]} if TIME in one.values else {}
             time_unit = one.units.get(TIME, time_unit)
             found += [_column(name, one.values[name], one.units)] if name in one.values else []
+            notices |= dict.fromkeys(one.notices)
         except ExperimentError as error:
             unusable[name] = str(error).removeprefix(f"record {shown(path.name)}").lstrip(": ")
     if not found:
         raise first
     if TIME in names and TIME not in (column.name for column in found):  # a recorder's time axis comes with its channels
         found.insert(0, _column(TIME, max(own_time.values(), key=len), {TIME: time_unit}))
-    return found, own_time, unusable
+    return found, own_time, unusable, tuple(notices)
 
 
 def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from identification.experiment.channels import CHANNELS, TIME, example, is_stand_in, same_unit, si_unit
+from identification.experiment.channels import CHANNELS, TIME, example, is_stand_in, output_of, same_unit, si_unit
+from identification.experiment.errors import listed
 from identification.experiment.readers import stem_of
 from identification.inspection.columns import Mapped, is_angle
 from identification.inspection.inspect import Inspected, Inspection
@@ -210,7 +211,9 @@ def _reason(one: Inspected, inspection: Inspection) -> str:
     if one.time.problem:
         return one.time.problem
     if not one.mapped:
-        return "no column could be taken for a channel; name them in 'columns' of the record"
+        outputs = [f"{column.name} in {column.unit}" for column in one.found.columns if output_of(column.unit)]
+        sensitivity = f'; give the sensitivity of each sensor, such as "{example("force", "mV")}", for {listed(outputs)}' if outputs else ""
+        return f"no column could be taken for a channel; name them in 'columns' of the record{sensitivity}"
     stem = stem_of(one.found.file)
     twin = next(other for other in inspection.files if stem_of(other.found.file) == stem)
     return "" if twin is one else f"{printable(twin.found.file)} has the same name but for its suffix; rename one"

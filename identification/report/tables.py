@@ -76,7 +76,7 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     blocks += [Text(f"  {symbol_text(symbol)}: {text}") for symbol, text in (*reasons(result), *wishes(result))]
     if result.derived:
         blocks.append(Text(f"derived: {', '.join(f'{symbol_text(symbol)} = {value}' for symbol, value in derived(result))}"))
-    blocks.append(Text(correlated(result)))
+    blocks.append(Text(f"correlations above {LISTED_FROM}: {correlated(result)}"))
     if result.posterior is not None:
         blocks += [Text(f"{posterior_words(result)}:"), posterior(result).for_terminal()]
     blocks += [found(result.records, result.experiment).for_terminal() for found in (records, channels)]
@@ -167,11 +167,11 @@ def reasons(result: FitResult) -> list[tuple[str, str]]:
 
 
 def correlated(result: FitResult) -> str:
-    """Every pair of parameters that is listed, the strongest first."""
+    """Every pair of parameters whose correlation is above `LISTED_FROM`, the strongest first."""
     matrix, names = result.correlation, _symbols(result)
     pairs = sorted(((i, j) for i in range(len(names)) for j in range(i)), key=lambda pair: -abs(matrix[pair]))
     listed = [f"{names[i]}–{names[j]} {matrix[i, j]:+.3f}".replace("-", "−") for i, j in pairs if abs(matrix[i, j]) > LISTED_FROM]
-    return f"correlations above {LISTED_FROM}: {', '.join(listed) or 'none'}"
+    return ", ".join(listed) or "none"
 
 
 def correlations(result: FitResult) -> Table:

@@ -31,7 +31,7 @@ _MOST_ALIKE = 0.9
 """Largest correlation between neighbouring samples that is used."""
 _TURNS = 100
 """Approximate number of candidate instants that separate the flights beside a rebound from a rigid stop."""
-_CLEARLY = 16.0
+_LEAST_CHI2_DECREASE = 16.0
 """Decrease of chi-square above which such an instant is better than the fitted one: above the maximum over all candidates due to noise."""
 _TINY = np.finfo(float).tiny
 
@@ -263,6 +263,6 @@ def _beside_the_turn(
     left = {turn: scatter(turn) for turn in [fitted, *near]}
     turn = min(left, key=lambda one: left[one] @ left[one])
     drop = len(place) * _independent(left[turn]) * np.log((left[fitted] @ left[fitted] + _TINY) / (left[turn] @ left[turn] + _TINY))
-    if turn in (near[:1] + near[-1:]) or drop < _CLEARLY:
+    if turn in (near[:1] + near[-1:]) or drop < _LEAST_CHI2_DECREASE:
         turn = fitted
     return comes & (samples < turn - step), leaves & (samples >= turn + step)

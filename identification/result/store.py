@@ -197,7 +197,10 @@ def read_stored(path: Path, kinds: Mapping[str, Callable[[dict[str, Any], dict[s
             if hashlib.sha256(content.replace(stated.encode(), _NONE_YET.encode(), 1)).hexdigest() != stated:
                 raise InputError(f"{path} is damaged: its content is not that of its checksum; {again}")
             values = {str(name): np.array(one.values) for name, one in data.variables.items()}
-        return kinds[kind](document, values)
+        try:
+            return kinds[kind](document, values)
+        except InputError as error:  # says what of the content is wrong
+            raise InputError(f"{path}: {error}") from error
     except InputError:
         raise
     except Exception as error:  # whatever a damaged file raises

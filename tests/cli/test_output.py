@@ -1,5 +1,6 @@
 """Results appear all at once or not at all."""
 
+import contextlib
 import errno
 import fcntl
 import hashlib
@@ -169,6 +170,26 @@ def test_results_are_replaced_as_a_whole(tmp_path, renames):
     with output_folder(out) as folder:
         write_new(folder)
     assert texts(out) == {"new"} and renames == [out, folder]
+
+
+@pytest.mark.parametrize("ends", [False, True], ids=["fails", "ends"])
+def test_a_second_run_between_the_two_renames_spoils_nothing(tmp_path, monkeypatch, ends):
+    out, rename = old_results(tmp_path / "out", "notes.txt"), os.rename
+
+    def renamed(source, target):
+        if target == out:
+            monkeypatch.undo()
+            with contextlib.suppress(RuntimeError), output_folder(out) as folder:
+                (folder / "second.txt").write_text("second")
+                if not ends:
+                    raise RuntimeError
+        rename(source, target)
+
+    monkeypatch.setattr("vibrojax.aside.os.rename", renamed)
+    with output_folder(out) as folder:
+        write_new(folder)
+    assert texts(out) == {"new"} and (out / "notes.txt").read_text() == "old"
+    assert (out / "second.txt").exists() == ends and os.listdir(tmp_path) == ["out"]
 
 
 def test_where_the_folder_has_to_stay_an_error_puts_everything_back(tmp_path, renames):

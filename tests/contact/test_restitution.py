@@ -59,3 +59,10 @@ def test_a_hammer_that_nothing_sends_back_has_none():
 
 def test_a_damping_too_large_for_the_steps_is_not_reported_as_a_rebound_into_the_stop():
     assert np.isnan(restitution(KelvinVoigt(1e5, 1.0), 0.5, jnp.asarray([0.5]))).all()
+
+
+def test_single_precision_stays_so():
+    law = HuntCrossley(*(jnp.float32(value) for value in (1e6, 1.5, 0.6)))
+    found = restitution(law, jnp.float32(0.5), jnp.asarray(SPEEDS, jnp.float32))
+    assert found.dtype == jnp.float32
+    np.testing.assert_allclose(found, restitution(HuntCrossley(1e6, 1.5, 0.6), 0.5, jnp.asarray(SPEEDS)), atol=1e-4)

@@ -22,8 +22,17 @@ from vibrojax.steps import cubic, runge_kutta_step
 from vibrojax.system import System
 
 _Scalars = Float[Array, "..."]
+_Lanes = Float[Array, " lanes"]
 _GRAZE = 1e-6
 """m/s; a touch slower than this is a graze: the derivative of its time grows without bound and is taken as zero."""
+SLOWEST_TOUCH = 1e-4
+"""m/s; an approach slower than this does not lengthen the contact steps further."""
+_TO_REVERSAL = 0.5
+"""Longest step towards a reversal of dry friction, over the time to it."""
+_SWITCHED = 4.0
+"""Velocity over that of a friction's switch beyond which the force is constant."""
+STEPS_OF_A_VIBRATION = 40.0
+"""Flight steps in a period of the fastest vibration of an effect, at least."""
 
 
 def crossing(
@@ -129,21 +138,6 @@ def _own_at(points: Point, begin: Int[Array, "time lanes"], s: Float[Array, "lan
     w0, w1 = pick(points.own, begin), pick(points.own, begin + 1)
     m0, m1 = h[..., None] * pick(points.own_rates, begin), h[..., None] * pick(points.own_rates, begin + 1)
     return cubic(s[..., None], w0, m0, w1, m1)[0]
-
-
-_Lanes = Float[Array, " lanes"]
-SLOWEST_TOUCH = 1e-4
-"""m/s; an approach slower than this does not lengthen the contact steps further."""
-
-
-_TO_REVERSAL = 0.5
-"""Longest step towards a reversal of dry friction, over the time to it."""
-_SWITCHED = 4.0
-"""Velocity over that of a friction's switch beyond which the force is constant."""
-
-
-STEPS_OF_A_VIBRATION = 40.0
-"""Flight steps in a period of the fastest vibration of an effect, at least."""
 
 
 class LandingState(NamedTuple):

@@ -1,6 +1,7 @@
 """Readers of record files, chosen by suffix. A format is known to the program by the import of its reader here."""
 
 from collections.abc import Set as AbstractSet
+from dataclasses import replace
 from pathlib import Path, PurePath
 
 import numpy as np
@@ -10,6 +11,7 @@ from identification.experiment.limits import LARGEST
 from identification.experiment.readers.apart import APART
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
+from identification.experiment.readers.base import marks_of_nothing, samples_of
 
 # isort: off
 # In the order of messages.
@@ -61,13 +63,21 @@ def read_columns(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
         file: the record's name for messages.
 
     Returns:
-        The file's column names and the wanted columns, float64, shape (samples,) each.
+        The file's column names and the wanted columns, float64, shape (samples,) each; NaN where a value marks that nothing was measured,
+        with a notice.
 
     Raises:
         ExperimentError: the file is damaged or not as its format asks.
     """
     reader, _ = check_suffix(file)
-    return APART.read(path, wanted, file, reader.format) if reader.apart else read_here(path, wanted, file)
+    columns = APART.read(path, wanted, file, reader.format) if reader.apart else read_here(path, wanted, file)
+    said = []
+    for name, values in columns.values.items():
+        for mark in marks_of_nothing(values):
+            places = np.flatnonzero(values == mark)
+            values[places] = np.nan
+            said.append(f"Column {shown(name)} is {mark:.7g}, far from all other values, at {samples_of(places)}: nothing was measured.")
+    return replace(columns, notices=(*columns.notices, *said))
 
 
 def read_here(path: Path, wanted: AbstractSet[str], file: str) -> Columns:

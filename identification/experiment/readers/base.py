@@ -8,6 +8,7 @@ or to a library that was not written for damaged files, is `apart`: it runs in a
 To add one: implement this one method, `read`, and name its `suffixes` and `format`, then import it in `readers/__init__.py`.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
@@ -15,9 +16,12 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float64, Shaped
+from jaxtyping import Float64, Int, Shaped
 
 from identification.experiment.limits import check_numeric, check_shape
+
+_NINES = re.compile(r"9\.99+0*e.*")
+"""Three digits or more, nines alone."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,6 +65,39 @@ class AbstractReader(ABC):
         Raises:
             ExperimentError: the content is not as it should be. Any other exception is taken for a damaged file.
         """
+
+
+def samples_of(places: Int[np.ndarray, " some"]) -> str:
+    """How many samples, and between which, in a notice; counted from 1.
+
+    Example:
+        >>> samples_of(np.array([4])), samples_of(np.array([4, 5, 9]))
+        ('sample 5', '3 samples, from sample 5 to 10')
+    """
+    if places.size == 1:
+        return f"sample {places[0] + 1}"
+    return f"{places.size} samples, from sample {places[0] + 1} to {places[-1] + 1}"
+
+
+def marks_of_nothing(values: Float64[np.ndarray, " samples"]) -> list[float]:
+    """Values with which a recorder marks samples that it could not measure, such as -9999.
+
+    One is the least or largest of a column, stands there more than once, is written with nines alone, three at least, in whatever unit, and
+    is farther from all other values than these are from one another, which are several.
+
+    Example:
+        >>> marks_of_nothing(np.array([0.1, 0.3, -9.999, -9.999, 0.2])), marks_of_nothing(np.array([0.0, 500.0, 999.0, 999.0]))
+        ([-9.999], [])
+    """
+    finite = values[np.isfinite(values)]
+    found = []
+    for extreme in {float(finite.min()), float(finite.max())} if finite.size else ():
+        rest = finite[finite != extreme]
+        if not _NINES.fullmatch(f"{abs(extreme):.6e}") or finite.size - rest.size < 2 or rest.size == 0:
+            continue
+        if 0.0 < np.ptp(rest) < np.abs(rest - extreme).min():
+            found.append(extreme)
+    return found
 
 
 def as_column(array: Shaped[np.ndarray, "..."], name: str) -> Float64[np.ndarray, " samples"]:

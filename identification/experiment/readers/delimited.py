@@ -10,18 +10,19 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME, means_time
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import check_samples
-from identification.experiment.readers.base import AbstractReader, Columns
+from identification.experiment.readers.base import AbstractReader, Columns, samples_of
 from identification.experiment.readers.labview import common_time, find_labview
 from identification.experiment.readers.layout import BLANKS, EMPTY, Layout, find_layout, split
-from identification.experiment.readers.text import is_clock, read_lines, seconds_of, to_number
+from identification.experiment.readers.text import INFINITY, is_clock, read_lines, seconds_of, to_number
 
 
 class DelimitedReader(AbstractReader):
     """Reads columns of numbers, separated by tab, semicolon, comma or blanks, below a header row.
 
     Decimal point or comma; a row of units below the header row and the recorder's lines above it are understood (`find_layout`); lines
-    that begin with "#" and blank lines are skipped; an empty cell is a sample that was not recorded (NaN). Where no column shows the time
-    and the recorder states its sampling rate, the column "time" follows from that.
+    that begin with "#" and blank lines are skipped, and rows below the samples that begin with a word; an empty cell is a sample that was
+    not recorded (NaN), the sign of infinity one that was overloaded. Where no column shows the time and the recorder states its sampling
+    rate, the column "time" follows from that.
     """
 
     suffixes = (".csv", ".tsv", ".txt", ".asc", ".lvm", ".csv.gz", ".tsv.gz", ".txt.gz", ".asc.gz", ".lvm.gz")
@@ -35,6 +36,9 @@ class DelimitedReader(AbstractReader):
         notices = (notice,) if notice else ()
         if layout.first is None:
             return Columns(names=names, values={name: np.empty(0) for name in names if name in wanted}, notices=notices)
+        if layout.end is not None:
+            notices += (f"What stands below the samples, from line {layout.end + 1} on ({shown(lines[layout.end])}), is left out.",)
+            lines = lines[: layout.end]
         check_samples(len(lines) - layout.first, "the file")
         rate = layout.preamble.rate
         blank = [name for name in names if means_time(name)] if rate is not None else []
@@ -45,6 +49,10 @@ class DelimitedReader(AbstractReader):
             values = parse_cells(lines, layout, asked)
         if joined := common_time(values, layout.own_times):
             values[joined[0]] = joined[1]
+        for name, column in values.items():
+            over = np.flatnonzero(np.isinf(column))
+            if name in wanted and over.size and any(INFINITY in line for line in lines):
+                notices += (f"Column {shown(name)} is infinite, as in an overload, at {samples_of(over)}, left out.",)
         stamped = [name for name in blank if np.isfinite(values[name]).any()]
         units = {name: unit for name, unit in layout.units.items() if name in wanted}
         if rate is not None and not stamped and TIME not in names:

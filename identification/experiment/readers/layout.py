@@ -30,6 +30,7 @@ class Layout:
         columns: place and name of every column that has one.
         units: by column name, where a row of units or the preamble states them.
         first: index of the first line of samples; None where there is none.
+        end: index past the last line of samples; None where they fill the file's end.
         preamble: what stands above the header row.
         own_times: name of the column of time by channel, where each channel has one of its own.
     """
@@ -40,6 +41,7 @@ class Layout:
     columns: tuple[tuple[int, str], ...]
     units: dict[str, str]
     first: int | None
+    end: int | None = None
     preamble: Preamble = NO_PREAMBLE
     own_times: dict[str, str] = field(default_factory=dict)
 
@@ -73,9 +75,9 @@ def split(line: str, delimiter: str) -> list[str]:
 def find_layout(lines: list[str]) -> Layout:
     """Find delimiter, decimal mark, header row, row of units and first sample of a text file.
 
-    The samples are the rows of numbers that fill the file's end. Delimiter and decimal mark are those under which most of their cells are
-    numbers. The header row is the text above them with as many cells, if need be behind a comment mark; a row that names units and stands
-    below it is one of units. What stands higher up is the preamble of the recorder.
+    The samples are the rows of numbers that fill the file's end, but for a footer whose rows begin with a word. Delimiter and decimal mark
+    are those under which most of their cells are numbers. The header row is the text above them with as many cells, if need be behind a
+    comment mark; a row that names units and stands below it is one of units. What stands higher up is the preamble of the recorder.
 
     Args:
         lines: the whole file.
@@ -108,6 +110,7 @@ def find_layout(lines: list[str]) -> Layout:
         columns=columns,
         units={name: unit for name, unit in stated.items() if name and unit},
         first=usable[begin],
+        end=table.end(begin),
         preamble=preamble,
     )
 
@@ -187,6 +190,20 @@ class _Table:
             begin -= 1
         return begin
 
+    def end(self, begin: int) -> int | None:
+        """Index of the first line of a footer, such as "Max", below samples that begin with a number or a time of day; None without one."""
+        end = len(self.usable)
+        if self._begins_with_word(begin):
+            return None
+        while self._begins_with_word(end - 1):
+            end -= 1
+        return self.usable[end] if end < len(self.usable) else None
+
+    def _begins_with_word(self, row: int) -> bool:
+        """Whether the first cell of a row begins with a letter and is no number, as "nan" is."""
+        first = self.cells(row)[0]
+        return first[:1].isalpha() and not is_number(first, self.decimal)
+
     def _is_sample(self, row: int) -> bool:
         """Whether a row has numbers wherever a column of numbers is filled."""
         cells = self.cells(row)
@@ -217,7 +234,7 @@ class _Table:
         place = next((at for at, (_, cells) in enumerate(rows[:-1]) if is_row_of_units(cells)), None)
         line, names = rows[0 if place is None else place + 1]
         units = () if place is None else tuple(map(bare_unit, rows[place][1]))
-        return self._named(names, line), units, line
+        return self._named(names, line, numbers=place is not None), units, line
 
     def _fitted(self, line: str) -> list[str] | None:
         """The cells of a row above the samples, one for each column; None where it cannot be their header."""
@@ -258,9 +275,14 @@ class _Table:
                 )
         return (), (), self.usable[begin]
 
-    def _named(self, cells: list[str], line: int) -> tuple[str, ...]:
-        """The names of all columns: empty for one without name and samples; numbered where several bear one name."""
-        if any(is_number(cell, self.decimal) for cell in cells):
+    def _named(self, cells: list[str], line: int, *, numbers: bool = False) -> tuple[str, ...]:
+        """The names of all columns: empty for one without name and samples; numbered where several bear one name.
+
+        Above a row of units, `numbers` are names too, those of an oscilloscope's channels.
+        """
+        if all(is_number(cell, self.decimal) for cell in cells if cell) or (
+            not numbers and any(is_number(cell, self.decimal) for cell in cells)
+        ):
             raise ExperimentError(
                 f"line {line + 1} holds numbers where the header row should be: expected column names; add a header row or correct it"
             )

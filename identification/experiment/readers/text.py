@@ -60,22 +60,27 @@ _NUMBERS = {
     mark: re.compile(rf"[-+]?(?:\d+(?:\{mark}\d*)?|\{mark}\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
     for mark in DECIMALS
 }
+INFINITY = "\u221e"
+"""Which oscilloscopes print where the input was overloaded."""
+OVERLOAD = re.compile(rf"[-+\u2212]?{INFINITY}")
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell without surrounding blanks is a number under a decimal mark, "." or ","; "nan" and "inf" are.
+    """Whether a cell without surrounding blanks is a number under a decimal mark, "." or ","; "nan", "inf" and the sign of infinity are.
 
     Example:
-        >>> is_number("-1,5e-3", ","), is_number("1_0", "."), is_number("1.234,5", ",")
-        (True, False, False)
+        >>> is_number("-1,5e-3", ","), is_number("1_0", "."), is_number("1.234,5", ","), is_number("-\u221e", ".")
+        (True, False, False, True)
     """
-    return cell.isascii() and _NUMBERS[decimal].fullmatch(cell) is not None
+    return (cell.isascii() and _NUMBERS[decimal].fullmatch(cell) is not None) or OVERLOAD.fullmatch(cell) is not None
 
 
 def to_number(cell: str, decimal: str) -> float | None:
     """The number that a cell is under a decimal mark; None where it is none."""
     if not is_number(cell, decimal):
         return None
+    if OVERLOAD.fullmatch(cell):
+        return float("inf") if cell[0] in "+\u221e" else -float("inf")
     return float(cell.replace(",", ".") if decimal == "," else cell)
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from identification.experiment import ExperimentError, Record, load_experiment
 from identification.experiment.checks import Declared, check_bodies, check_directions, check_records
+from identification.experiment.signals import pulls
 from vibrojax.data_files import data_path
 
 COLUMNS = ("time", "hammer_displacement", "cart_displacement", "impact_force", "hammer_acceleration")
@@ -320,3 +321,13 @@ def test_a_frame_that_yields_is_no_driven_cart(zeta, seconds, begin):
     ringing = np.exp(-zeta * 2.0 * np.pi * 6.0 * since) * np.sin(2.0 * np.pi * 6.0 * since)
     assert doubt(1e-3 * ringing, 3e-4 * ringing, time) == ""
     assert "cart_displacement is a sine of 7 Hz" in doubt(1e-3 * ringing, 3e-4 * np.sin(2.0 * np.pi * 7.0 * time), time)
+
+
+@pytest.mark.parametrize("dead", ["hammer_displacement", "cart_displacement"])
+def test_a_dead_channel_pulls_nothing(dead):
+    time = np.arange(4000) / 2000.0
+    moving = {f"{body}_displacement": 1e-3 * np.sin(2.0 * np.pi * 7.0 * time + phase) for body, phase in (("hammer", 0.3), ("cart", 0.0))}
+    noisy = {name: values + np.random.default_rng(2).normal(0.0, 1e-6, time.size) for name, values in moving.items()}
+    record = Record(file="a.csv", kind="cart-excitation", gap=0.001, time=time, channels=noisy, excitation_frequency=7.0)
+    assert pulls(record, []) is not None
+    assert pulls(replace(record, channels=noisy | {dead: np.zeros(time.size)}), []) is None

@@ -54,6 +54,10 @@ def test_the_page_stands_alone(written):
     assert all(len(alt) > 30 for alt in page.alts)
 
 
+def test_no_element_has_an_empty_class(written):
+    assert 'class=""' not in written[0].read_text(encoding="utf-8")
+
+
 def test_sections_come_in_one_order(written):
     text = written[0].read_text(encoding="utf-8")
     assert re.findall(r"<h2>(.*?)</h2>", text) == ["Numbers", "Pictures", "What to do next", "Details", "Provenance"]

@@ -12,7 +12,7 @@ from identification.report import write_report
 from identification.result.files import StoredFit, stored_fit, write_result
 from identification.result.reference import read_reference
 from identification.result.result import Added, Unfitted
-from identification.result.store import from_plain, read_stored, to_plain
+from identification.result.store import from_plain, read_stored, to_plain, write_dataset
 from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 from vibrojax.data_files import data_path
@@ -103,6 +103,15 @@ def test_a_changed_number_or_word_is_noticed(stored, tmp_path):
         (tmp_path / "result.nc").write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
         with pytest.raises(InputError, match=r"result.nc is damaged: its content is not that of its checksum; run vibrojax fit again"):
             read_stored(tmp_path / "result.nc", {"fit": stored_fit})
+
+
+def test_a_law_that_is_not_known_is_refused_with_the_file(stored, tmp_path):
+    with xr.open_dataset(stored[1] / "result.nc", engine="scipy", decode_cf=False) as data:
+        other = data.load().assign_attrs({"fit": data.attrs["fit"].replace('"name": "hunt-crossley"', '"name": "unknown-law"')})
+    del other.attrs["sha256"]
+    write_dataset(other, tmp_path / "result.nc")
+    with pytest.raises(InputError, match=r"^\S+result\.nc: .*the model in the result.* 'unknown-law'"):
+        read_stored(tmp_path / "result.nc", {"fit": stored_fit})
 
 
 @pytest.mark.parametrize(("kind", "plain"), [(float, "many"), (int, "1"), (str, None), (tuple[int, ...], ["a"]), (tuple[int, int], [1])])
