@@ -18,6 +18,7 @@ from identification.trajectory.motion import Estimate, Linearised, linearise
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
 from identification.trajectory.start import Problem
+from identification.wording.numbers import significant
 
 Progress = Callable[[str], None]
 LARGEST_FORCE = 0.3
@@ -32,6 +33,8 @@ _LONGEST_STEP = 0.7
 """Largest change of a logarithm or of a scaled parameter in one step; a quarter of its range where that is less."""
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
+_NO_STEP = 0.02
+"""Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _ROUNDS = 24
@@ -118,7 +121,7 @@ def _converged(
         if count >= coloured_from:
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(border, at, solution, share)
-        progress(_line(count, problem, at, force, readings, solution.deviance))
+        progress(_line(count, problem, at, force))
         settled = abs(np.log(force.std / before.std)) < 0.05 or force.std <= 1.01 * SMALLEST_FORCE * scales.force
         if count >= max(coloured_from, held) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
@@ -138,6 +141,27 @@ def _converged(
         solution=solution,
         rounds=count + 1,
         converged=_change(problem, solution) < _SMALL_STEP,
+    )
+
+
+def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
+    """The mode under given variances, by Gauss-Newton steps from an estimate; at most so many."""
+    free, count = problem.border.shared.any(), 0
+    for count in range(steps):
+        linear, local, solution = equations(problem, at, variances)
+        share, change = _share(problem, solution), _change(problem, solution)
+        if count + 1 == steps or (free and share == 1.0 and change < _NO_STEP):
+            break
+        at = moved(problem.border, at, solution, share)
+    return Fitted(
+        problem=problem,
+        at=at,
+        variances=variances,
+        linear=linear,
+        local=local,
+        solution=solution,
+        rounds=count + 1,
+        converged=share == 1.0 and change < _SMALL_STEP,
     )
 
 
@@ -208,9 +232,7 @@ def _change(problem: Problem, solution: Solution) -> float:
     return float(np.max(np.abs(solution.shared[free]) / error[free], initial=0.0))
 
 
-def _line(count: int, problem: Problem, at: Estimate, force: RandomForce, readings: tuple[ReadingError, ...], deviance: float) -> str:
-    orders = " ".join(str(one.order) for one in readings)
-    return (
-        f"round {count}: deviance {deviance:.1f}, random force {force.std / problem.scales.force:.1e} of the suspension's, "
-        f"memory {force.memory:.3g} s, orders {orders}, " + ", ".join(f"{k} {v:.6g}" for k, v in problem.values(at).items())
-    )
+def _line(count: int, problem: Problem, at: Estimate, force: RandomForce) -> str:
+    size = significant(100.0 * force.std / problem.scales.force, 2)
+    values = ", ".join(f"{name} = {significant(value, 4)}" for name, value in problem.values(at).items())
+    return f"fitting, round {count + 1}: random force {size} % of the suspension's; {values}"

@@ -21,7 +21,7 @@ from vibrojax.channels import channels
 from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import Harmonic, PiecewiseLinearForce, Unforced
 from vibrojax.integrate import Landing, Trajectory
-from vibrojax.integrate.landing import SLOWEST_TOUCH
+from vibrojax.integrate.landing import SLOWEST_TOUCH, LandingState
 from vibrojax.model import Model
 from vibrojax.system import System
 
@@ -104,15 +104,15 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
 
 
-def passed(
+def travelled(
     model: Model,
     unknowns: Unknowns,
     files: tuple[str, ...],
     integrator: Landing,
     segments: Segments,
     vectors: Float[Array, "segments columns"],
-):
-    """Readings and ends of segments, and beside them, without derivative, whether each was integrated."""
+) -> tuple[System, Trajectory, LandingState]:
+    """The rig in each segment, its motion at the samples, and its state at the end."""
     systems = jax.vmap(lambda one, vector: segment_system(model, unknowns, files, one, vector))(segments, vectors)
     held = unknowns.states[-1] == APPROACH_SPEED
     integrated = len(unknowns.states) - held
@@ -135,14 +135,37 @@ def passed(
     last, (u, v, in_contact, approach_speed, own) = lax.scan(sample, start, segments.ts[:, 1:].T)
     ts, none = segments.ts[:, :-1], jnp.zeros(len(segments.ts), int)
     along = Trajectory(ts, u.T, v.T, in_contact.T, approach_speed.T, none, jnp.zeros((), int), jnp.swapaxes(own, 0, 1))
-    lanes = eqx.tree_at(lambda one: one.steps, along, none)
-    readings = jax.vmap(channels)(systems, lanes)
+    return systems, eqx.tree_at(lambda one: one.steps, along, none), last
+
+
+def passed(
+    model: Model,
+    unknowns: Unknowns,
+    files: tuple[str, ...],
+    integrator: Landing,
+    segments: Segments,
+    vectors: Float[Array, "segments columns"],
+):
+    """Readings and ends of segments, and beside them, without derivative, whether each was integrated."""
+    return shown(unknowns, segments, vectors, *travelled(model, unknowns, files, integrator, segments, vectors))
+
+
+def shown(
+    unknowns: Unknowns,
+    segments: Segments,
+    vectors: Float[Array, "segments columns"],
+    systems: System,
+    along: Trajectory,
+    last: LandingState,
+):
+    """What the sensors read along a motion, and its end; beside them whether it was integrated."""
+    readings = jax.vmap(channels)(systems, along)
     for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
         if name.startswith("zero."):
             readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
     stacked = jnp.stack([readings[name] for name in segments.channels], axis=-1)
     end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), last.own], axis=1)
-    if held:
+    if unknowns.states[-1] == APPROACH_SPEED:
         end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
     done = jnp.all(jnp.isfinite(end), axis=1) & (last.t >= segments.ts[:, -1])
     return Passed(stacked, end), done

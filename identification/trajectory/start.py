@@ -30,7 +30,7 @@ from vibrojax.integrate import Landing
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 
-_STEPS_A_PERIOD = 96.0
+FLIGHT_STEPS = 96.0
 """Integration steps in a period of the fastest vibration in flight, at least."""
 _SLOPE = 4
 """Samples by which a speed beside an impact is read."""
@@ -101,7 +101,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     f_n = values.get("f_n", 0.0)
     fastest = max([f_n] + [record.excitation_frequency or 0.0 for record in records])
     chains = chains_of(records, samples_of_a_segment(records, fastest))
-    flight = 1.0 / (_STEPS_A_PERIOD * max(fastest, 1e-6))
+    flight = 1.0 / (FLIGHT_STEPS * max(fastest, 1e-6))
     own = np.zeros((len(records), len(unknowns.own)))
     for index, ((amplitude, phase), error) in enumerate(zip(bases, gap_errors, strict=True)):
         own[index, : len(OF_RECORD)] = amplitude * np.cos(phase), amplitude * np.sin(phase), error
