@@ -14,6 +14,7 @@ from identification.trajectory.chain_equations import solve
 from identification.trajectory.fit import Fitted, reweighed, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD
+from identification.trajectory.start import weighable
 from vibrojax.channels import UNITS
 from vibrojax.parameters import Parameter
 
@@ -85,6 +86,8 @@ def uncertainty(fitted: Fitted) -> Uncertainty:
     covariance[np.ix_(kept, kept)] = np.linalg.pinv(part, hermitian=True) / np.outer(scale, scale)
     identifiable = np.ones(len(shared), bool)
     identifiable[chosen[loose]] = False
+    if not weighable(fitted.problem.experiment) and "m" in (names := [p.name for p in fitted.problem.parameters]):
+        identifiable[names.index("m")] = False
     identifiable &= np.sqrt(np.maximum(np.diag(covariance), 0.0)) <= _WIDEST
     return Uncertainty(covariance=covariance, identifiable=identifiable, at_bound=at_bound)
 
@@ -116,14 +119,14 @@ def _estimate(fitted: Fitted, spread: Uncertainty, index: int) -> ParameterEstim
     internal = float(fitted.at.shared[index] / problem.border.shared_scale[index])
     value = spec.to_physical(internal)
     blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=value, status=OK)
+    if not spread.identifiable[index]:
+        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(fitted, spec.name))
     if not problem.border.shared[index]:
         given = spec.name in problem.experiment.parameters
         reason = "held at the value given in [parameters]" if given else "held where the expected improvement is largest"
         return dataclasses.replace(blank, status=FIXED, reason=reason)
     if spread.at_bound[index]:
         return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")
-    if not spread.identifiable[index]:
-        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(fitted, spec.name))
     sigma = float(spread.stderr[index])
     ends, kind = (internal - _SIGMAS_95 * sigma, internal + _SIGMAS_95 * sigma), "normal"
     if sigma > _WEAK:
@@ -159,7 +162,10 @@ def profile_rise(fitted: Fitted, shifts: Mapping[int, float], *, steps: int = 3)
     free[places] = False
     by_likelihood = np.ones(len(free), bool)
     held = dataclasses.replace(problem, border=dataclasses.replace(problem.border, shared=free, strengths=by_likelihood))
-    moved = settled(held, dataclasses.replace(at, shared=shared), fitted.variances, steps=steps)
+    try:
+        moved = settled(held, dataclasses.replace(at, shared=shared), fitted.variances, steps=steps)
+    except np.linalg.LinAlgError:
+        return float("inf")
     there = dataclasses.replace(problem, border=dataclasses.replace(problem.border, strengths=by_likelihood))
     return moved.solution.deviance - deviance(dataclasses.replace(fitted, problem=there), fitted.variances.force)
 
@@ -172,6 +178,8 @@ def deviance(fitted: Fitted, force: RandomForce) -> float:
 
 def _why_not(fitted: Fitted, name: str) -> str:
     """Reason why a parameter has no standard error."""
+    if name == "m" and not weighable(fitted.problem.experiment):
+        return "no force is recorded, and a motion by itself is the same for every mass"
     in_law = name in {p.name for p in fitted.problem.model.law.parameters}
     if in_law and not any(motion is None or motion.touching.any() for motion in fitted.problem.motions):
         return "the hammer does not touch the stop in any record"
@@ -189,7 +197,7 @@ def derived(fitted: Fitted, spread: Uncertainty) -> tuple[Derived, ...]:
         vector = np.zeros(len(values))
         at = {problem.unknowns.index(key): slope for key, slope in slopes.items() if key in values}
         vector[list(at)] = list(at.values())
-        settled_all = all(spread.known[i] or not problem.border.shared[i] for i in at)
+        settled_all = all(spread.known[i] or (spread.identifiable[i] and not problem.border.shared[i]) for i in at)
         stderr = float(value * np.sqrt(vector @ spread.covariance @ vector)) if settled_all else None
         return Derived(name=name, symbol=name, unit=DERIVED[name], value=float(value), stderr=stderr)
 

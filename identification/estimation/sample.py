@@ -75,6 +75,9 @@ def log_posterior(fitted: Fitted, internal: np.ndarray) -> float:
     if np.any(border.shared & ((shared < border.lower) | (shared > border.upper))):
         return -np.inf
     held = dataclasses.replace(problem, border=dataclasses.replace(border, shared=np.zeros(len(shared), bool)))
-    there = settled(held, dataclasses.replace(fitted.at, shared=shared), fitted.variances, steps=_STEPS)
+    try:
+        there = settled(held, dataclasses.replace(fitted.at, shared=shared), fitted.variances, steps=_STEPS)
+    except np.linalg.LinAlgError:
+        return -np.inf
     prior = float(np.sum(border.shared_precision * (shared - border.shared_mean) ** 2))
     return -0.5 * (there.solution.deviance + prior)

@@ -19,6 +19,7 @@ from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
 from identification.trajectory.start import Problem
 from identification.wording.numbers import significant
+from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 LARGEST_FORCE = 0.3
@@ -86,17 +87,27 @@ def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: No
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
         progress: called with a line in each round.
+
+    Raises:
+        NoConvergenceError: the equations became singular on the way from a large force.
     """
     scales, rng = problem.scales, np.random.default_rng(seed)
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
     large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
-    found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM)
+    try:
+        found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM)
+    except np.linalg.LinAlgError as error:
+        name = problem.experiment.name
+        raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
     if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
         return found
     none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
-    other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+    try:
+        other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+    except np.linalg.LinAlgError:  # without a force to give way the iteration may diverge
+        return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
 
 

@@ -127,6 +127,14 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     )
 
 
+def weighable(experiment: Experiment) -> bool:
+    """Whether the records can show a mass: some force is known, or the mass itself; a motion alone is the same for every mass."""
+    felt = ("impact_force", "applied_force", "reaction_force")
+    recorded = any(name in record.channels for record in experiment.records for name in felt)
+    known = experiment.mass_is_known or getattr(experiment.parameters.get(MASS.name), "prior", None) is not None
+    return recorded or known or experiment.load.constant_force != 0.0
+
+
 def _motions(experiment: Experiment, model: Model) -> tuple[list[tuple[float, float]], list[Kinematics | None]]:
     """Amplitude and phase of every record's cart, and its smoothed motion."""
     records = list(experiment.records)
@@ -195,6 +203,7 @@ def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, s
     """Free unknowns, their scales and priors."""
     options = experiment.parameters
     fixed = {name for name, option in options.items() if option.fixed and option.start is not None}
+    fixed |= set() if weighable(experiment) else {MASS.name}
     records = experiment.records
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
     touched = np.array([motion is None or motion.touching.any() for motion in motions])
