@@ -18,14 +18,14 @@ from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
 from identification.diagnosis.search.among import among_effects
-from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.sample import DRAWS, FEWEST
 from identification.experiment import Experiment, load_experiment
-from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary
 from identification.report.base import STYLES, PageStyle
 from identification.report.diagnosis import diagnosis_summary
 from identification.result.files import StoredFit, fit_dataset, provenance
+from identification.result.posterior import check_extra
 from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.prepare import check_precision
 from identification.windows.simulate import simulate_record
@@ -150,11 +150,10 @@ def fit(
     *,
     law: str | None = None,
     effects: Sequence[str] = (),
-    starts: int | None = None,
     seed: int = 0,
     smoothing: float | None = None,
     posterior: bool = False,
-    draws: int = Nuts().draws,
+    draws: int = DRAWS,
     profiles: bool = False,
     progress: Progress = lambda stage: None,
 ) -> Fit:
@@ -164,28 +163,26 @@ def fit(
         experiment: loaded, or the path of its folder or `experiment.toml`.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         effects: names of those that are added to the nominal model and fitted with it; `diagnose` looks for effects.
-        starts: to try; several where the first fit leaves a misfit, if None.
         seed: of every random draw.
-        smoothing: width of the contact switch, m, with which Diffrax integrates the smoothed law; None for the exact contact.
-        posterior: whether to sample the posterior of the parameters by the No-U-Turn Sampler; needs the extra `bayes`.
-        draws: of each of its four chains.
+        smoothing: width of the contact switch, m, with which Diffrax fits the smoothed law as well; None for the exact contact alone.
+        posterior: whether to sample the posterior of the parameters; needs the extra `bayes`.
+        draws: weighted ones of it.
         profiles: whether to work out profiles of the likelihood.
         progress: called with a line of text at each stage.
 
     Raises:
         InputError: JAX computes in single precision, the experiment cannot be used, a name is unknown, or the smoothed contact does not
             go with the law or the effects.
-        NoConvergenceError: the model cannot be integrated in any window, or the fit did not converge.
+        NoConvergenceError: the fit did not converge.
     """
     check_precision()
-    if starts is not None and starts < 1:
-        raise InputError(f"starts is {starts}: expected 1 or more")
-    if draws < 4:
-        raise InputError(f"draws is {draws}: expected 4 or more of each chain")
+    if draws < FEWEST:
+        raise InputError(f"draws is {draws}: expected {FEWEST} or more")
     if posterior:
         check_extra()
-    options: dict[str, Any] = {"law": law, "starts": starts, "seed": seed, "extend": extension(effects), "smoothing": smoothing}
-    options |= {"posterior_by": Nuts(draws=draws) if posterior else None, "with_profiles": profiles}
+    among_effects(only=effects)
+    options: dict[str, Any] = {"law": law, "effects": tuple(dict.fromkeys(effects)), "seed": seed, "smoothing": smoothing}
+    options |= {"draws": draws if posterior else None, "with_profiles": profiles}
     found = Fit(fit_experiment(_loaded(experiment), progress=progress, **options))
     check_converged(found.result)
     return found

@@ -73,7 +73,7 @@ def recorded(plans, seed):
 def fit_all(experiment, names):
     """Every law fitted to one experiment; several at a time, since most of it is compiling."""
     with ThreadPoolExecutor(4) as threads:
-        results = threads.map(lambda name: fit_experiment(experiment, law=name, starts=1), names)
+        results = threads.map(lambda name: fit_experiment(experiment, law=name), names)
         return dict(zip(names, results, strict=True))
 
 
@@ -289,7 +289,7 @@ motion_only = dataclasses.replace(
     ),
 )
 if not SMALL:
-    rigid = fit_experiment(motion_only, law="newton", starts=1)
+    rigid = fit_experiment(motion_only, law="newton")
     print(f"Newton: e = {rigid.model.law.restitution:.3f}")
     print(f"{'record':12}{'χ²/N of x: Newton':>20}{'Hunt–Crossley':>16}")
     for record, other in zip(rigid.records, fits["hunt-crossley"].records, strict=True):

@@ -65,7 +65,7 @@ with tempfile.TemporaryDirectory() as folder:
     experiment = load_experiment(folder)
 
 # %%
-result = fit_experiment(experiment, starts=1)
+result = fit_experiment(experiment)
 for p in result.parameters:
     print(f"{p.spec.symbol:4} = {p.value:10.4g} ± {p.stderr or np.nan:8.2g} {p.spec.unit:8} {p.status}")
 print("correlation of", ", ".join(result.correlated))

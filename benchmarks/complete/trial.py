@@ -47,6 +47,5 @@ def _fitted(folder: Path, drawn: Awkward) -> dict:
         "chi2_reduced": result.chi2_reduced,
         "records": {one.file: one.chi2_reduced for one in result.records},
         "converged": result.converged,
-        "starts": [[one.origin, one.initial_cost, one.final_cost] for one in result.starts],
         "warnings": list(result.warnings),
     }

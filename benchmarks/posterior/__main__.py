@@ -1,4 +1,4 @@
-"""`python -m benchmarks.posterior [FOLDERS] --json FILE`: 95 % intervals by NUTS, standard errors and profile likelihood side by side.
+"""`python -m benchmarks.posterior [FOLDERS] --json FILE`: 95 % intervals by weighted draws, errors and profiles side by side.
 
 Each experiment is one line of `FILE` with the suffix .jsonl, written as soon as it is done; with --resume those already there are kept,
 except for failures.
@@ -18,7 +18,7 @@ from benchmarks.resumable import finished, lines_beside, run_trials
 
 NORMAL_ENDS = f"-{NORMAL} +{NORMAL}"
 """The interval of the standard error."""
-INTERVALS = ("profile", "area", "nuts")
+INTERVALS = ("profile", "area", "draws")
 
 
 def main() -> None:
@@ -38,8 +38,8 @@ def parser() -> argparse.ArgumentParser:
     """The options."""
     made = argparse.ArgumentParser(prog="python -m benchmarks.posterior", description=(__doc__ or "").splitlines()[0].split(": ", 1)[1])
     made.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help=f"experiments, beside the simulated one, {NAME!r}")
-    made.add_argument("--draws", type=int, default=400, metavar="N", help="of each of four chains")
-    made.add_argument("--curved-draws", type=int, default=1000, metavar="N", help="the same of the simulated experiment, which is small")
+    made.add_argument("--draws", type=int, default=400, metavar="N", help="weighted, of the posterior")
+    made.add_argument("--curved-draws", type=int, default=2000, metavar="N", help="the same of the simulated experiment, which is small")
     made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
     made.add_argument("--resume", action="store_true", help="keep the experiments that an earlier run has finished without failure")
     return made
@@ -52,17 +52,17 @@ def jobs(folders: list[Path], draws: int, curved_draws: int) -> list[Job]:
 
 
 def show(rows: list[dict]) -> None:
-    """Print the intervals of every parameter side by side, and the diagnostics of every sampler."""
+    """Print the intervals of every parameter side by side, and how good every sample is."""
     console = Console()
     console.print(intervals(rows))
     console.print("Ends of 95 % intervals from the estimate, in standard errors; logarithms of all parameters but n.")
-    console.print("Area: the middle 95 % under the profile likelihood, in the same coordinates, in which the prior of NUTS is flat.")
+    console.print("Area: the middle 95 % under the profile likelihood, in the same coordinates, in which the prior of the draws is flat.")
     console.print(diagnostics(rows))
 
 
 def intervals(rows: list[dict]) -> Table:
     """One line for each parameter of each experiment."""
-    table = Table("experiment", "parameter", "value", "standard error", "Laplace", "profile", "its area", "NUTS")
+    table = Table("experiment", "parameter", "value", "standard error", "Laplace", "profile", "its area", "draws")
     for row in rows:
         title = row["name"]
         for name, one in row.get("parameters", {}).items():
@@ -75,18 +75,16 @@ def intervals(rows: list[dict]) -> Table:
 
 def diagnostics(rows: list[dict]) -> Table:
     """One line for each experiment."""
-    table = Table("experiment", "draws", "gradients a draw", "largest R-hat", "least ESS", "diverged", "minutes", "processor")
+    table = Table("experiment", "draws", "worth", "tail of the weights", "minutes", "processor")
     for row in rows:
         if "failure" in row:
             table.add_row(row["name"], row["failure"])
             continue
         table.add_row(
             row["name"],
-            f"4 × {row['draws']}",
-            f"{row['gradients']:.1f}",
-            f"{row['rhat']:.4f}",
-            f"{row['ess']:.0f}",
-            str(row["divergent"]),
+            str(row["draws"]),
+            f"{row['effective']:.0f}",
+            f"{row['tail']:.2f}",
             f"{row['minutes']:.1f}",
             f"{row['processor_minutes']:.1f}",
         )

@@ -1,4 +1,4 @@
-"""One experiment, fitted: 95 % intervals of its parameters by three methods, and the diagnostics of the sampler."""
+"""One experiment, fitted: 95 % intervals of its parameters by three methods, and how good the sample is."""
 
 import dataclasses
 import tempfile
@@ -28,7 +28,7 @@ class Job:
     name: str
     folder: Path | None
     draws: int
-    """Of each of four chains."""
+    """Weighted ones."""
 
 
 def trial(job: Job) -> dict:
@@ -47,28 +47,25 @@ def trial(job: Job) -> dict:
 
 
 def _fitted(folder: Path, draws: int) -> dict:
-    """Intervals of the fit of the nominal model, and the diagnostics of its posterior."""
+    """Intervals of the fit of the nominal model, and how good the sample of its posterior is."""
     from identification.estimation.estimate import fit_experiment
     from identification.experiment import load_experiment
-    from identification.likelihood.sampling.nuts import Nuts
 
-    result = fit_experiment(load_experiment(folder), posterior_by=Nuts(draws=draws), with_profiles=True)
+    result = fit_experiment(load_experiment(folder), draws=draws, with_profiles=True)
     sample = result.posterior
     assert sample is not None
     return {
         "parameters": intervals(result),
         "converged": result.converged,
-        "rhat": max(sample.rhat),
-        "ess": min(*sample.ess_bulk, *sample.ess_tail),
-        "divergent": int(sample.divergent.sum()),
-        "gradients": float(sample.steps.mean()),
+        "effective": sample.effective,
+        "tail": sample.tail,
         "seconds": result.seconds,
         "warnings": list(result.warnings),
     }
 
 
 def intervals(result: "FitResult") -> dict[str, dict | None]:
-    """Ends of the intervals by profile likelihood and NUTS, by parameter; None for a parameter without a standard error.
+    """Ends of the intervals by profile likelihood and weighted draws, by parameter; None for a parameter without a standard error.
 
     They are in standard errors from the estimate, in the coordinates of the fit (logarithms, except of exponents): that of the standard
     error goes from -1.96 to 1.96.
@@ -81,8 +78,8 @@ def intervals(result: "FitResult") -> dict[str, dict | None]:
         if one.stderr is None or name not in curves:
             found[name] = None
             continue
-        nuts = in_standard_errors(one, result.posterior.interval(name)).tolist()
-        by = {"profile": profile_interval(one, curves[name]), "area": area_interval(one, curves[name]), "nuts": nuts}
+        draws = in_standard_errors(one, result.posterior.interval(name)).tolist()
+        by = {"profile": profile_interval(one, curves[name]), "area": area_interval(one, curves[name]), "draws": draws}
         found[name] = {"value": one.value, "stderr": one.stderr} | by
     return found
 

@@ -82,7 +82,7 @@ def row(variant: Variant) -> str:
     folder = Path(tempfile.mkdtemp())
     try:
         write(variant, folder)
-        result = fit_experiment(load_experiment(folder), starts=1)
+        result = fit_experiment(load_experiment(folder))
     finally:
         shutil.rmtree(folder)
     cells = []

@@ -12,16 +12,15 @@ from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
 from identification.diagnosis.search.among import among_effects
-from identification.diagnosis.search.on_request import extension
-from identification.estimation.estimate import DERIVED, fit_experiment
+from identification.estimation.estimate import fit_experiment
+from identification.estimation.parameters import DERIVED
 from identification.experiment import Experiment, load_experiment
-from identification.likelihood.sampling.nuts import Nuts, check_extra
 from identification.report import fit_summary, write_report
 from identification.report.base import SCREEN, PageStyle
 from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.result.files import StoredFit, provenance, state_files, stored_fit, write_fit_json, write_result
 from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
-from identification.result.posterior import write_posterior
+from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
 from identification.result.store import FILE_NAME, read_stored
@@ -44,10 +43,9 @@ def run_fit(
     law: str | None = None,
     effects: Sequence[str] = (),
     reference: Path | None = None,
-    starts: int | None = None,
     seed: int = 0,
     smoothing: float | None = None,
-    posterior_by: Nuts | None = None,
+    draws: int | None = None,
     with_profiles: bool = False,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
@@ -56,14 +54,15 @@ def run_fit(
     """Fit an experiment, show the numbers, and write fit.json, model.json, result.nc, report.html and plots into `folder`.
 
     `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model; `smoothing` is the
-    width of the contact switch, m, None for the exact contact; the draws of `posterior_by`, if given, are written to posterior.nc;
+    width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are written to posterior.nc;
     `with_profiles` adds profiles of the likelihood.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
-    extend = extension(effects)
-    if posterior_by is not None:
+    among_effects(only=effects)
+    effects = tuple(dict.fromkeys(effects))
+    if draws is not None:
         check_extra()
     progress("reading the records")
     loaded = _loaded(experiment, progress)
@@ -71,9 +70,8 @@ def run_fit(
     check_smoothing(model.law, smoothing)
     if table is not None:
         check_reference(table, _units(model, effects))
-    options: dict[str, Any] = {"starts": starts, "seed": seed, "extend": extend, "smoothing": smoothing}
-    options |= {"posterior_by": posterior_by, "with_profiles": with_profiles}
-    result = fit_experiment(loaded, law=law, progress=progress, **options)
+    options: dict[str, Any] = {"law": law, "effects": effects, "seed": seed, "smoothing": smoothing}
+    result = fit_experiment(loaded, draws=draws, with_profiles=with_profiles, progress=progress, **options)
     check_converged(result)
     show(fit_summary(result, table))
     write_fit(result, folder, table, style, progress)

@@ -9,7 +9,6 @@ from identification.diagnosis.free_forms import free_forms
 from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scored, scorer
-from identification.trajectory.chain_equations import Border
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
 from identification.trajectory.fit import Fitted, Variances
 from identification.trajectory.random_force import RandomForce

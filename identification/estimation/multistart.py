@@ -9,7 +9,6 @@ import optax
 
 from identification.least_squares.fit import as_arrays, bounds, integrator_for
 from identification.least_squares.residual import normal_equations
-from identification.result.result import StartOutcome
 from identification.windows.impacts import impact_windows
 from identification.windows.prepare import Prepared
 from identification.windows.windows import Windows
@@ -17,6 +16,17 @@ from identification.windows.windows import Windows
 _IMPACTS = 6
 _SPREAD = 0.6
 """Standard deviation of the random starts in internal coordinates: a factor of 1.8 for logarithmic parameters."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StartOutcome:
+    """Outcome of one start: its origin, cost (half chi-square) before and after, and parameters at its end."""
+
+    origin: str
+    initial: dict[str, float]
+    initial_cost: float
+    final: dict[str, float]
+    final_cost: float
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,21 +1,19 @@
 """Fit of the nominal model under the full likelihood, on windows of ordinary length or, where that diverges, on short ones."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from identification.estimation.adequacy import OVERALL, chi2_limit
-from identification.estimation.multistart import Multistart
+from identification.estimation.multistart import Multistart, StartOutcome
 from identification.estimation.short_windows import robust_estimate
 from identification.least_squares.fit import bounds, evaluator, fit, free_unknowns, integrator_for
 from identification.least_squares.levenberg_marquardt import LevenbergMarquardt, Outcome
 from identification.least_squares.settling import settled_gradually
 from identification.likelihood.fitted import Fitted, first_point, fitted
-from identification.likelihood.joint import Point, point
-from identification.likelihood.random_effects import variations, with_variation
-from identification.result.result import StartOutcome
+from identification.likelihood.joint import Point
 from identification.windows.layout import Active, Estimate
 from identification.windows.prepare import Prepared
 from vibrojax.errors import NoConvergenceError
@@ -25,8 +23,6 @@ _NEAR = 10.0
 """Largest mean squared residual at which an ordinary fit with slow convergence is continued."""
 _BAD = 4.0
 """Mean squared whitened residual above which a window counts as diverged."""
-_STEADY, _MOST_SWEEPS = 0.05, 4
-"""Change of the log standard deviations between records below which they have converged; most sweeps over the parameters that vary."""
 _SOME, _FEW = 0.4, 0.1
 """Largest share of diverged windows after one round, and in the end."""
 
@@ -51,7 +47,7 @@ class Nominal:
 def nominal_fit(
     prepared: Prepared, *, starts: int | None = None, seed: int = 0, progress: Callable[[str], None] = lambda stage: None
 ) -> Nominal:
-    """Fit the nominal model: `fit-parameters` and `diagnose` both begin with this.
+    """Fit the nominal model: `vibrojax diagnose` begins with this.
 
     Least squares on ordinary windows come first, from several starts where the first one leaves a misfit. Where the result is not near the
     recorded motion, the fit starts from short windows, which tolerate a larger model error and a worse first guess. It returns to ordinary
@@ -182,43 +178,3 @@ def ordinary(prepared: Prepared, progress: Callable[[str], None] = lambda stage:
     (low, high), shared = bounds(prepared), outcome.estimate.shared
     inside = np.all((shared > low) & (shared < high) | ~free_unknowns(prepared).shared)
     return outcome if outcome.converged and (inside or _explains(prepared, outcome)) else None
-
-
-def with_variations(found: Fitted, names: Sequence[str], progress: Callable[[str], None]) -> Fitted:
-    """The fit with a value of these parameters for each record, about a common mean.
-
-    The standard deviation between records is estimated by restricted maximum likelihood, for one parameter at a time; where several vary,
-    each is estimated again beside the others until none changes, in at most `_MOST_SWEEPS` sweeps. A parameter stays common to all records
-    where that estimate is zero, or where fewer than two records identify it.
-    """
-    for _ in range(_MOST_SWEEPS if len(names) > 1 else 1):
-        before = dict(found.prepared.layout.variations)
-        for name in names:
-            found = _with_variation(_without_variation(found, name), name, progress)
-        after = dict(found.prepared.layout.variations)
-        if after.keys() == before.keys() and all(abs(np.log(after[name] / before[name])) < _STEADY for name in after):
-            break
-    return found
-
-
-def _with_variation(found: Fitted, name: str, progress: Callable[[str], None]) -> Fitted:
-    """The fit with one more parameter that varies between records, where it does."""
-    one = next((each for each in variations(found) if each.name == name), None)
-    if one is None or one.std == 0.0:
-        return found
-    progress(f"fitting {name} with a value for each record")
-    prepared = with_variation(found, one)
-    return fitted(point(prepared, prepared.start, found.variances), rounds=3, measure_noise=False)
-
-
-def _without_variation(found: Fitted, name: str) -> Fitted:
-    """The fit with that parameter common to all records."""
-    prepared, layout = found.prepared, found.prepared.layout
-    places = [index for index, (other, _) in enumerate(layout.variations) if other == name]
-    if not places:
-        return found
-    layout = dataclasses.replace(layout, variations=tuple(one for one in layout.variations if one[0] != name))
-    columns = layout.varying.start + np.array(places)
-    start = dataclasses.replace(found.estimate, nuisances=np.delete(found.estimate.nuisances, columns, axis=1))
-    common = dataclasses.replace(prepared, layout=layout, start=start)
-    return fitted(point(common, start, found.variances), rounds=3, measure_noise=False)

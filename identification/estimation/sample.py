@@ -1,50 +1,83 @@
-"""Sample of the posterior about a fit."""
+"""Sample of the posterior about a fit: draws about the mode, each weighted by its density.
 
+The density is that of the shared parameters, with states, random force and each record's own numbers integrated out by the chain's
+equations about them, flat in the coordinate of the fit and times the operator's priors. Draws come from a multivariate t distribution with
+the covariance of the fit, which has longer tails than a normal one. Their weights are smoothed, and the shape of the weights' tail says
+whether the draws represent the posterior.
+
+Source: A. Vehtari, D. Simpson, A. Gelman, Y. Yao, J. Gabry, J. Mach. Learn. Res. 25 (2024) 72 (Pareto smoothed importance sampling).
+"""
+
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Bool
 
-from identification.least_squares.uncertainty import Uncertainty
-from identification.likelihood.fitted import Fitted
-from identification.likelihood.sampling.density import density
-from identification.likelihood.sampling.nuts import Nuts
-from identification.result.posterior import PosteriorSample, diagnosed
+from identification.estimation.parameters import Uncertainty
+from identification.result.posterior import PosteriorSample, weighted
+from identification.trajectory.fit import Fitted, settled
 from vibrojax.errors import InputError
 
+DRAWS, FEWEST = 400, 50
+"""Draws where no count is given, and at least: the tail of the weights is read off a fifth of them."""
+_TAILS = 7.0
+"""Degrees of freedom of the t distribution."""
+_STEPS = 2
+"""Gauss-Newton steps of everything else for each draw."""
+_EVERY = 20
+"""Draws between two lines of progress."""
 
-def posterior_sample(
-    of: Fitted, known: Bool[np.ndarray, " parameters"], spread: Uncertainty, method: Nuts, *, seed: int, progress: Callable[[str], None]
-) -> PosteriorSample:
-    """Sample the likelihood of a fit over its identifiable parameters.
+
+def posterior_sample(fitted: Fitted, spread: Uncertainty, draws: int, *, seed: int, progress: Callable[[str], None]) -> PosteriorSample:
+    """Sample the likelihood of a fit over its identifiable parameters; the others keep their values.
 
     Args:
-        of: the fit.
-        known: parameters that are identifiable and not at a bound; the others keep their values.
-        spread: their covariance.
-        method: the sampler.
+        fitted: the fit.
+        spread: covariance of the parameters.
+        draws: so many.
         seed: of every random draw.
         progress: called with a line of text now and then.
 
     Raises:
-        InputError: there is none.
+        InputError: no parameter is identifiable and off its bounds.
     """
-    parameters = of.prepared.layout.parameters
-    if not known.any():
+    known = np.flatnonzero(spread.known & fitted.problem.border.shared)
+    if not len(known):
         raise InputError(
             "there is no posterior to sample: no parameter is estimated, identifiable and off its bounds; leave the posterior out"
         )
-    shared = len(parameters)
-    about = density(of, known, spread.covariance[:shared, :shared])
-    chains = method(about, int(known.sum()), seed=seed, progress=progress)
-    internal = np.asarray(about.mode) + chains.draws @ np.asarray(about.scale).T
-    chosen = [(index, p) for index, p in enumerate(parameters) if known[index]]
-    return diagnosed(
-        tuple(p.name for _, p in chosen),
-        tuple(p.unit for _, p in chosen),
-        draws=np.stack([np.exp(internal[..., i]) if p.logarithmic else internal[..., i] * p.scale for i, p in chosen], axis=-1),
-        log_density=chains.log_density,
-        divergent=chains.divergent,
-        acceptance=chains.acceptance,
-        steps=chains.steps,
+    rng, count = np.random.default_rng(seed), len(known)
+    root = np.linalg.cholesky(spread.covariance[np.ix_(known, known)])
+    z = rng.standard_normal((draws, count)) / np.sqrt(rng.chisquare(_TAILS, (draws, 1)) / _TAILS)
+    log_proposal = -0.5 * (_TAILS + count) * np.log1p((z**2).sum(axis=1) / _TAILS)
+    mode = fitted.at.shared / fitted.problem.border.shared_scale
+    internal = np.broadcast_to(mode, (draws, len(mode))).copy()
+    internal[:, known] += z @ root.T
+    log_density = np.zeros(draws)
+    for number, one in enumerate(internal):
+        if number % _EVERY == 0:
+            progress(f"sampling the posterior: {number} of {draws} draws")
+        log_density[number] = log_posterior(fitted, one)
+    parameters = [fitted.problem.parameters[place] for place in known]
+    return weighted(
+        tuple(p.name for p in parameters),
+        tuple(p.unit for p in parameters),
+        draws=np.stack([np.vectorize(p.to_physical)(internal[:, i]) for i, p in zip(known, parameters, strict=True)], axis=-1),
+        log_density=log_density,
+        log_proposal=log_proposal,
     )
+
+
+def log_posterior(fitted: Fitted, internal: np.ndarray) -> float:
+    """Logarithm of the density of all shared parameters, in the coordinate of the fit, up to a constant; -inf beyond their range."""
+    problem, border = fitted.problem, fitted.problem.border
+    shared = internal * border.shared_scale
+    if np.any(border.shared & ((shared < border.lower) | (shared > border.upper))):
+        return -np.inf
+    held = dataclasses.replace(problem, border=dataclasses.replace(border, shared=np.zeros(len(shared), bool)))
+    try:
+        there = settled(held, dataclasses.replace(fitted.at, shared=shared), fitted.variances, steps=_STEPS)
+    except np.linalg.LinAlgError:
+        return -np.inf
+    prior = float(np.sum(border.shared_precision * (shared - border.shared_mean) ** 2))
+    return -0.5 * (there.solution.deviance + prior)

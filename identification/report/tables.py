@@ -12,6 +12,7 @@ from rich.text import Text
 from identification.experiment import Experiment, ParameterOption
 from identification.report.base import recorded
 from identification.report.verdict import GOOD, judge
+from identification.result.posterior import SHAPE_LIMIT
 from identification.result.reference import Comparison, Reference, compare, unmatched
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
 from identification.wording.names import label, spoken, symbol_text
@@ -77,10 +78,11 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     if result.derived:
         blocks.append(Text(f"derived: {', '.join(f'{symbol_text(symbol)} = {value}' for symbol, value in derived(result))}"))
     blocks.append(Text(f"correlations above {LISTED_FROM}: {correlated(result)}"))
+    blocks += [Text(words) for words in (smoothed_words(result),) if words]
     if result.posterior is not None:
         blocks += [Text(f"{posterior_words(result)}:"), posterior(result).for_terminal()]
     blocks += [found(result.records, result.experiment).for_terminal() for found in (records, channels)]
-    blocks += [Text(words) for words in (unfitted_words(result),) if words]
+    blocks += [reading_errors(result).for_terminal(), Text(shares(result))]
     if result.between_records:
         blocks += [Text("estimates of each record alone:"), between(result).for_terminal()]
     if result.held_back:
@@ -97,8 +99,6 @@ def _verdict(result: FitResult) -> Text:
     text = Text("\n".join((verdict.sentence, *verdict.remarks)), style="bold" if verdict.level != GOOD else "")
     counts = f"{len(result.records)} records, {samples} samples, {result.degrees} degrees of freedom"
     said = [f"{result.experiment.name}: {counts}", f"{result.model.law.title}, {result.model.suspension.name} suspension"]
-    if result.smoothing is not None:
-        said[-1] += f"; contact smoothed over {significant(1e6 * result.smoothing)} µm, integrated with Diffrax"
     if load := load_words(result.model):
         said.append(f"known load: {load}")
     return text.append("".join(f"\n{line}" for line in said), "not bold")
@@ -194,7 +194,7 @@ def records(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
         drive = significant(None if read is None else read.excitation_frequency, 4)
         gap = rounded(1e3 * one.gap, None if error is None else 1e3 * error).text
         rows.append((one.file, one.kind, drive, gap, str(one.samples), str(one.windows)))
-    return Table(columns=("record", "kind", "drive (Hz)", "gap (mm)", "samples", "windows"), rows=tuple(rows), words=(0, 1))
+    return Table(columns=("record", "kind", "drive (Hz)", "gap (mm)", "samples", "stretches"), rows=tuple(rows), words=(0, 1))
 
 
 def channels(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
@@ -209,6 +209,34 @@ def channels(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
             nrmse = significant(record.nrmse.get(channel, float("nan")), 2)
             rows.append((record.file, look.words, noise, origin, significant(chi2**0.5), nrmse))
     return Table(columns=("record", "channel", "noise σ", "origin", "misfit/σ", "NRMSE"), rows=tuple(rows), words=(0, 1, 3))
+
+
+def reading_errors(result: FitResult) -> Table:
+    """Size and order of each channel's error as estimated, over all records."""
+    rows = []
+    for channel, one in result.reading_error.items():
+        look = label(channel, result.experiment)
+        rms = with_unit(significant(look.factor * one.rms, 2), look.unit)
+        rows.append((look.words, rms, significant(one.over_noise, 3), "white" if one.order == 0 else f"autocorrelated, order {one.order}"))
+    return Table(columns=("channel", "reading error", "over σ", "in time"), rows=tuple(rows), words=(0, 1, 3))
+
+
+def shares(result: FitResult) -> str:
+    """Which share of the misfit is random force and which is error of the readings, in one sentence."""
+    name, worst = max(result.reading_error.items(), key=lambda item: item[1].over_noise)
+    of_readings = f"{spoken(name)} has the largest, {significant(worst.over_noise, 2)} times its noise"
+    if result.unrest is None:
+        return f"The whole misfit is put down to errors of the readings ({of_readings}), and none to a random force on the hammer."
+    force, rest = percent(result.force_share, 1.0), percent(1.0 - result.force_share, 1.0)
+    return f"Of the squared misfit {force} goes away with the random force on the hammer; {rest} is errors of the readings ({of_readings})."
+
+
+def smoothed_words(result: FitResult) -> str:
+    """Parameters of the law with a smoothed contact, in one line; empty where it was not fitted."""
+    if result.smoothing is None or result.smoothed is None:
+        return ""
+    values = ", ".join(f"{name} = {significant(value, 5)}" for name, value in result.smoothed.items())
+    return f"with the contact smoothed over {significant(1e6 * result.smoothing)} µm, fitted with Diffrax: {values}"
 
 
 def noise_words(experiment: Experiment) -> str:
@@ -231,18 +259,6 @@ def nuisances(record: RecordFit) -> str:
         name = f"deviation of {one.name.partition('.')[2]}" if variation else one.name.replace("_", " ")
         found.append(f"{name} {with_unit(rounded(factor * one.value, error).text, unit)}")
     return "; ".join(found)
-
-
-def unfitted_words(result: FitResult) -> str:
-    """How windows that were not fitted are predicted, as one sentence; empty where all were fitted."""
-    rest = result.unfitted
-    if rest is None:
-        return ""
-    windows = f"{rest.windows} windows that were not fitted are" if rest.windows > 1 else "One window that was not fitted is"
-    return (
-        f"{windows} predicted with a median chi-square of {significant(rest.chi2_reduced, 3)} ({significant(rest.of_fitted, 3)} in the "
-        f"fitted ones), with nothing but their initial states estimated{f'; {rest.failed} could not be integrated' if rest.failed else ''}."
-    )
 
 
 def between(result: FitResult) -> Table:
@@ -286,37 +302,27 @@ def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tup
 def posterior(result: FitResult) -> Table:
     """Sampled parameters beside the intervals of the fit; no rows where the posterior was not sampled."""
     rows: list[tuple[str, ...]] = []
-    for index, name in enumerate(() if (sample := result.posterior) is None else sample.names):
+    for name in () if (sample := result.posterior) is None else sample.names:
         assert sample is not None
-        values, estimate = sample.pooled[:, index], _estimate(result, name)
-        shown = rounded(float(values.mean()), float(values.std(ddof=1)))
+        estimate = _estimate(result, name)
+        shown = rounded(*sample.moments(name))
         ends = [sample.interval(name), estimate.ci95]
         texts = [NONE if pair is None else f"{shown.alike(pair[0])} … {shown.alike(pair[1])}{shown.times}" for pair in ends]
-        quality = (f"{sample.rhat[index]:.3f}", f"{sample.ess_bulk[index]:.0f}")
         numbers = (shown.value + shown.times, f"{shown.error}{shown.times}")
-        rows.append((estimate.spec.symbol, *numbers, *texts, unit_text(estimate.spec.unit), *quality))
-    headings = ("parameter", "mean", "std", "95 % of the posterior", "95 % of the fit", "unit", "R-hat", "ESS")
+        rows.append((estimate.spec.symbol, *numbers, *texts, unit_text(estimate.spec.unit)))
+    headings = ("parameter", "mean", "std", "95 % of the posterior", "95 % of the fit", "unit")
     return Table(columns=headings, rows=tuple(rows), words=(0, 3, 4, 5), symbols=True)
 
 
 def posterior_words(result: FitResult) -> str:
     """How the posterior was sampled, in one sentence; empty where it was not."""
-    if result.posterior is None:
+    if (sample := result.posterior) is None:
         return ""
-    chains, draws = result.posterior.log_density.shape
     return (
-        f"Posterior of the same likelihood (flat in the coordinates of the fit, times the priors above if any): {chains} chains of {draws}"
-        f" draws by the No-U-Turn Sampler, {int(result.posterior.divergent.sum())} divergent; R-hat near 1 where the chains have met"
+        f"Posterior of the same likelihood (flat in the coordinates of the fit, times the priors above if any): {len(sample.weight)} "
+        f"weighted draws, worth {sample.effective:.0f} of equal weight; shape of the weights' tail {sample.tail:.2f}, "
+        f"reliable up to {SHAPE_LIMIT}"
     )
-
-
-def starts(result: FitResult) -> Table:
-    """Every start of the multistart, the best first: chi-square before and after its screening, and the parameters after."""
-    names, rows = [p.spec.name for p in result.parameters], []
-    for one in sorted(result.starts, key=lambda start: start.final_cost):
-        numbers = (2.0 * one.initial_cost, 2.0 * one.final_cost, *(one.final.get(name) for name in names))
-        rows.append((one.origin, *map(significant, numbers)))
-    return Table(columns=("start", "χ² before", "χ² after", *(symbol_text(p.spec.symbol) for p in result.parameters)), rows=tuple(rows))
 
 
 def load_words(model: Model) -> str:

@@ -112,23 +112,18 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "chi2_reduced": result.chi2_reduced,
         "degrees_of_freedom": result.degrees,
         "converged": result.converged,
-        "iterations": result.iterations,
         "discretisation": result.discretisation,
-        "integrator": {"name": "landing" if result.smoothing is None else "smoothed", "smoothing": result.smoothing},
+        "smoothed": None if result.smoothing is None else {"smoothing": result.smoothing, "parameters": result.smoothed},
         "posterior": None if result.posterior is None else result.posterior.document(),
         "profiles": None if result.profiles is None else dataclasses.asdict(result.profiles),
-        "unfitted": None if result.unfitted is None else dataclasses.asdict(result.unfitted),
         "unrest": None if result.unrest is None else result.unrest.document(),
         "between_records": {one.name: one.document() for one in result.between_records},
         "ring_downs": result.ring_downs.document(),
-        "noise": {name: {"scale": one.scale, "order": one.order} for name, one in result.noise.items()},
+        "reading_error": {name: dataclasses.asdict(one) for name, one in result.reading_error.items()},
+        "force_share": result.force_share,
         "warnings": list(result.warnings),
         "records": [_record(record) for record in result.records],
         "held_back": [_record(record) for record in result.held_back],
-        "starts": [
-            {"origin": s.origin, "initial": s.initial, "initial_cost": s.initial_cost, "final": s.final, "final_cost": s.final_cost}
-            for s in result.starts
-        ],
         "provenance": provenance(result) | dict(provenance_ or {}),
     }
     return plain(document)

@@ -3,6 +3,7 @@
 import dataclasses
 import warnings
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -10,100 +11,100 @@ from typing import Any
 import numpy as np
 
 from identification.result.store import series
+from vibrojax.errors import InputError
 
 FILE_NAME = "posterior.nc"
-RHAT_LIMIT = 1.01
-"""R-hat above which chains have not met (Vehtari and others 2021)."""
-_DRAWS = ("chain", "draw")
+INSTALL = 'pip install "vibrojax[bayes]"'
+SHAPE_LIMIT = 0.7
+"""Shape of the weights' tail above which a weighted mean is not reliable (Vehtari and others 2024)."""
+
+
+def check_extra() -> None:
+    """Raise `InputError`, with what to install, where the package of the extra `bayes` is missing."""
+    if find_spec("arviz") is None:
+        raise InputError(f"a posterior needs the package arviz, not installed: run {INSTALL}, or leave the posterior out")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class PosteriorSample:
-    """Draws of the shared parameters from their posterior; the first two axes of arrays are the chain and the draw.
+    """Weighted draws of the shared parameters from their posterior.
 
     Attributes:
         names: of the parameters, the last axis of `draws`.
         units: of the parameters.
-        draws: SI.
-        log_density, divergent, acceptance, steps: of every draw, as in `Chains`.
-        rhat: rank-normalised split R-hat of every parameter.
-        ess_bulk, ess_tail: effective sample sizes, of the bulk and of the 5 % and 95 % quantiles.
-
-    Source: A. Vehtari, A. Gelman, D. Simpson, B. Carpenter, P.-C. Buerkner, Bayesian Analysis 16 (2021) 667-718; computed by ArviZ.
+        draws: (draws, parameters), SI.
+        log_density: of every draw, in the coordinates of the fit, up to a constant.
+        weight: of every draw, smoothed; they sum to 1.
+        tail: shape of the tail of the weights; above `SHAPE_LIMIT` the draws do not represent the posterior.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    draws: np.ndarray = series(*_DRAWS, "parameter", words="draws of the parameters")
-    log_density: np.ndarray = series(*_DRAWS, words="log density of the parameters in the coordinates of the fit, up to a constant")
-    divergent: np.ndarray = series(*_DRAWS, words="whether the energy error of the trajectory was large")
-    acceptance: np.ndarray = series(*_DRAWS, words="rate of acceptance along the trajectory")
-    steps: np.ndarray = series(*_DRAWS, words="gradients that the draw took")
-    rhat: tuple[float, ...]
-    ess_bulk: tuple[float, ...]
-    ess_tail: tuple[float, ...]
+    draws: np.ndarray = series("draw", "parameter", words="draws of the parameters")
+    log_density: np.ndarray = series("draw", words="log density of the parameters in the coordinates of the fit, up to a constant")
+    weight: np.ndarray = series("draw", words="weight of the draw in the posterior")
+    tail: float
+
+    @property
+    def effective(self) -> float:
+        """Effective sample size: how many equally weighted draws these are worth."""
+        return float(1.0 / np.sum(self.weight**2))
 
     @property
     def pooled(self) -> np.ndarray:
-        """Draws of all chains, (draws, parameters)."""
-        return self.draws.reshape(-1, len(self.names))
+        """As many draws of equal weight, (draws, parameters), by systematic resampling."""
+        count = len(self.weight)
+        places = np.searchsorted(np.cumsum(self.weight), (np.arange(count) + 0.5) / count)
+        return self.draws[np.minimum(places, count - 1)]
+
+    def moments(self, name: str) -> tuple[float, float]:
+        """Mean and standard deviation of a parameter."""
+        values = self.draws[:, self.names.index(name)]
+        mean = float(self.weight @ values)
+        return mean, float(np.sqrt(self.weight @ (values - mean) ** 2))
 
     def interval(self, name: str) -> tuple[float, float]:
         """Equal-tailed 95 % interval of a parameter."""
-        low, high = np.quantile(self.pooled[:, self.names.index(name)], [0.025, 0.975])
+        values = self.draws[:, self.names.index(name)]
+        order = np.argsort(values)
+        share = np.cumsum(self.weight[order]) - 0.5 * self.weight[order]
+        low, high = np.interp([0.025, 0.975], share, values[order])
         return float(low), float(high)
 
     def document(self) -> dict[str, Any]:
         """Summary for `fit.json`."""
         rows = {}
-        for index, name in enumerate(self.names):
-            values = self.pooled[:, index]
-            rows[name] = {
-                "mean": float(values.mean()),
-                "std": float(values.std(ddof=1)),
-                "ci95": self.interval(name),
-                "unit": self.units[index],
-                "rhat": self.rhat[index],
-                "ess_bulk": self.ess_bulk[index],
-                "ess_tail": self.ess_tail[index],
-            }
-        chains, draws = self.log_density.shape
-        return {"file": FILE_NAME, "chains": chains, "draws": draws, "divergent": int(self.divergent.sum()), "parameters": rows}
+        for name, unit in zip(self.names, self.units, strict=True):
+            mean, std = self.moments(name)
+            rows[name] = {"mean": mean, "std": std, "ci95": self.interval(name), "unit": unit}
+        return {"file": FILE_NAME, "draws": len(self.weight), "effective": self.effective, "tail": self.tail, "parameters": rows}
 
     def warnings(self) -> tuple[str, ...]:
-        """Sentences for the reader, where the chains have not met or their trajectories diverged."""
-        found = []
-        if max(self.rhat) > RHAT_LIMIT:
-            worst = self.names[int(np.argmax(self.rhat))]
-            found.append(
-                f"the chains of the posterior have not met: R-hat of {worst} is {max(self.rhat):.3f}; ask for more draws with --draws"
-            )
-        if count := int(self.divergent.sum()):
-            found.append(f"{count} of {self.divergent.size} trajectories of the posterior's sampler diverged: its tails may be cut off")
-        return tuple(found)
+        """Sentences for the reader, where the draws do not represent the posterior."""
+        if self.tail <= SHAPE_LIMIT:
+            return ()
+        return (
+            f"few draws carry the posterior (shape of the weights' tail {self.tail:.2f}, reliable up to {SHAPE_LIMIT}): it is far from "
+            "normal; trust the profiles of the likelihood, or ask for more draws with --draws",
+        )
 
 
-def diagnosed(names: tuple[str, ...], units: tuple[str, ...], **arrays: np.ndarray) -> PosteriorSample:
-    """The sample with its diagnostics, which ArviZ computes."""
-    az = arviz()
-    data = az.convert_to_dataset({name: arrays["draws"][..., index] for index, name in enumerate(names)})
-    found = {"rhat": az.rhat(data), "ess_bulk": az.ess(data, method="bulk"), "ess_tail": az.ess(data, method="tail")}
-    numbers: dict[str, Any] = {key: tuple(float(values[name]) for name in names) for key, values in found.items()}
-    return PosteriorSample(names=names, units=units, **arrays, **numbers)
+def weighted(
+    names: tuple[str, ...], units: tuple[str, ...], *, draws: np.ndarray, log_density: np.ndarray, log_proposal: np.ndarray
+) -> PosteriorSample:
+    """The sample with weights, density over that of the draws, of which ArviZ smooths the tail."""
+    ratio = np.where(np.isfinite(log_density), log_density - log_proposal, -np.inf)
+    log_weight, tail = arviz().psislw(np.where(np.isfinite(ratio), ratio, np.nanmin(ratio[np.isfinite(ratio)]) - 700.0))
+    weight = np.exp(np.asarray(log_weight) - np.max(log_weight))
+    return PosteriorSample(
+        names=names, units=units, draws=draws, log_density=log_density, weight=weight / weight.sum(), tail=float(np.asarray(tail))
+    )
 
 
 def write_posterior(sample: PosteriorSample, path: Path, attributes: Mapping[str, str]) -> None:
-    """Write a NetCDF file with the groups `posterior` and `sample_stats`, as `arviz.from_netcdf` reads it."""
-    data = arviz().from_dict(
-        posterior={name: sample.draws[..., index] for index, name in enumerate(sample.names)},
-        sample_stats={
-            "lp": sample.log_density,
-            "diverging": sample.divergent,
-            "acceptance_rate": sample.acceptance,
-            "n_steps": sample.steps,
-        },
-        attrs=dict(attributes),
-    )
+    """Write draws of equal weight as a NetCDF file with the group `posterior`, as `arviz.from_netcdf` reads it."""
+    pooled = sample.pooled
+    data = arviz().from_dict(posterior={name: pooled[None, :, index] for index, name in enumerate(sample.names)}, attrs=dict(attributes))
     for name, unit in zip(sample.names, sample.units, strict=True):
         data.posterior[name].attrs["units"] = unit
     data.to_netcdf(str(path))

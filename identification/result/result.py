@@ -119,41 +119,20 @@ class RecordFit:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class SensorNoise:
-    """Noise of one channel: standard deviation over the declared one (or that read off the record), and order of its autoregression."""
-
-    scale: float
-    order: int
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class StartOutcome:
-    """Outcome of one start: its origin, cost (half chi-square) before and after, and parameters at its end."""
-
-    origin: str
-    initial: dict[str, float]
-    initial_cost: float
-    final: dict[str, float]
-    final_cost: float
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Unfitted:
-    """Windows of the fitted records that the fit did not take.
+class SensorError:
+    """Error of one channel's readings.
 
     Attributes:
-        windows: that were predicted; a part, spread evenly, where there are many.
-        failed: of these, which could not be integrated.
-        samples: in all of these.
-        chi2_reduced: median over these of chi-square over degrees of freedom, with their initial states estimated and nothing else.
-        of_fitted: the same of the fitted windows.
+        rms: standard deviation, in `unit`; over all records.
+        unit: SI.
+        order: of its autoregression, 0 for white noise.
+        over_noise: standard deviation over the noise that is declared, or read off the record.
     """
 
-    windows: int
-    failed: int
-    samples: int
-    chi2_reduced: float
-    of_fitted: float
+    rms: float
+    unit: str
+    order: int
+    over_noise: float
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -215,26 +194,25 @@ class FitResult:
         derived: computed from them (stiffness k, damping c).
         correlation: matrix over `correlated`.
         correlated: names of the estimated parameters, the axes of `correlation`.
-        chi2_reduced: chi-square over degrees of freedom.
+        chi2_reduced: chi-square of the free motion, without random force, over degrees of freedom.
         degrees: number of weighted samples less that of estimated unknowns.
         records: fitted records with their predictions.
         held_back: held-back records with their predictions.
-        starts: of the multistart, best first.
         converged: False if the iteration stopped early.
-        iterations: of the last stage.
         discretisation: largest shift of any parameter, in standard errors, when every step of the integrator is halved.
         warnings: sentences for the reader of the result.
         unrest: random force on the hammer; None where it is not significant.
-        noise: by channel, estimated standard deviation over that declared or read off the record, and the order of its autoregression.
-        seed: of the multistart.
+        reading_error: of each compared channel.
+        force_share: share of the squared misfit of the free motion that goes away with the random force; the rest is errors of readings.
+        seed: of every random draw.
         seconds: wall time by stage.
         added: effects that were added on request; None for the nominal model.
         between_records: each parameter that several records identify, as each of them alone estimates it.
         ring_downs: damping and frequency by amplitude of free vibrations.
-        smoothing: width of the contact switch that was integrated, m; None for the exact contact.
+        smoothing: width of a smoothed contact switch that was fitted as well, m; None for the exact contact alone.
+        smoothed: parameters of the smoothed law, SI; None without it.
         posterior: sample of the parameters' posterior; None where none was asked for.
         profiles: of the likelihood; None where none were asked for.
-        unfitted: prediction of windows that the fit did not take; None where it took all.
     """
 
     experiment: Experiment
@@ -246,13 +224,12 @@ class FitResult:
     chi2_reduced: float
     degrees: int
     records: tuple[RecordFit, ...]
-    starts: tuple[StartOutcome, ...]
     converged: bool
-    iterations: int
     discretisation: float
     warnings: tuple[str, ...]
     unrest: Unrest | None
-    noise: dict[str, SensorNoise]
+    reading_error: dict[str, SensorError]
+    force_share: float
     seed: int
     seconds: dict[str, float]
     held_back: tuple[RecordFit, ...] = ()
@@ -260,9 +237,9 @@ class FitResult:
     between_records: tuple[Disagreement, ...] = ()
     ring_downs: RingDowns = dataclasses.field(default_factory=RingDowns)
     smoothing: float | None = None
+    smoothed: dict[str, float] | None = None
     posterior: PosteriorSample | None = None
     profiles: Profiles | None = None
-    unfitted: Unfitted | None = None
 
 
 _MERGED = 3

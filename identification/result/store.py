@@ -26,7 +26,7 @@ from vibrojax.model import Model
 from vibrojax.model_file import effect_document, effect_from_document, model_document, model_from_document
 
 FILE_NAME = "result.nc"
-_SCHEMA = 7
+_SCHEMA = 8
 _CHECKSUM = "sha256"
 """Attribute: of the file's bytes, with zeros in its own place."""
 _NONE_YET = "0" * 64

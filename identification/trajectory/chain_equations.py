@@ -190,6 +190,8 @@ class Solution:
         own: step, in units of `Border.own_scale`; (records, own).
         knots: step of states and force; (knots, states + 1).
         covariance: of the shared unknowns, scaled; (parameters, parameters), 0 where held.
+        information, gradient: what each record by itself says of the shared unknowns, all else eliminated, scaled; (records, parameters,
+            parameters) and (records, parameters), priors left out.
         own_error: standard error of each record's own unknowns, scaled; (records, own).
     """
 
@@ -198,6 +200,8 @@ class Solution:
     own: np.ndarray
     knots: np.ndarray
     covariance: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
     own_error: np.ndarray
     factor: np.ndarray
     by_shared: np.ndarray
@@ -253,10 +257,11 @@ def solve(
         return np.add.reduceat(values, begins, axis=0)
 
     a, b = slice(inside, inside + shared), slice(inside + shared, None)
-    ss = gram[:, a, a].sum(axis=0) - by_shared.T @ xs
+    rows_of = [slice(begin, end) for begin, end in zip(edges, (*edges[1:], count), strict=True)]
+    ss = of_segments(gram[:, a, a]) - np.stack([by_shared[part].T @ xs[part] for part in rows_of])
     oo = of_segments(gram[:, b, b]) - by_record(by_own[:, :, None] * xo[:, None, :])
     os = of_segments(gram[:, b, a]) - by_record(by_own[:, :, None] * xs[:, None, :])
-    gs = right[:, a].sum(axis=0) - by_shared.T @ x
+    gs = of_segments(right[:, a]) - np.stack([by_shared[part].T @ x[part] for part in rows_of])
     go = of_segments(right[:, b]) - by_record(by_own * x[:, None])
     gradient_square = float(gradient @ x)
 
@@ -268,8 +273,8 @@ def solve(
     square += float(np.sum(np.where(border.own, own_precision * own_off**2, 0.0)))
     inverse = np.linalg.inv(oo)
     lead = inverse @ os
-    ss = ss - np.einsum("ros,rot->st", os, lead)
-    gs = gs - np.einsum("ros,ro->s", lead, go)
+    information, gradients = ss - os.swapaxes(1, 2) @ lead, gs - (go[:, None, :] @ lead)[:, 0]
+    ss, gs = information.sum(axis=0), gradients.sum(axis=0)
     ss[np.diag_indices(shared)] += np.where(border.shared, shared_precision, 1.0)
     gs = gs + np.where(border.shared, shared_precision * shared_off, 0.0)
     square += float(np.sum(np.where(border.shared, shared_precision * shared_off**2, 0.0)))
@@ -293,6 +298,8 @@ def solve(
         own=own_step * border.own,
         knots=knots[size:].reshape(-1, size),
         covariance=covariance * np.outer(held, held),
+        information=information,
+        gradient=gradients,
         own_error=np.sqrt(np.maximum(own_variance, 0.0)) * border.own,
         factor=factor[:, size:],
         by_shared=xs[size:],

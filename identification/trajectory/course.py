@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from identification.trajectory.fit import Fitted
-from identification.trajectory.motion import CHUNK, Estimate, along, linearise, vectors_of
+from identification.trajectory.motion import CHUNK, Estimate, linearise, travelled, vectors_of
 from identification.trajectory.remodel import late_channels
 from identification.trajectory.segments import APPROACH_SPEED, Chains, chains_of
 from identification.trajectory.start import Problem
@@ -60,7 +60,7 @@ class BySample:
 
 @soon_compiled
 def _along(model, unknowns, files, integrator, segments, vectors):
-    systems, lanes, _ = along(model, unknowns, files, integrator, segments, vectors)
+    systems, lanes, _ = travelled(model, unknowns, files, integrator, segments, vectors)
     forces = jax.vmap(lambda system, one: system.forces(one.ts, one.u, one.v, one.own, one.in_contact, one.approach_speed))(systems, lanes)
     motion = jax.vmap(lambda system, one: system.motion(one.ts, one.u, one.v, one.own, one.in_contact))(systems, lanes)
     readings, own = jax.vmap(recorded)(systems, lanes)

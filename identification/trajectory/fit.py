@@ -18,6 +18,8 @@ from identification.trajectory.motion import Estimate, Linearised, linearise
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
 from identification.trajectory.start import Problem
+from identification.wording.numbers import significant
+from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 LARGEST_FORCE = 0.3
@@ -32,6 +34,8 @@ _LONGEST_STEP = 0.7
 """Largest change of a logarithm or of a scaled parameter in one step; a quarter of its range where that is less."""
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
+_NO_STEP = 0.02
+"""Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _ROUNDS = 24
@@ -84,17 +88,27 @@ def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, prog
         seed: of the samples by which expectations are taken.
         begin: variances from which the force falls; by default those of a large one.
         progress: called with a line in each round.
+
+    Raises:
+        NoConvergenceError: the equations became singular on the way from a large force.
     """
     scales, rng = problem.scales, np.random.default_rng(seed)
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
     large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
-    found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM)
+    try:
+        found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM)
+    except np.linalg.LinAlgError as error:
+        name = problem.experiment.name
+        raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
     if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
         return found
     none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
-    other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+    try:
+        other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+    except np.linalg.LinAlgError:  # without a force to give way the iteration may diverge
+        return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
 
 
@@ -119,7 +133,7 @@ def _converged(
         if count >= coloured_from:
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(border, at, solution, share)
-        progress(_line(count, problem, at, force, readings, solution.deviance))
+        progress(_line(count, problem, at, force))
         settled = abs(np.log(force.std / before.std)) < 0.05 or force.std <= 1.01 * SMALLEST_FORCE * scales.force
         if count >= max(coloured_from, held) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
@@ -139,6 +153,27 @@ def _converged(
         solution=solution,
         rounds=count + 1,
         converged=_change(problem, solution) < _SMALL_STEP,
+    )
+
+
+def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
+    """The mode under given variances, by Gauss-Newton steps from an estimate; at most so many."""
+    free, count = problem.border.shared.any(), 0
+    for count in range(steps):
+        linear, local, solution = equations(problem, at, variances)
+        share, change = _share(problem, solution), _change(problem, solution)
+        if count + 1 == steps or (free and share == 1.0 and change < _NO_STEP):
+            break
+        at = moved(problem.border, at, solution, share)
+    return Fitted(
+        problem=problem,
+        at=at,
+        variances=variances,
+        linear=linear,
+        local=local,
+        solution=solution,
+        rounds=count + 1,
+        converged=share == 1.0 and change < _SMALL_STEP,
     )
 
 
@@ -209,9 +244,7 @@ def _change(problem: Problem, solution: Solution) -> float:
     return float(np.max(np.abs(solution.shared[free]) / error[free], initial=0.0))
 
 
-def _line(count: int, problem: Problem, at: Estimate, force: RandomForce, readings: tuple[ReadingError, ...], deviance: float) -> str:
-    orders = " ".join(str(one.order) for one in readings)
-    return (
-        f"round {count}: deviance {deviance:.1f}, random force {force.std / problem.scales.force:.1e} of the suspension's, "
-        f"memory {force.memory:.3g} s, orders {orders}, " + ", ".join(f"{k} {v:.6g}" for k, v in problem.values(at).items())
-    )
+def _line(count: int, problem: Problem, at: Estimate, force: RandomForce) -> str:
+    size = significant(100.0 * force.std / problem.scales.force, 2)
+    values = ", ".join(f"{name} = {significant(value, 4)}" for name, value in problem.values(at).items())
+    return f"fitting, round {count + 1}: random force {size} % of the suspension's; {values}"

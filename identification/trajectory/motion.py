@@ -7,6 +7,7 @@ samples in between. Segments are short, so that none diverges, whatever the para
 import dataclasses
 import os
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
@@ -106,7 +107,7 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
 
 
-def along(
+def travelled(
     model: Model,
     unknowns: Unknowns,
     files: tuple[str, ...],
@@ -153,16 +154,15 @@ def _read(systems: System, lanes: Trajectory, segments: Segments):
         return jax.vmap(recorded)(systems, lanes)
     prompt = dataclasses.replace(systems, effects=tuple(effect for effect in systems.effects if not is_late(effect)))
     readings, own = jax.vmap(recorded)(prompt, lanes)
-    ahead = jnp.concatenate([segments.ahead, segments.ahead[:, -1:]], axis=1)
     for channel, place in late.items():
-        if channel in segments.channels:
-            shift = ahead[..., segments.channels.index(channel)]
-            after = jax.vmap(_moved, in_axes=(0, 0, 0, 0, None))(prompt, systems.effects[place], lanes, shift, channel)
+        if channel in segments.ahead:
+            ahead = jnp.concatenate([segments.ahead[channel], segments.ahead[channel][:, -1:]], axis=1)
+            after = jax.vmap(partial(_moved, channel=channel))(prompt, systems.effects[place], lanes, ahead)
             readings = readings | {channel: after}
     return readings, own
 
 
-def _moved(prompt: System, effect: AbstractEffect, one: Trajectory, ahead: Float[Array, " time"], channel: str) -> Float[Array, " time"]:
+def _moved(prompt: System, effect: AbstractEffect, one: Trajectory, ahead: Float[Array, " time"], *, channel: str) -> Float[Array, " time"]:
     """What one channel shows of the motion at its reading's true time."""
     r = ahead - effect.lateness(one.ts + ahead)
     forces = prompt.forces(one.ts, one.u, one.v, one.own, one.in_contact, one.approach_speed)
@@ -195,8 +195,19 @@ def passed(
     vectors: Float[Array, "segments columns"],
 ):
     """Readings and ends of segments, and beside them, without derivative, whether each was integrated."""
-    systems, lanes, last = along(model, unknowns, files, integrator, segments, vectors)
-    readings, own = _read(systems, lanes, segments)
+    return shown(unknowns, segments, vectors, *travelled(model, unknowns, files, integrator, segments, vectors))
+
+
+def shown(
+    unknowns: Unknowns,
+    segments: Segments,
+    vectors: Float[Array, "segments columns"],
+    systems: System,
+    along: Trajectory,
+    last: LandingState,
+):
+    """What the sensors read along a motion, and its end; beside them whether it was integrated."""
+    readings, own = _read(systems, along, segments)
     for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
         if name.startswith("zero."):
             readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]

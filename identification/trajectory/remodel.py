@@ -1,4 +1,4 @@
-"""A chain under another model: effects taken in or left out, everything else kept where it is."""
+"""A chain under another model: effects taken in or left out, parameters that deviate between records; all else stays where it is."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -9,9 +9,11 @@ import numpy as np
 from identification.trajectory.chain_equations import Border
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.segments import APPROACH_SPEED, Lateness, chains_of
-from identification.trajectory.start import STEPS_A_PERIOD, Problem
+from identification.trajectory.start import FLIGHT_STEPS, Problem
 from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
+
+_VARIATION = "variation."
 
 
 def remodelled(
@@ -34,7 +36,7 @@ def remodelled(
         own: first values of the new effects' parameters that every record has for itself, by name; (records,).
         states: first values of the new effects' own states at the knots, by name; (knots,).
     """
-    before, border = problem.unknowns, problem.border
+    before = problem.unknowns
     values = {name: float(value) for name, value in model.values().items()} | problem.values(at)
     of_effects = {p.name for p in model.parameters} - {p.name for p in problem.model.parameters}
     kept = tuple(p for p in problem.parameters if p.name in values or p.name == "m")
@@ -55,7 +57,8 @@ def remodelled(
         ),
     )
     shared = np.array([_inside(p, values[p.name]) for p in parameters])
-    own_values = {name: at.own[:, place] for place, name in enumerate(before.own)} | dict(own)
+    first = {p.name: np.full(len(at.own), _inside(p, values[p.name])) for p in per_record}
+    own_values = first | {name: at.own[:, place] for place, name in enumerate(before.own)} | dict(own)
     knot_values = {name: at.states[:, place] for place, name in enumerate(before.states)} | dict(states)
     nothing = np.zeros(len(at.states))
     start = Estimate(
@@ -72,7 +75,7 @@ def remodelled(
             if name not in sizes:
                 sizes[name] = float(np.sqrt(np.mean(knot_values.get(name, nothing) ** 2))) or state.scale or 1.0
     fastest = max([values.get("f_n", 0.0)] + [record.excitation_frequency or 0.0 for record in problem.experiment.records])
-    step = flight_step(model.effects, max(fastest, 1e-6), a_period=STEPS_A_PERIOD)
+    step = flight_step(model.effects, max(fastest, 1e-6), a_period=FLIGHT_STEPS)
     late = late_channels(model)
     chains = problem.chains
     if late or chains.groups[0].ahead is not None:
@@ -142,4 +145,38 @@ def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record,
         upper=shared(border.upper, [np.log(p.upper) if p.logarithmic else p.upper for p in new]),
         strengths=shared(border.strengths, [True for _ in new]),
         own_strengths=own_strengths,
+    )
+
+
+def with_variation(problem: Problem, std: Mapping[str, float]) -> Problem:
+    """A problem in which shared parameters deviate from record to record, with a standard deviation in the coordinate of the fit.
+
+    Where it is 0, the parameter is the same in all records.
+    """
+    absent = [name for name in std if f"{_VARIATION}{name}" not in problem.unknowns.own]
+    before, border, records = problem.unknowns, problem.border, len(problem.experiment.records)
+    place = len(before.own) - len(problem.model.record_parameters)
+
+    def widened(values: np.ndarray, value: float) -> np.ndarray:
+        return np.insert(values, [place] * len(absent), value, axis=-1)
+
+    own = (*before.own[:place], *(f"{_VARIATION}{name}" for name in absent), *before.own[place:])
+    logarithmic = (*before.logarithmic_own[:place], *(False for _ in absent), *before.logarithmic_own[place:])
+    free, scale, precision = widened(border.own, True), widened(border.own_scale, 1.0), widened(border.own_precision, 1.0)
+    for name, size in std.items():
+        column = own.index(f"{_VARIATION}{name}")
+        free[:, column] = size > 0.0
+        scale[column], precision[:, column] = (size, size**-2.0) if size > 0.0 else (1.0, 1.0)
+    return dataclasses.replace(
+        problem,
+        unknowns=dataclasses.replace(before, own=own, logarithmic_own=logarithmic),
+        border=dataclasses.replace(
+            border,
+            own=free,
+            own_scale=scale,
+            own_precision=precision,
+            own_mean=widened(border.own_mean, 0.0),
+            own_strengths=widened(border.own_strengths, False),
+        ),
+        start=dataclasses.replace(problem.start, own=widened(problem.start.own, 0.0)),
     )

@@ -87,8 +87,8 @@ class Segments(eqx.Module):
     """Measured motion of the cart; None where it is at rest or moves harmonically."""
     applied: SampledForce | None
     """Measured force on the hammer; None where there is none."""
-    ahead: Float[Hosted, "*segments samples channels"] | None
-    """Time from a sample of the motion to the reading that it is compared with, s; None where no channel is late."""
+    ahead: dict[str, Float[Hosted, "*segments samples"]] | None
+    """By channel that is late, time from a sample of the motion to the reading that it is compared with, s; None where none is."""
     channels: tuple[str, ...] = eqx.field(static=True)
 
 
@@ -234,20 +234,18 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
     padded = np.concatenate([time, time[-1] + dt * np.arange(1, count * samples - len(time) + 2)])
     rows = samples * np.arange(count)[:, None] + np.arange(samples + 1)
     driving = driving_channels(record)
-    measured, weight, ahead = (np.zeros((count * samples, len(channels))) for _ in range(3))
+    measured, weight = np.zeros((count * samples, len(channels))), np.zeros((count * samples, len(channels)))
+    ahead = {name: np.zeros(count * samples) for name in late}
     for column, name in enumerate(channels):
         if name in record.channels and name not in driving:
             values = record.channels[name]
             usable = np.isfinite(values) & ~at_ceiling(values)
-            read = np.arange(len(time))
-            if name in late:
-                read = read + np.rint(late[name](time) / dt).astype(int)
-            there = (read >= 0) & (read < len(time))
-            read = np.clip(read, 0, len(time) - 1)
+            read, there = shown_at(time, late.get(name))
             usable = usable[read] & there
             measured[: len(time), column] = np.where(usable, values[read], 0.0)
             weight[: len(time), column] = usable / record.noise[name]
-            ahead[: len(time), column] = time[read] - time
+            if name in late:
+                ahead[name][: len(time)] = time[read] - time
     inputs = inputs_of(record)
     driven = record.kind == "cart-excitation" and inputs.cart is None
     cart = None
@@ -264,7 +262,7 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
         motion=cart,
         applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
-        ahead=ahead.reshape(count, samples, -1) if late else None,
+        ahead={name: values.reshape(count, samples) for name, values in ahead.items()} if late else None,
         channels=channels,
     )
 

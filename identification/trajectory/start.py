@@ -30,7 +30,7 @@ from vibrojax.integrate import Landing
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 
-STEPS_A_PERIOD = 96.0
+FLIGHT_STEPS = 96.0
 """Integration steps in a period of the fastest vibration in flight, at least."""
 _SLOPE = 4
 """Samples by which a speed beside an impact is read."""
@@ -101,7 +101,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     f_n = values.get("f_n", 0.0)
     fastest = max([f_n] + [record.excitation_frequency or 0.0 for record in records])
     chains = chains_of(records, samples_of_a_segment(records, fastest))
-    flight = 1.0 / (STEPS_A_PERIOD * max(fastest, 1e-6))
+    flight = 1.0 / (FLIGHT_STEPS * max(fastest, 1e-6))
     own = np.zeros((len(records), len(unknowns.own)))
     for index, ((amplitude, phase), error) in enumerate(zip(bases, gap_errors, strict=True)):
         own[index, : len(OF_RECORD)] = amplitude * np.cos(phase), amplitude * np.sin(phase), error
@@ -125,6 +125,14 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         motions=tuple(motions),
         start=start,
     )
+
+
+def weighable(experiment: Experiment) -> bool:
+    """Whether the records can show a mass: some force is known, or the mass itself; a motion alone is the same for every mass."""
+    felt = ("impact_force", "applied_force", "reaction_force")
+    recorded = any(name in record.channels for record in experiment.records for name in felt)
+    known = experiment.mass_is_known or getattr(experiment.parameters.get(MASS.name), "prior", None) is not None
+    return recorded or known or experiment.load.constant_force != 0.0
 
 
 def _motions(experiment: Experiment, model: Model) -> tuple[list[tuple[float, float]], list[Kinematics | None]]:
@@ -195,6 +203,7 @@ def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, s
     """Free unknowns, their scales and priors."""
     options = experiment.parameters
     fixed = {name for name, option in options.items() if option.fixed and option.start is not None}
+    fixed |= set() if weighable(experiment) else {MASS.name}
     records = experiment.records
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
     touched = np.array([motion is None or motion.touching.any() for motion in motions])

@@ -186,21 +186,6 @@ def _groups(records: Sequence[Record], inputs: Sequence[Inputs], cuts: list[list
     )
 
 
-def left_out(prepared: Prepared) -> Prepared | None:
-    """Windows of the same records that `most_samples` left out, thinned out like those; None where none are left out."""
-    records, window = prepared.experiment.records, prepared.window
-    fitted = set(zip(prepared.record.tolist(), np.concatenate([group.first for group in prepared.groups]).tolist(), strict=True))
-    cuts = [cut(record, motion, window.samples(record, motion)) for record, motion in zip(records, prepared.motions, strict=True)]
-    rest = [[part for part in parts if (index, part[0]) not in fitted] for index, parts in enumerate(cuts)]
-    samples = sum(length for parts in rest for _, length in parts)
-    if not samples:
-        return None
-    rest = [thinned(parts, prepared.most_samples / samples) if parts else [] for parts in rest]
-    groups = _groups(records, [inputs_of(record) for record in records], rest)
-    states = np.concatenate([initial_states(group, prepared.motions) for group in groups])
-    return dataclasses.replace(prepared, groups=groups, start=dataclasses.replace(prepared.start, states=states))
-
-
 def _base_acceleration(record: Record, base: tuple[float, float], measured: SampledMotion | None) -> np.ndarray:
     """Cart acceleration y'' of the first guess, m/s^2."""
     if measured is not None:

@@ -63,8 +63,8 @@ def test_the_command_shows_intervals_side_by_side_and_resumes(tmp_path, monkeypa
                 file.write(json.dumps({"name": one.name, "draws": one.draws} | (done if one.name == NAME else {"failure": "E: x"})) + "\n")
 
     ran = []
-    known = {"value": 1.5, "stderr": 0.1, "nuts": [-1.8, 2.1], "profile": [None, 2.0], "area": [-1.9, 2.05]}
-    figures = {"gradients": 5.0, "rhat": 1.002, "ess": 900.0, "divergent": 0, "minutes": 2.0, "processor_minutes": 1.9}
+    known = {"value": 1.5, "stderr": 0.1, "draws": [-1.8, 2.1], "profile": [None, 2.0], "area": [-1.9, 2.05]}
+    figures = {"effective": 912.0, "tail": 0.34, "minutes": 2.0, "processor_minutes": 1.9}
     done = {"parameters": {"n": known, "k_i": None}} | figures
     monkeypatch.setattr(command, "run_trials", fake_run)
     monkeypatch.setenv("COLUMNS", "140")
@@ -73,5 +73,5 @@ def test_the_command_shows_intervals_side_by_side_and_resumes(tmp_path, monkeypa
         command.main()
     assert ran == [[NAME, "a/b"], ["a/b"]]
     shown = capsys.readouterr().out
-    assert "-1.80 +2.10" in shown and "open +2.00" in shown and "1.0020" in shown and "E: x" in shown
+    assert "-1.80 +2.10" in shown and "open +2.00" in shown and "912" in shown and "E: x" in shown
     assert [one["name"] for one in json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))["trials"]] == [NAME, "a/b"]

@@ -56,13 +56,13 @@ def experiment_file(folder: Path, name: str = "rig-B, March") -> Path:
 
 def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     (tmp_path / "known.json").touch()
-    chosen = ("--law", "hertz", "--reference", "known.json", "--starts", "4", "--seed", "7", "--style", "print", "--with", "hysteresis")
+    chosen = ("--law", "hertz", "--reference", "known.json", "--seed", "7", "--style", "print", "--with", "hysteresis")
     status = call(monkeypatch, fit.main, "rig", "--out", "results", *chosen)
     assert status == 0
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
-    expected = {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "starts": 4, "seed": 7, "style": PRINT}
-    assert options == expected | {"smoothing": None, "posterior_by": None, "with_profiles": False}
+    expected = {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "seed": 7, "style": PRINT}
+    assert options == expected | {"smoothing": None, "draws": None, "with_profiles": False}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err
@@ -93,7 +93,7 @@ def test_an_integrator_that_cannot_be_used_is_refused(jobs, monkeypatch, capsys,
 def test_the_posterior_is_sampled_on_request(jobs, monkeypatch):
     assert call(monkeypatch, fit.main, "rig", "--posterior", "--draws", "50") == 0
     ((_, options),) = jobs.calls
-    assert options["posterior_by"].draws == 50
+    assert options["draws"] == 50
 
 
 def test_draws_without_a_posterior_are_refused(jobs, monkeypatch, capsys):
@@ -173,8 +173,8 @@ def test_unexpected_errors_keep_their_traceback(jobs, monkeypatch, error):
 
 
 USAGE = [
-    (["--starts", "0"], "Invalid value for '--starts': "),
-    (["--starts", "few"], "Invalid value for '--starts': "),
+    (["--seed", "-1"], "Invalid value for '--seed': "),
+    (["--seed", "few"], "Invalid value for '--seed': "),
     (["--nonsense"], "No such option: --nonsense"),
     (["--out"], "Option '--out' requires an argument; see "),
     (["rig", "two"], "Got unexpected extra argument"),

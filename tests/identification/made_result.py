@@ -14,11 +14,11 @@ from identification.result.result import (
     Nuisance,
     ParameterEstimate,
     RecordFit,
-    SensorNoise,
-    StartOutcome,
+    SensorError,
 )
 from identification.result.ring_down import RingDown, RingDowns
 from identification.result.variation import Disagreement, Unrest
+from vibrojax.channels import UNITS
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Linear
@@ -85,13 +85,14 @@ def made_result(
         chi2_reduced=float(counted.mean()),
         degrees=len(counted) - 20,
         records=records,
-        starts=tuple(_start(i) for i in range(3)),
         converged=True,
-        iterations=5,
         discretisation=0.012,
         warnings=(),
         unrest=unrest,
-        noise={name: SensorNoise(scale=1.02, order=order) for order, name in enumerate(channels)},
+        reading_error={
+            name: SensorError(rms=1.02 * NOISE[name], unit=UNITS[name], order=order, over_noise=1.02) for order, name in enumerate(channels)
+        },
+        force_share=0.0,
         seed=7,
         seconds={"fit": 1.5},
         between_records=(
@@ -122,11 +123,6 @@ def _estimate(parameter) -> ParameterEstimate:
     value = float(MODEL.values()[parameter.name])
     ends = (value * 0.998, value * 1.002)
     return ParameterEstimate(spec=parameter, value=value, stderr=value * 1e-3, ci95=ends, interval="normal", initial=value * 0.9, status=OK)
-
-
-def _start(number: int) -> StartOutcome:
-    values = {name: float(value) for name, value in MODEL.values().items()}
-    return StartOutcome(origin=f"start {number}", initial=values, initial_cost=1e6 + number, final=values, final_cost=5e3 + 10.0 * number)
 
 
 def _experiment(fits: tuple[RecordFit, ...]) -> Experiment:

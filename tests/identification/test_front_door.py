@@ -46,8 +46,8 @@ def test_a_missing_folder_is_refused(call):
 
 
 def test_options_that_mean_nothing_are_refused():
-    with pytest.raises(InputError, match="starts is 0: expected 1 or more"):
-        identification.fit("nowhere", starts=0)
+    with pytest.raises(InputError, match="draws is 4: expected 50 or more"):
+        identification.fit("nowhere", draws=4)
     with pytest.raises(InputError, match="budget_minutes is nan: expected minutes"):
         identification.diagnose("nowhere", budget_minutes=float("nan"))
 
@@ -60,9 +60,9 @@ def test_options_reach_the_fit(monkeypatch):
         return made_result(samples=600)
 
     monkeypatch.setattr(front_door, "fit_experiment", fit_experiment)
-    found = identification.fit(str(data_path("example")), law="hertz", starts=3, seed=5)
+    found = identification.fit(str(data_path("example")), law="hertz", effects=["hysteresis"], seed=5)
     assert isinstance(found, Fit)
-    assert (asked["law"], asked["starts"], asked["seed"]) == ("hertz", 3, 5)
+    assert (asked["law"], asked["effects"], asked["seed"], asked["draws"]) == ("hertz", ("hysteresis",), 5, None)
 
 
 def test_a_fit_shows_its_tables_and_hands_on_its_numbers(tmp_path):

@@ -29,7 +29,6 @@ def fit(
     law: options.Law = None,
     effects: options.Effects = None,
     reference: options.Reference = None,
-    starts: options.Starts = None,
     seed: options.Seed = 0,
     integrator: Integrator = LANDING,
     smoothing: Smoothing = None,
@@ -59,7 +58,7 @@ def fit(
         say("loading JAX")
         prepare_jax()
         from identification.commands.run import run_fit
-        from identification.likelihood.sampling.nuts import Nuts
+        from identification.estimation.sample import DRAWS
         from identification.report.base import STYLES
 
         run_fit(
@@ -68,11 +67,10 @@ def fit(
             law=law,
             effects=effects or (),
             reference=reference,
-            starts=starts,
             seed=seed,
             smoothing=width,
             with_profiles=profiles,
-            posterior_by=(Nuts() if draws is None else Nuts(draws=draws)) if posterior else None,
+            draws=(draws or DRAWS) if posterior else None,
             style=STYLES[style],
             progress=say,
             show=say.show,

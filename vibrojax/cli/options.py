@@ -45,10 +45,6 @@ Effects = Annotated[
     typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
 ]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")]
-Starts = Annotated[
-    int | None,
-    typer.Option(min=1, metavar="N", help="Starts to try. Left out: several where the first fit leaves a misfit.", show_default=False),
-]
 Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")]
 Posterior = Annotated[
     bool, typer.Option("--posterior", help="Sample the posterior of the parameters too, in minutes; needs the extra bayes.")
@@ -56,9 +52,7 @@ Posterior = Annotated[
 Profiles = Annotated[
     bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
 ]
-Draws = Annotated[
-    int | None, typer.Option(min=4, metavar="N", help="Draws of each of the posterior's four chains. Left out: 400.", show_default=False)
-]
+Draws = Annotated[int | None, typer.Option(min=50, metavar="N", help="Weighted draws of the posterior. Left out: 400.", show_default=False)]
 
 
 LANDING, SMOOTHED = "landing", "smoothed"
@@ -76,7 +70,7 @@ Integrator = Annotated[
     str,
     typer.Option(
         metavar=f"{LANDING}|{SMOOTHED}",
-        help="Integrator of the fit: steps that land on every touch and release, or Diffrax on a smoothed contact law.",
+        help="Steps that land on every touch and release; or beside them a fit by Diffrax on a smoothed contact law.",
         callback=_known_integrator,
     ),
 ]

@@ -7,13 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from identification.estimation import estimate, nominal
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption, load_experiment
+from identification.report import tables
+from identification.result.files import fit_json
 from identification.result.result import FIXED, NOT_IDENTIFIABLE, OK
 from identification.windows.simulate import simulate_record
 from tests.identification.conftest import TRUTH, cropped
-from vibrojax.errors import NoConvergenceError
+from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, ZETA, shaken
 
 COMPLETE = ("case-03", "case-05", "case-16")
 
@@ -28,9 +29,9 @@ def test_example_is_recovered(fitted, truth):
     """Every parameter within three standard errors, and within 2 %; no misfit; no warning."""
     assert fitted.converged
     assert fitted.warnings == ()
-    assert fitted.unrest is None
-    assert set(fitted.noise) == set(fitted.experiment.records[0].channels)
-    assert all(one.scale == pytest.approx(1.0, abs=0.03) for one in fitted.noise.values())
+    assert fitted.unrest is None and fitted.force_share == 0.0
+    assert set(fitted.reading_error) == set(fitted.experiment.records[0].channels)
+    assert all(one.over_noise == pytest.approx(1.0, abs=0.03) and one.order == 0 for one in fitted.reading_error.values())
     assert 0.98 < fitted.chi2_reduced < 1.02
     for parameter in fitted.parameters:
         true = truth[parameter.spec.name]
@@ -55,11 +56,20 @@ def test_stiffness_and_damping_follow(fitted, example):
     assert 0 < derived["k"].stderr < 1e-3 * derived["k"].value
 
 
+def test_every_record_alone_agrees_where_the_rig_is_the_same_in_all(fitted):
+    """The means of the records' own estimates are those of all together, and none scatters more than its errors."""
+    together = {p.spec.name: p for p in fitted.parameters}
+    for one in fitted.between_records:
+        assert len(one.records) == 4
+        assert one.chance > 1e-3
+        assert one.pooled[0] == pytest.approx(together[one.name].value, abs=3.0 * one.pooled[1])
+
+
 def test_an_unidentifiable_mass_leaves_the_stiffness_without_an_error(small):
     """A motion without forces determines the natural frequency, and the mass not at all."""
     drop, _ = small.records
     seen = dataclasses.replace(drop, channels={"hammer_displacement": drop.channels["hammer_displacement"]})
-    found = fit_experiment(dataclasses.replace(small, records=(seen,), mass_is_known=False), starts=1)
+    found = fit_experiment(dataclasses.replace(small, records=(seen,), mass_is_known=False))
     status = {p.spec.name: p.status for p in found.parameters}
     assert (status["m"], status["f_n"]) == (NOT_IDENTIFIABLE, OK)
     assert [d.stderr for d in found.derived] == [None, None]
@@ -68,6 +78,7 @@ def test_an_unidentifiable_mass_leaves_the_stiffness_without_an_error(small):
 def test_records_stand_beside_their_predictions(fitted, example):
     """Residuals of every channel are at the noise, and every sample has a prediction."""
     for fit, record in zip(fitted.records, example.records, strict=True):
+        assert fit.samples == len(record.time)
         for name in record.channels:
             residual = (fit.measured[name] - fit.predicted[name]) / fit.noise[name]
             assert residual.shape == record.time.shape
@@ -96,7 +107,7 @@ def test_a_fixed_parameter_stays(small):
     assert rows["k_i"].stderr > 0
 
 
-def test_window_states_are_fitted_though_all_parameters_are_held(small, truth):
+def test_states_are_fitted_though_all_parameters_are_held(small, truth):
     free_flight = dataclasses.replace(small.records[0], kind="free-decay", gap=1.0)
     channels = {"hammer_displacement": free_flight.channels["hammer_displacement"][:180]}
     record = dataclasses.replace(free_flight, time=free_flight.time[:180], channels=channels)
@@ -106,24 +117,20 @@ def test_window_states_are_fitted_though_all_parameters_are_held(small, truth):
     assert result.chi2_reduced == pytest.approx(1.0, abs=0.35)
 
 
-@pytest.mark.parametrize("starts", [pytest.param(1, marks=pytest.mark.thorough), 6])
-def test_starts_end_in_the_same_place(small, starts):
-    """With and without screening the fit ends in the same minimum."""
-    result = fit_experiment(small, starts=starts)
-    reference = fit_experiment(small, starts=2, seed=5)
-    for one, other in zip(result.parameters, reference.parameters, strict=True):
-        assert one.value == pytest.approx(other.value, abs=0.2 * one.stderr)
-
-
-def test_chi_square_is_of_the_estimate_where_least_squares_ended_in_a_local_minimum(small, monkeypatch):
-    """The fit under the full likelihood leaves such a minimum, and the verdict has to follow it."""
-
-    def from_local_minimum(*given, **options):
-        found = nominal.nominal_fit(*given, **options)
-        return dataclasses.replace(found, outcome=dataclasses.replace(found.outcome, cost=3.0 * found.outcome.cost))
-
-    monkeypatch.setattr(estimate, "nominal_fit", from_local_minimum)
-    assert 0.9 < fit_experiment(small).chi2_reduced < 1.1
+def test_a_shaken_rig_has_a_random_force_with_errors():
+    """Size and memory within three standard errors; the free motion misfits, and the force is the reason."""
+    found = fit_experiment(shaken(3))
+    assert found.unrest is not None
+    for (value, stderr), truth in ((found.unrest.force_rms, FORCE), (found.unrest.memory, MEMORY)):
+        assert abs(value - truth) < 3.0 * stderr and stderr < truth
+    for parameter, truth in zip(found.parameters, (ZETA, F_N), strict=True):
+        assert abs(parameter.value - truth) < 3.0 * parameter.stderr
+    assert found.chi2_reduced > 10.0 and found.force_share > 0.9
+    assert found.reading_error["hammer_displacement"].over_noise == pytest.approx(1.0, abs=0.15)
+    document = fit_json(found)
+    assert document["unrest"]["force_rms"]["stderr"] == found.unrest.force_rms[1]
+    assert set(document["reading_error"]["hammer_displacement"]) >= {"rms", "unit", "order"}
+    assert tables.shares(found).startswith("Of the squared misfit 9")
 
 
 @pytest.mark.thorough
@@ -149,30 +156,3 @@ def test_complete_models_are_recovered_from_concealed_cases(case, shared):
         predicted = simulate_record(result.model, record)
         for name, values in record.channels.items():
             assert np.sqrt(np.mean((predicted[name] - values) ** 2)) < 0.02 * np.std(values)
-
-
-def lost(*given, **more):
-    """A least-squares fit that cannot be integrated."""
-    raise NoConvergenceError("the model cannot be integrated from the first guess")
-
-
-def test_a_fit_that_cannot_be_integrated_from_the_first_guess_starts_again_on_short_windows(small, truth, monkeypatch):
-    """The parameters found there lead to ordinary windows, where the fit ends as ever."""
-    usual = fit_experiment(small, starts=1)
-    monkeypatch.setattr(nominal, "fit", lost)
-    found = fit_experiment(small, starts=1)
-    assert found.converged and found.warnings == ()
-    assert found.degrees == usual.degrees
-    assert found.chi2_reduced == pytest.approx(usual.chi2_reduced, abs=1e-3)
-    for one, other in zip(found.parameters, usual.parameters, strict=True):
-        assert one.value == pytest.approx(other.value, abs=0.1 * one.stderr)
-        assert one.stderr == pytest.approx(other.stderr, rel=0.01)
-
-
-def test_a_fit_that_gets_near_on_short_windows_only_says_so(small, monkeypatch):
-    monkeypatch.setattr(nominal, "fit", lost)
-    for module in (nominal, estimate):
-        monkeypatch.setattr(module, "on_ordinary_windows", lambda prepared, found: None)
-    found = fit_experiment(small, starts=1)
-    assert any("windows of half an impact" in warning for warning in found.warnings)
-    assert found.chi2_reduced == pytest.approx(1.0, abs=0.05)

@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from identification.likelihood.sampling.nuts import Nuts
 from scipy.special import chdtri
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption
-from identification.likelihood.sampling.nuts import Nuts
 from identification.report import tables
 from identification.report.base import STYLES
 from identification.report.estimates import likelihood_profiles, posterior
@@ -22,7 +22,7 @@ def fit(example, **options):
     """A short drop test and a short cart record; the damping ratio is held."""
     held = {"zeta": ParameterOption(start=TRUTH["zeta"], fixed=True)}
     experiment = dataclasses.replace(cropped(example, 1200, (0, 1)), parameters=held)
-    return fit_experiment(experiment, starts=1, **options)
+    return fit_experiment(experiment, **options)
 
 
 @pytest.fixture(scope="module")

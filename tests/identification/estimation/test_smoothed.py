@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from identification.diagnosis.search.on_request import extension
 
 from benchmarks.smoothed_fit.rig import compliant_laws, simulated
 from benchmarks.smoothed_fit.trial import trial
-from identification.diagnosis.search.on_request import extension
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment
 from identification.least_squares.fit import evaluator, integrator_for

@@ -24,7 +24,7 @@ def wishing(experiment: Experiment, **options: ParameterOption) -> Experiment:
 
 @pytest.fixture(scope="module")
 def plain(small):
-    return {p.spec.name: p for p in fit_experiment(small, starts=1).parameters}
+    return {p.spec.name: p for p in fit_experiment(small).parameters}
 
 
 @pytest.mark.thorough
@@ -32,7 +32,7 @@ def test_a_prior_moves_the_estimate_as_information_adds_up(small, plain):
     """One as wide as the records' own standard error, two of these away: half way, with an error less by the root of two."""
     own = plain["f_n"]
     prior = Prior(mean=own.value + 2.0 * own.stderr, std=own.stderr)
-    result = fit_experiment(wishing(small, f_n=ParameterOption(prior=prior)), starts=1)
+    result = fit_experiment(wishing(small, f_n=ParameterOption(prior=prior)))
     found = {p.spec.name: p for p in result.parameters}["f_n"]
     assert found.value == pytest.approx(own.value + own.stderr, abs=0.1 * own.stderr)
     assert found.stderr == pytest.approx(own.stderr / np.sqrt(2.0), rel=0.03)
@@ -46,7 +46,7 @@ def test_a_prior_identifies_what_the_records_do_not(example):
     quiet = {name: values[:150] for name, values in drop.channels.items()}
     record = dataclasses.replace(drop, time=drop.time[:150], channels=quiet)
     prior = Prior(mean=2e6, std=2e5)
-    result = fit_experiment(dataclasses.replace(example, records=(record,), parameters={"k_i": ParameterOption(prior=prior)}), starts=1)
+    result = fit_experiment(dataclasses.replace(example, records=(record,), parameters={"k_i": ParameterOption(prior=prior)}))
     found = {p.spec.name: p for p in result.parameters}["k_i"]
     assert found.status == OK
     assert (found.value, found.stderr) == (pytest.approx(2e6, rel=1e-3), pytest.approx(2e5, rel=1e-2))
@@ -54,7 +54,7 @@ def test_a_prior_identifies_what_the_records_do_not(example):
 
 def test_an_estimate_stops_at_its_bound_and_says_so(small, plain):
     low = plain["n"].value + 20.0 * plain["n"].stderr
-    result = fit_experiment(wishing(small, n=ParameterOption(bounds=(low, 2.0))), starts=1)
+    result = fit_experiment(wishing(small, n=ParameterOption(bounds=(low, 2.0))))
     found = {p.spec.name: p for p in result.parameters}["n"]
     assert (found.status, found.value) == (AT_BOUND, low)
     assert ("n", f"bounds {low:g} … 2") in wishes(result)
@@ -62,7 +62,7 @@ def test_an_estimate_stops_at_its_bound_and_says_so(small, plain):
 
 @pytest.mark.thorough
 def test_bounds_that_do_not_bind_change_nothing(small, plain):
-    result = fit_experiment(wishing(small, k_i=ParameterOption(bounds=(1e5, 1e8))), starts=1)
+    result = fit_experiment(wishing(small, k_i=ParameterOption(bounds=(1e5, 1e8))))
     for one in result.parameters:
         assert one.value == pytest.approx(plain[one.spec.name].value, abs=0.05 * one.stderr)
         assert one.stderr == pytest.approx(plain[one.spec.name].stderr, rel=1e-2)
@@ -94,7 +94,7 @@ def scattered(example):
 
 def test_a_parameter_that_may_vary_has_a_value_for_each_record(scattered):
     experiment, frequencies = scattered
-    result = fit_experiment(wishing(experiment, f_n=ParameterOption(varies=True)), starts=1)
+    result = fit_experiment(wishing(experiment, f_n=ParameterOption(varies=True)))
     found = {p.spec.name: p for p in result.parameters}["f_n"]
     spread = float(np.std(frequencies, ddof=1))
     assert found.between == pytest.approx(spread, rel=0.1)
@@ -118,7 +118,7 @@ def test_of_two_parameters_that_may_vary_each_is_estimated_beside_the_other(scat
     experiment, frequencies = scattered
     varies = ParameterOption(varies=True)
     found = [
-        {p.spec.name: p for p in fit_experiment(wishing(experiment, **{name: varies for name in names}), starts=1).parameters}
+        {p.spec.name: p for p in fit_experiment(wishing(experiment, **{name: varies for name in names})).parameters}
         for names in (("zeta", "f_n"), ("f_n", "zeta"))
     ]
     for one in found:
@@ -128,7 +128,7 @@ def test_of_two_parameters_that_may_vary_each_is_estimated_beside_the_other(scat
 
 
 def test_a_parameter_that_may_vary_and_does_not_stays_common(small, plain):
-    result = fit_experiment(wishing(small, f_n=ParameterOption(varies=True)), starts=1)
+    result = fit_experiment(wishing(small, f_n=ParameterOption(varies=True)))
     found = {p.spec.name: p for p in result.parameters}["f_n"]
     assert found.between == pytest.approx(0.0, abs=0.1 * plain["f_n"].stderr)
     for one in result.parameters:

@@ -224,7 +224,7 @@ def test_real_recordings_load(recordings, name):
 def fitted(recordings, name: str, records: slice):
     with recipe_experiment(load_recipe(name), recordings) as folder:
         experiment = load_experiment(folder)
-    result = fit_experiment(dataclasses.replace(experiment, records=experiment.records[records]), starts=1)
+    result = fit_experiment(dataclasses.replace(experiment, records=experiment.records[records]))
     assert result.converged
     return result
 

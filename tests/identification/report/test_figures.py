@@ -64,7 +64,7 @@ def test_any_channel_may_be_missing(channels):
 
 def test_records_without_contact_and_without_starts(good):
     free = tuple(dataclasses.replace(r, in_contact=np.zeros_like(r.in_contact)) for r in good.records)
-    alone = dataclasses.replace(good, records=free, starts=good.starts[:1], correlated=("n",), correlation=np.eye(1))
+    alone = dataclasses.replace(good, records=free, correlated=("n",), correlation=np.eye(1))
     assert {image.name for image in draw(alone)} == {
         "phase-plane",
         "damping-and-frequency",

@@ -150,7 +150,7 @@ def test_a_reference_that_does_not_suit_leaves_nothing_behind(good, tmp_path):
 
 
 def test_an_empty_multistart_and_no_derived_numbers(good, tmp_path):
-    bare = dataclasses.replace(good, starts=(), derived=(), correlated=(), correlation=good.correlation[:0, :0])
+    bare = dataclasses.replace(good, derived=(), correlated=(), correlation=good.correlation[:0, :0])
     assert read(write_report(bare, tmp_path)[0]).text
 
 

@@ -68,7 +68,7 @@ def test_a_hold_does_not_change_what_is_fitted(small):
     held = dataclasses.replace(drop, time=step * np.arange(count + len(drop.time)), channels=channels)
     plain, late = (dataclasses.replace(small, records=(first, small.records[1])) for first in (drop, held))
     assert prepare(late).experiment.records[0].time[0] == pytest.approx(count * step, abs=2e-3)
-    before_it, after_it = fit_experiment(plain, starts=1), fit_experiment(late, starts=1)
+    before_it, after_it = fit_experiment(plain), fit_experiment(late)
     assert after_it.chi2_reduced == pytest.approx(before_it.chi2_reduced, abs=0.02)
     for one, other in zip(before_it.parameters, after_it.parameters, strict=True):
         assert abs(one.value - other.value) < one.stderr

@@ -1,0 +1,252 @@
+"""Records beside the motion that a fitted model makes of them without the random force.
+
+A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
+random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
+stretch is `PERIODS` long, counted by the slower of suspension and drive; a vibration without impacts forgets its errors, and is one
+stretch.
+"""
+
+import dataclasses
+from collections.abc import Iterator
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from identification.experiment import Record
+from identification.result.result import Nuisance, RecordFit
+from identification.trajectory.fit import Fitted
+from identification.trajectory.motion import Estimate, shown, travelled
+from identification.trajectory.segments import OF_RECORD, Chains, at_ceiling, chains_of
+from identification.trajectory.start import Problem
+from identification.windows.measured_input import driving_channels
+from vibrojax.channels import EVERY_CHANNEL, UNITS
+from vibrojax.compiling import soon_compiled
+
+PERIODS = 4.0
+"""Length of a stretch with impacts: some impacts, over which an error of the state grows without taking the motion elsewhere."""
+_PIECES_A_PERIOD = 4.0
+"""Pieces of a stretch that are integrated one after the other, in a period."""
+_LANES = 64
+"""Pieces that are integrated side by side."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Free:
+    """What the model does in one piece of a record.
+
+    Attributes:
+        run: the free motion that the piece belongs to.
+        piece: place among all pieces.
+        readings: (samples, channels), in the order of `EVERY_CHANNEL`.
+        u, v, in_contact: of the motion, (samples,).
+    """
+
+    run: int
+    piece: int
+    readings: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    in_contact: np.ndarray
+
+
+@soon_compiled
+def _free(model, unknowns, files, integrator, pieces, vectors):
+    systems, along, last = travelled(model, unknowns, files, integrator, pieces, vectors)
+    value, done = shown(unknowns, pieces, vectors, systems, along, last)
+    u, v, in_contact = (values[:, :-1] for values in (along.u, along.v, along.in_contact))
+    return value, u, v, in_contact, done
+
+
+def pieces_of(problem: Problem, at: Estimate) -> tuple[Chains, int]:
+    """The records in pieces of some segments each, about a quarter of the slowest period, and how many segments a piece has.
+
+    A power of two, so that another number in the model seldom makes another program.
+    """
+    slowest = min((one for record in problem.experiment.records if (one := frequency(problem, at, record)) > 0), default=0.0)
+    duration = float(np.median(problem.chains.duration))
+    wanted = 1.0 / (_PIECES_A_PERIOD * slowest * duration) if slowest > 0 else 16.0
+    segments = 2 ** max(0, round(np.log2(wanted)))
+    return chains_of(problem.experiment.records, problem.chains.samples * segments), segments
+
+
+def frequency(problem: Problem, at: Estimate, record: Record) -> float:
+    """The slower of suspension and drive, Hz; 0 where there is neither."""
+    both = (problem.values(at).get("f_n", 0.0), record.excitation_frequency or 0.0)
+    return min((one for one in both if one > 0), default=0.0)
+
+
+def free_motion(
+    problem: Problem,
+    at: Estimate,
+    pieces: Chains,
+    begin: Int[np.ndarray, " runs"],
+    count: Int[np.ndarray, " runs"],
+    states: Float[np.ndarray, "runs states"],
+) -> Iterator[Free]:
+    """Integrate from given states at the beginning of pieces, without random force, each over so many pieces; a run that fails ends.
+
+    Args:
+        problem: with the model.
+        at: its numbers.
+        pieces: from `pieces_of`.
+        begin: piece that each run begins with.
+        count: pieces that it lasts.
+        states: at its beginning.
+    """
+    model = jax.tree.map(jnp.asarray, problem.model_at(at))
+    where = {int(place): (index, row) for index, group in enumerate(pieces.groups) for row, place in enumerate(group.place)}
+    current, running = states.copy(), np.ones(len(begin), bool)
+    for step in range(int(count.max(initial=0))):
+        running &= step < count
+        for index, group in enumerate(pieces.groups):
+            mine = np.array([run for run in np.flatnonzero(running) if where[int(begin[run]) + step][0] == index], int)
+            for first in range(0, len(mine), _LANES):
+                runs = np.resize(mine[first : first + _LANES], _LANES)
+                rows = np.array([where[int(begin[run]) + step][1] for run in runs])
+                chunk = jax.tree.map(lambda leaf, rows=rows: leaf[rows], group)
+                nothing = np.zeros((_LANES, 0, 0))
+                chunk = dataclasses.replace(chunk, measured=nothing, weight=nothing, channels=EVERY_CHANNEL)
+                vectors = np.concatenate(
+                    [current[runs], np.zeros((_LANES, 2)), np.broadcast_to(at.shared, (_LANES, len(at.shared))), at.own[chunk.record]],
+                    axis=1,
+                )
+                found = _free(model, problem.unknowns, problem.chains.files, problem.integrator, chunk, jnp.asarray(vectors))
+                value, u, v, in_contact, done = jax.tree.map(np.asarray, found)
+                for lane, run in enumerate(mine[first : first + _LANES]):
+                    current[run], running[run] = value.end[lane], running[run] and done[lane]
+                    if done[lane]:
+                        piece = int(begin[run]) + step
+                        yield Free(
+                            run=int(run),
+                            piece=piece,
+                            readings=value.readings[lane],
+                            u=u[lane],
+                            v=v[lane],
+                            in_contact=in_contact[lane],
+                        )
+
+
+def record_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
+    """Every record of a fit with its prediction."""
+    problem, at = fitted.problem, fitted.at
+    pieces, segments = pieces_of(problem, at)
+    stretches = [_stretches(problem, at, index, pieces) for index in range(len(pieces.files))]
+    begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
+    first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
+    owner = pieces.record[begin]
+    knots = np.array([problem.chains.knots[index].start for index in owner]) + segments * (begin - first[owner])
+    samples = pieces.samples
+    series = {name: np.full((len(pieces.record), samples), np.nan) for name in (*EVERY_CHANNEL, "relative_velocity", "u")}
+    contact = np.zeros((len(pieces.record), samples), bool)
+    for one in free_motion(problem, at, pieces, begin, count, at.states[knots]):
+        for column, name in enumerate(EVERY_CHANNEL):
+            series[name][one.piece] = one.readings[:, column]
+        series["u"][one.piece], series["relative_velocity"][one.piece], contact[one.piece] = one.u, one.v, one.in_contact
+    window = np.zeros((len(pieces.record), samples), int)
+    for number, (piece, length) in enumerate(zip(begin, count, strict=True)):
+        window[piece : piece + length] = number
+
+    def along(index: int, record: Record) -> RecordFit:
+        def of(values: np.ndarray) -> np.ndarray:
+            return pieces.series(index, values, len(record.time))
+
+        predicted = {name: of(series[name]) for name in EVERY_CHANNEL}
+        return _record_fit(fitted, index, predicted, of(series["u"]), of(series["relative_velocity"]), of(contact), of(window))
+
+    return tuple(along(index, record) for index, record in enumerate(problem.experiment.records))
+
+
+def strikes(problem: Problem, at: Estimate, index: int) -> bool:
+    """Whether the hammer touches the stop in a record, as recorded or as fitted."""
+    motion, gap = problem.motions[index], problem.experiment.records[index].gap + at.own[index, OF_RECORD.index("gap_error")]
+    recorded = motion is not None and bool(motion.touching.any())
+    return recorded or bool((at.states[problem.chains.knots[index], 0] > gap).any())
+
+
+def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains) -> tuple[np.ndarray, np.ndarray]:
+    """First piece of each stretch of a record, and how many it has."""
+    part, hz = pieces.of_record(index), frequency(problem, at, problem.experiment.records[index])
+    length, whole = float(np.median(pieces.duration[part])), part.stop - part.start
+    each = max(1, round(PERIODS / (hz * length))) if hz > 0 and strikes(problem, at, index) else whole
+    begin = np.arange(part.start, part.stop, each)
+    return begin, np.minimum(each, part.stop - begin)
+
+
+def _record_fit(
+    fitted: Fitted,
+    index: int,
+    predicted: dict[str, np.ndarray],
+    u: np.ndarray,
+    v: np.ndarray,
+    in_contact: Bool[np.ndarray, " samples"],
+    window: np.ndarray,
+) -> RecordFit:
+    """One record with its prediction; where the model fails, a channel's mean is the prediction that the errors are of."""
+    record, at = fitted.problem.experiment.records[index], fitted.at
+    inputs = driving_channels(record)
+    compared = [name for name in EVERY_CHANNEL if name in record.channels and name not in inputs]
+    errors = {}
+    for name in compared:
+        measured = np.where(at_ceiling(record.channels[name]), np.nan, record.channels[name])
+        errors[name] = measured - np.where(np.isfinite(predicted[name]), predicted[name], np.nanmean(measured))
+    return RecordFit(
+        file=record.file,
+        kind=record.kind,
+        gap=record.gap + at.own[index, OF_RECORD.index("gap_error")],
+        nuisances=tuple(_nuisances(fitted, index)),
+        time=record.time,
+        measured={name: record.channels[name] for name in EVERY_CHANNEL if name in record.channels},
+        predicted=predicted,
+        noise=dict(record.noise),
+        nrmse={name: _over(_rms(r), float(np.nanstd(record.channels[name]))) for name, r in errors.items()},
+        chi2_reduced={name: float((_rms(r) / record.noise[name]) ** 2) for name, r in errors.items()},
+        relative_displacement=u,
+        relative_velocity=v,
+        in_contact=in_contact,
+        window=window,
+        notices=record.notices,
+    )
+
+
+def _nuisances(fitted: Fitted, index: int) -> Iterator[Nuisance]:
+    """Numbers that were estimated for one record, SI; sine and cosine of the cart as amplitude and phase."""
+    problem, unknowns = fitted.problem, fitted.problem.unknowns
+    free, values = problem.border.own[index], fitted.at.own[index]
+    errors = fitted.solution.own_error[index] * problem.border.own_scale
+    if free[0] and free[1]:
+        (sine, cosine), (of_sine, of_cosine) = values[:2], errors[:2]
+        amplitude = float(np.hypot(sine, cosine))
+        across = float(np.hypot(cosine * of_sine, sine * of_cosine)) / max(amplitude, 1e-300)
+        along = float(np.hypot(sine * of_sine, cosine * of_cosine)) / max(amplitude, 1e-300)
+        yield Nuisance(name="base_amplitude", unit="m", value=amplitude, stderr=along)
+        yield Nuisance(name="base_phase", unit="rad", value=float(np.arctan2(cosine, sine)), stderr=across / max(amplitude, 1e-300))
+    listed = {p.name: p for p in (*problem.parameters, *problem.model.record_parameters)}
+    for place in range(OF_RECORD.index("gap_error"), len(values)):
+        name, value, error = unknowns.own[place], float(values[place]), float(errors[place])
+        if not free[place]:
+            continue
+        kind, _, of = name.partition(".")
+        if name == "gap_error":
+            unit = "m"
+        elif kind == "zero":
+            unit = UNITS[of]
+        elif kind == "variation":
+            unit = "1" if listed[of].logarithmic else listed[of].unit
+        else:
+            unit = listed[name].unit
+        if unknowns.logarithmic_own[place]:
+            value = float(np.exp(value))
+            error *= value
+        yield Nuisance(name=name, unit=unit, value=value, stderr=error)
+
+
+def _over(error: float, spread: float) -> float:
+    """An error over the channel's standard deviation; NaN for a constant channel."""
+    return float(error / spread) if spread > 0.0 else np.nan
+
+
+def _rms(values: np.ndarray) -> float:
+    """Root mean square of the finite values."""
+    return float(np.sqrt(np.nanmean(values**2)))

@@ -1,0 +1,79 @@
+"""Parameters that vary between records about a common mean: random effects, their standard deviation by restricted maximum likelihood."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from identification.estimation.parameters import deviance, record_estimates
+from identification.trajectory.fit import Fitted, reweighed, settled
+from identification.trajectory.remodel import with_variation
+
+_SWEEPS = 4
+_STEADY = 0.05
+"""Change of the logarithm of a standard deviation below which it has converged."""
+_LOGS = (-7.0, 3.0)
+"""Range of a standard deviation about the scatter of the records' own estimates, logarithms."""
+_NO_GAIN = 1e-3
+"""Standard deviation over that scatter that stands for none."""
+
+
+def with_variations(
+    fitted: Fitted, names: Sequence[str], progress: Callable[[str], None] = lambda line: None
+) -> tuple[Fitted, dict[str, float]]:
+    """The fit with a value of these parameters for each record, and the standard deviations, in the coordinate of the chain; 0 for none.
+
+    A deviation is normal about 0. Its standard deviation is that of greatest restricted likelihood, one parameter after the other, and the
+    chain settles under it, until none changes. Where the likelihood is greatest for none, the parameter is the same in all records.
+    """
+    scatter = _scatter(fitted, names)
+    std = {name: size for name, size in scatter.items() if size > 0.0}
+    if not std:
+        return fitted, dict.fromkeys(names, 0.0)
+    progress(f"fitting {', '.join(std)} with a value for each record")
+    found, before = fitted, dict(std)
+    for _ in range(_SWEEPS):
+        found = _settled(found, std)
+        for name in [name for name, size in std.items() if size > 0.0]:
+            std[name] = _likeliest(found, name, scatter[name], std)
+        if all(abs(np.log(max(std[n], 1e-300) / max(before[n], 1e-300))) < _STEADY for n in std):
+            break
+        before = dict(std)
+    return _settled(found, std), dict.fromkeys(names, 0.0) | std
+
+
+def _settled(fitted: Fitted, std: dict[str, float]) -> Fitted:
+    """The chain under these standard deviations."""
+    problem = with_variation(fitted.problem, std)
+    own = fitted.at.own
+    if len(problem.unknowns.own) != own.shape[1]:
+        own = problem.start.own.copy()
+        for place, name in enumerate(fitted.problem.unknowns.own):
+            own[:, problem.unknowns.own.index(name)] = fitted.at.own[:, place]
+    return settled(problem, dataclasses.replace(fitted.at, own=np.where(problem.border.own, own, 0.0)), fitted.variances)
+
+
+def _scatter(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
+    """Standard deviation of the records' own estimates by parameter; 0 where fewer than two records identify it, or it is held."""
+    shift, sigma = record_estimates(fitted)
+    found = {}
+    for name in names:
+        index = fitted.problem.unknowns.index(name)
+        known = sigma[:, index] < 1.0
+        found[name] = float(np.std(shift[known, index])) * fitted.problem.border.shared_scale[index] if known.sum() > 1 else 0.0
+    return found
+
+
+def _likeliest(fitted: Fitted, name: str, scatter: float, std: dict[str, float]) -> float:
+    """Standard deviation of greatest restricted likelihood, the others held; 0 where that is the lower end."""
+
+    def cost(log_std: float) -> float:
+        size = scatter * float(np.exp(log_std))
+        problem = with_variation(fitted.problem, std | {name: size})
+        local = reweighed(problem, fitted.at, fitted.linear, fitted.variances.readings)
+        there = dataclasses.replace(fitted, problem=problem, local=local)
+        return deviance(there, fitted.variances.force)
+
+    found = minimize_scalar(cost, bounds=_LOGS, method="bounded", options={"xatol": 0.01})
+    return scatter * float(np.exp(found.x)) if found.fun < cost(float(np.log(_NO_GAIN))) - 1e-6 else 0.0
