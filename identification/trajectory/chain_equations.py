@@ -279,7 +279,7 @@ def solve(
     gs = gs + np.where(border.shared, shared_precision * shared_off, 0.0)
     square += float(np.sum(np.where(border.shared, shared_precision * shared_off**2, 0.0)))
     covariance = _inverse(ss)
-    step = -np.linalg.solve(ss + border.proximal * np.eye(shared), gs)
+    step = -(np.linalg.solve(ss + border.proximal * np.eye(shared), gs) if border.proximal > 0.0 else covariance @ gs)
     own_step = -np.einsum("rop,rp->ro", inverse, go) - lead @ step
     rows = np.repeat(np.arange(records), [size * (one.stop - one.start) for one in chains.knots])
     knots = -x - xs @ step

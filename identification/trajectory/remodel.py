@@ -154,7 +154,7 @@ def with_variation(problem: Problem, std: Mapping[str, float]) -> Problem:
     Where it is 0, the parameter is the same in all records.
     """
     absent = [name for name in std if f"{_VARIATION}{name}" not in problem.unknowns.own]
-    before, border, records = problem.unknowns, problem.border, len(problem.experiment.records)
+    before, border = problem.unknowns, problem.border
     place = len(before.own) - len(problem.model.record_parameters)
 
     def widened(values: np.ndarray, value: float) -> np.ndarray:

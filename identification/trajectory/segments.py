@@ -226,6 +226,14 @@ def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:
     return found
 
 
+def shown_at(time: Float[np.ndarray, " samples"], late: Lateness | None) -> tuple[np.ndarray, np.ndarray]:
+    """Sample at which a channel shows the motion of each sample, to the nearest, and whether it lies within the record."""
+    read = np.arange(len(time))
+    if late is not None:
+        read = read + np.rint(late(time) / float(np.median(np.diff(time)))).astype(int)
+    return np.clip(read, 0, len(time) - 1), (read >= 0) & (read < len(time))
+
+
 def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int, late: Mapping[str, Lateness]) -> Segments:
     """The segments of one record."""
     time = record.time
