@@ -113,6 +113,24 @@ def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, .
     return tuple(whitening(error, counted[..., c], chains.first) for c, error in enumerate(errors))
 
 
+def lagged(
+    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, channel: int, order: int, part: slice = slice(None)
+) -> Float[np.ndarray, "segments samples lags columns"]:
+    """Derivatives of a channel's residuals 0, 1, ..., `order` samples before each sample, over the columns of `Weighed`."""
+    states = len(unknowns.states)
+    size, columns = states + 1, 3 * (states + 1) + len(unknowns.shared) + len(unknowns.own)
+    own = _own_columns(size, columns)
+    before = np.concatenate([np.arange(size), [2 * size - 1], np.arange(3 * size, columns)])
+    here = np.arange(len(chains.left))[part]
+    by, behind = (_scaled(chains, border, linear.by[which, :, channel], states, which) for which in (here, np.maximum(here - 1, 0)))
+    behind = behind * ~chains.first[here][:, None, None]
+    rows = np.zeros((len(here), chains.samples, order + 1, columns))
+    for lag in range(order + 1):
+        rows[:, lag:, lag, own] = by[:, : chains.samples - lag]
+        rows[:, :lag, lag, before] = behind[:, chains.samples - lag :]
+    return rows
+
+
 def whitened_rows(
     chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, white: tuple[Whitening, ...]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -169,9 +187,10 @@ def _own_columns(size: int, columns: int) -> np.ndarray:
     return np.concatenate([np.arange(size, 2 * size), [3 * size - 1], np.arange(3 * size, columns)])
 
 
-def _scaled(chains: Chains, border: Border, by: np.ndarray, states: int) -> np.ndarray:
-    """Derivatives by the border in its natural scale, 0 by what is held."""
-    free = np.concatenate([np.broadcast_to(border.shared, (len(chains.left), len(border.shared))), border.own[chains.record]], axis=1)
+def _scaled(chains: Chains, border: Border, by: np.ndarray, states: int, which: np.ndarray | slice = slice(None)) -> np.ndarray:
+    """Derivatives by the border in its natural scale, 0 by what is held; `which` of the segments `by` is of."""
+    own = border.own[chains.record[which]]
+    free = np.concatenate([np.broadcast_to(border.shared, (len(own), len(border.shared))), own], axis=1)
     factor = free * np.concatenate([border.shared_scale, border.own_scale])
     found = by.copy()
     found[..., states + 2 :] *= factor.reshape(len(factor), *(1,) * (by.ndim - 2), -1)
@@ -203,6 +222,24 @@ class Solution:
     _own_inverse: np.ndarray
     _own_by_shared: np.ndarray
     _rows: np.ndarray
+
+    @property
+    def factor(self) -> np.ndarray:
+        """Banded lower Cholesky factor of the knots' Hessian; (3 (states + 1), knots (states + 1))."""
+        return self._factor
+
+    @property
+    def knots_by_outside(self) -> np.ndarray:
+        """Derivative of the knots by shared and own unknowns, scaled; (knots (states + 1), shared + own)."""
+        return -np.concatenate([self._by_shared, self._by_own], axis=1)
+
+    @property
+    def outside_covariance(self) -> np.ndarray:
+        """Of shared and own unknowns of each record, scaled; (records, shared + own, shared + own)."""
+        across = -self._own_by_shared @ self.covariance
+        shared = np.broadcast_to(self.covariance, (len(across), *self.covariance.shape))
+        own = self._own_inverse - across @ self._own_by_shared.swapaxes(1, 2)
+        return np.concatenate([np.concatenate([shared, across.swapaxes(1, 2)], axis=2), np.concatenate([across, own], axis=2)], axis=1)
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """A sample of the posterior, as steps of shared, own and knots."""
