@@ -14,11 +14,12 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.trajectory.chain_equations import Solution, Weighed, moved, residuals_after, solve, weighed, whitenings
-from identification.trajectory.motion import Estimate, Linearised, linearise
+from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
 from identification.trajectory.posterior import expected_products
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
 from identification.trajectory.start import Problem
+from vibrojax.contact import AbstractInstantaneousLaw
 
 Progress = Callable[[str], None]
 LARGEST_FORCE = 0.3
@@ -40,6 +41,10 @@ _SMALL_STEP = 0.3
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _ROUNDS = 24
+_PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
+"""Of each record, one after the other, by which one trajectory is fitted."""
+_SHORTEST_SHARE, _HARDLY = 1e-3, 1e-3
+"""Least squares of whole records end where no such part of a step helps, or a step lowers the sum of squares by a smaller part."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -96,10 +101,55 @@ def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: No
     found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM)
     if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
         return found
-    none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
+    none = _without_force(problem, found.at, small)
     other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
+
+
+def _without_force(problem: Problem, found: Estimate, small: Variances) -> Estimate:
+    """An estimate without a random force: knots as they were found, or, against a rigid stop, on one trajectory that fits by least squares.
+
+    Impacts in a segment come and go with the state at its beginning, so that the jumps between segments cannot be smoothed out there.
+    """
+    if not isinstance(problem.model.law, AbstractInstantaneousLaw):
+        return dataclasses.replace(found, force=np.zeros_like(found.force))
+    found, _ = min((_longer_and_longer(problem, at, small) for at in (found, problem.start)), key=lambda pair: pair[1])
+    return found
+
+
+def _longer_and_longer(problem: Problem, at: Estimate, small: Variances) -> tuple[Estimate, float]:
+    """One trajectory through the beginning of each record, then through more of it: what it has learnt there predicts the next impacts."""
+    chains, square = problem.chains, np.inf
+    begins = np.concatenate([np.cumsum(chains.duration[chains.of_record(r)]) for r in range(len(chains.files))])
+    lengths = np.array([chains.duration[chains.of_record(r)].sum() for r in range(len(chains.files))])[chains.record]
+    for part in _PARTS:
+        seen = (begins <= part * lengths + 1e-9)[:, None, None]
+        groups = tuple(dataclasses.replace(group, weight=group.weight * seen[group.place]) for group in chains.groups)
+        shorter = dataclasses.replace(problem, chains=dataclasses.replace(chains, groups=groups, weight=chains.weight * seen))
+        at, square = _one_trajectory(shorter, at, small)
+    return at, square
+
+
+def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[Estimate, float]:
+    """Least squares of whole records, by steps of the chain that are shortened until they help; with the sum of squares."""
+
+    def unforced(one: Estimate) -> tuple[Estimate, float]:
+        return unrolled(problem.model_at(one), problem.unknowns, problem.chains, problem.integrator, one)
+
+    at, square = unforced(at)
+    for _ in range(_ROUNDS):
+        *_, solution = equations(problem, at, small)
+        share, before = _share(problem, solution), square
+        while share > _SHORTEST_SHARE:
+            tried, there = unforced(moved(problem.border, at, solution, share))
+            if there < square:
+                at, square = tried, there
+                break
+            share *= 0.5
+        if not square < (1.0 - _HARDLY) * before:
+            break
+    return at, square
 
 
 def _converged(

@@ -12,7 +12,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
 from identification.windows.lanes import inputs_of
@@ -24,7 +24,7 @@ from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
 FEWEST_SAMPLES = 4
-"""Samples of a segment, at least: as many as the highest order of an autoregression, so that whitening reaches back one segment."""
+"""Samples of a segment, at least: whitening reaches back one segment, so that no reading error is of higher order."""
 SEGMENTS_PER_PERIOD = 60.0
 """Segments in a period of the natural or excitation frequency, about: the random force is linear within each."""
 CEILING_SAMPLES, CEILING_RUN = 20, 4
@@ -85,6 +85,8 @@ class Segments(eqx.Module):
     """Measured motion of the cart; None where it is at rest or moves harmonically."""
     applied: SampledForce | None
     """Measured force on the hammer; None where there is none."""
+    resting: Bool[Hosted, "*segments"]
+    """Whether the body rests on a rigid stop: then only sensors of displacement count."""
     channels: tuple[str, ...] = eqx.field(static=True)
 
 
@@ -164,14 +166,18 @@ def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
     return max(FEWEST_SAMPLES, round(wanted))
 
 
-def chains_of(records: Sequence[Record], samples: int) -> Chains:
-    """Cut the records into segments of so many samples each; the last one of a record is padded."""
+def chains_of(records: Sequence[Record], samples: int, *, rest: Sequence[tuple[float, float]] | None = None) -> Chains:
+    """Cut the records into segments of so many samples each; the last one of a record is padded.
+
+    `rest` are the times between which a body flies too low from a rigid stop to be seen, and from which it rests there, s, by record: in
+    between no sample counts.
+    """
     lanes: dict[tuple[bool, bool], list[Segments]] = {}
     place, knot, owner, left, first, knots = 0, 0, [], [], [], []
     compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
     channels = tuple(name for name in EVERY_CHANNEL if name in compared)
     for index, record in enumerate(records):
-        one = _segments(index, record, samples, channels, place)
+        one = _segments(index, record, samples, channels, place, (np.inf, np.inf) if rest is None else rest[index])
         count = len(one.record)
         lanes.setdefault((one.motion is None, one.applied is None), []).append(one)
         owner.append(np.full(count, index))
@@ -219,7 +225,7 @@ def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:
     return found
 
 
-def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int) -> Segments:
+def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int, rest: tuple[float, float]) -> Segments:
     """The segments of one record."""
     time = record.time
     count = -(-len(time) // samples)
@@ -234,6 +240,11 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
             usable = np.isfinite(values) & ~at_ceiling(values)
             measured[: len(time), column] = np.where(usable, values, 0.0)
             weight[: len(time), column] = usable / record.noise[name]
+    low, still = rest
+    resting = padded[rows][:, 0] >= still
+    weight[: len(time)][(time > low) & ~np.repeat(resting, samples)[: len(time)]] = 0.0
+    displacements = np.array([name.endswith("displacement") for name in channels])
+    weight = weight.reshape(count, samples, -1) * (displacements | ~resting[:, None, None])
     inputs = inputs_of(record)
     driven = record.kind == "cart-excitation" and inputs.cart is None
     cart = None
@@ -245,11 +256,12 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
         record=np.full(count, index),
         ts=padded[rows],
         measured=measured.reshape(count, samples, -1),
-        weight=weight.reshape(count, samples, -1),
+        weight=weight,
         gap=np.full(count, record.gap),
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
         motion=cart,
         applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
+        resting=resting,
         channels=channels,
     )
 
