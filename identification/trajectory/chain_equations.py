@@ -77,6 +77,11 @@ class Scales:
         return np.concatenate([[self.displacement, self.velocity], self.own])
 
     @property
+    def widest(self) -> np.ndarray:
+        """Standard deviation of the states where nothing is known of them: motion of any size, states of effects near rest."""
+        return np.concatenate([10.0 * self.states[:2], 3.0 * self.own])
+
+    @property
     def floor(self) -> np.ndarray:
         """Standard deviation of the states beside the random force, in one segment: far below what sensors see, for the conditioning."""
         u = 1e-4 * self.resolution
@@ -260,7 +265,7 @@ def solve(
     states = len(unknowns.states)
     size, shared, own = states + 1, len(unknowns.shared), len(unknowns.own)
     inside, records = 3 * size, len(chains.knots)
-    gram, right, square, logs = _with_motion(chains, scales, at, local, force, mass, size)
+    gram, right, square, logs = with_motion(chains, scales, at, local, force, mass, size)
     count = size * (chains.knot_count + 1)  # one knot more in front: the first segment has no knot before it
     band, gradient = np.zeros((inside, count)), np.zeros(count)
     start = size * chains.left
@@ -357,7 +362,7 @@ def moved(border: Border, at: Estimate, solution: Solution, share: float) -> Est
     )
 
 
-def _with_motion(
+def with_motion(
     chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float, size: int
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Local systems with the equations of motion and of the random force: gram, right-hand side, constant and log determinant."""
@@ -390,7 +395,7 @@ def _initial_states(
 
     Where a segment could not be integrated, the motion at its end is of any size again.
     """
-    wide = np.concatenate([10.0 * scales.states[:2], 3.0 * scales.own])
+    wide = scales.widest
     begins = np.array([one.start for one in chains.knots])
     anew = np.concatenate([begins, 1 + chains.left[~local.linked]])
     added = 0.0
