@@ -68,7 +68,7 @@ def pieces_of(problem: Problem, at: Estimate) -> tuple[Chains, int]:
     duration = float(np.median(problem.chains.duration))
     wanted = 1.0 / (_PIECES_A_PERIOD * slowest * duration) if slowest > 0 else 16.0
     segments = 2 ** max(0, round(np.log2(wanted)))
-    return chains_of(problem.experiment.records, problem.chains.samples * segments), segments
+    return chains_of(problem.experiment.records, problem.chains.samples * segments, rest=problem.rest), segments
 
 
 def frequency(problem: Problem, at: Estimate, record: Record) -> float:
