@@ -13,9 +13,7 @@ from identification.diagnosis.search.alternatives import Alternative
 from identification.diagnosis.search.forward import Search, Step
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
-from vibrojax.channels import UNITS
 from vibrojax.effects import AbstractEffect
-from vibrojax.effects.base import UNIT_OF_CHANNEL
 
 _DECIMALS = 4
 """Of a probability."""
@@ -33,9 +31,7 @@ def of_effect(effect: AbstractEffect, shared: tuple[Number, ...], fitted: Fitted
     parts = [(p, nuisances[:, column] * p.scale) for column, p in enumerate(layout.record_parameters) if p.name.startswith(prefix)]
     if parts:
         size = float(np.sqrt(np.mean(sum(values**2 for _, values in parts))))
-        unit = parts[0][0].unit
-        unit = UNITS[effect.channel] if unit == UNIT_OF_CHANNEL and effect.channel else unit
-        found.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
+        found.append(Number(name="amplitude", symbol="A", unit=parts[0][0].unit, value=size, stderr=None))
     return tuple(found)
 
 
