@@ -3,6 +3,7 @@
 From the ends of all steps the samples in between are read off a cubic.
 """
 
+import functools
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -344,7 +345,7 @@ def _friction(system: System, carry: LandingState) -> _Friction | None:
         return system.forces(carry.t, carry.u, v, carry.own, carry.in_contact, carry.approach_speed).acceleration
 
     found, slope = jax.jvp(acceleration, (carry.v,), (jnp.ones_like(carry.v),))
-    speed, slowing, switch = *lax.stop_gradient((jnp.abs(carry.v), found)), jnp.asarray(min(speeds))
+    speed, slowing, switch = *lax.stop_gradient((jnp.abs(carry.v), found)), functools.reduce(jnp.minimum, map(jnp.asarray, speeds))
     step = _TO_REVERSAL * (switch + speed) / jnp.maximum(jnp.abs(slowing), 1e-300)
     concerned = (slowing * carry.v < 0) | (speed < _SWITCHED * switch)
     return _Friction(jnp.where(concerned, lax.stop_gradient(step), jnp.inf), lax.stop_gradient(-slope), found)
