@@ -21,7 +21,7 @@ from identification.diagnosis.locate.restitution import lost_in_contacts
 from identification.diagnosis.relevance import residual_share, share_added, share_predicted
 from identification.diagnosis.score.scored import Scored
 from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search.among import limit_warning
+from identification.diagnosis.search.among import SEARCHED, limit_warning
 from identification.diagnosis.search.forward import BUDGET, FAILED, MOST, Search, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.nominal import follows_records, nominal_fit
@@ -36,7 +36,6 @@ from identification.result.ring_down import RingDowns
 from identification.result.variation import disagreements, unrest
 from identification.windows.declared_model import varying
 from identification.windows.prepare import MOST_SAMPLES, prepare
-from vibrojax.effects import EFFECTS
 
 Progress = Callable[[str], None]
 _SHOWN = 3
@@ -77,7 +76,7 @@ def diagnose_experiment(
     experiment: Experiment,
     *,
     law: str | None = None,
-    among: Collection[str] = EFFECTS,
+    among: Collection[str] = SEARCHED,
     budget_minutes: float = 5.0,
     progress: Progress = lambda stage: None,
 ) -> Diagnosis:

@@ -12,12 +12,12 @@ from identification.diagnosis.refit import without
 from identification.diagnosis.relevance import share_added
 from identification.diagnosis.score.scored import Scored, score_all, trials
 from identification.diagnosis.search.alternatives import Alternative, fitted_in_full
+from identification.diagnosis.search.among import SEARCHED
 from identification.diagnosis.search.attempts import Progress, attempt, to_the_end
 from identification.estimation.nominal import is_near
 from identification.likelihood.evidence import chance
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.random_effects import Variation, variations, with_variation
-from vibrojax.effects import EFFECTS
 
 COMPLETE, MOST, BUDGET, FAILED = "no further effect is significant", "as many effects as are fitted together", "budget", "failed fit"
 
@@ -60,7 +60,7 @@ class Search:
         return self.steps[0].scored if self.steps else self.last
 
 
-def search(start: Fitted, *, deadline: float, among: Collection[str] = EFFECTS, progress: Progress = lambda stage: None) -> Search:
+def search(start: Fitted, *, deadline: float, among: Collection[str] = SEARCHED, progress: Progress = lambda stage: None) -> Search:
     """Forward search: add effects to a model until no candidate is significant and relevant, or there are `MOST_EFFECTS`.
 
     Args:
