@@ -82,7 +82,7 @@ def _states(seen: Look, effect: AbstractEffect) -> dict[str, np.ndarray]:
     found = np.zeros((chains.knot_count, len(effect.own_states)))
     for knots, course in zip(chains.knots, seen.courses, strict=True):
         own = own_states(stacked, [effect], course)[0]
-        kept = np.asarray(effect.kept(own, course.readings, effect.read(course.readings, course.motion, own)))
+        kept = np.asarray(effect.memory(course.readings, effect.read(course.readings, course.motion, own), own))
         rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)
         found[knots] = kept[rows]
     return {f"{effect.name}.{state.name}": found[:, k] for k, state in enumerate(effect.own_states)}
