@@ -20,7 +20,7 @@ from identification.estimation.prediction import record_fits
 from identification.estimation.profiles import profiles
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
-from identification.estimation.unseen import held_back_chain, rms_nrmse
+from identification.estimation.unseen import held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
 from identification.experiment import Experiment
 from identification.result.result import FitResult, RecordFit
@@ -29,7 +29,7 @@ from identification.trajectory.extended import with_variation
 from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.smoothed import fit_smoothed
 from identification.trajectory.start import Problem, problem_of
-from identification.windows.declared_model import varying
+from identification.windows.declared_model import check_smoothing, nominal_model, varying
 from vibrojax.errors import InputError
 
 Progress = Callable[[str], None]
@@ -70,6 +70,7 @@ def fit_experiment(
     clock = _Clock()
     progress("reading first guesses from the records")
     names = varying(experiment)
+    check_smoothing(nominal_model(experiment, law).law, smoothing)
     problem = with_variation(problem_of(experiment, law=law), dict.fromkeys(names, 0.0))
     clock.lap("prepare")
     nominal, between = with_variations(_converged(fit(problem, seed=seed, progress=progress)), names, progress)
@@ -89,9 +90,9 @@ def fit_experiment(
     records = record_fits(found)
     shift = discretisation_shift(found, spread)
     clock.lap("records")
-    held_back = _held_back(found, experiment, progress)
+    held_back = held_back_fits(found, experiment, lambda line: progress(f"held-back records: {line}"))
     if added is not None and held_back:
-        before = rms_nrmse(_held_back(nominal, experiment, progress))
+        before = rms_nrmse(held_back_fits(nominal, experiment))
         added = dataclasses.replace(added, held_back=(before, rms_nrmse(held_back)))
     model = found.problem.model_at(found.at)
     models = {"nominal": nominal.problem.model_at(nominal.at)} | ({"augmented": model} if effects else {})
@@ -131,12 +132,6 @@ def fit_experiment(
 def _converged(found: Fitted) -> Fitted:
     """The fit, with more steps under the variances that it found where it has not converged."""
     return found if found.converged else settled(found.problem, found.at, found.variances, steps=_MORE_STEPS)
-
-
-def _held_back(found: Fitted, experiment: Experiment, progress: Progress) -> tuple[RecordFit, ...]:
-    """The held-back records with their prediction."""
-    chain = held_back_chain(found, experiment, lambda line: progress(f"held-back records: {line}"))
-    return () if chain is None else record_fits(chain)
 
 
 def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
