@@ -11,8 +11,9 @@ from identification.estimation.prediction import record_fits
 from identification.experiment import Experiment
 from identification.likelihood.evidence import chance
 from identification.result.result import Added, RecordFit, impacts
+from identification.trajectory.chain_equations import solve
 from identification.trajectory.extended import with_effect
-from identification.trajectory.fit import Fitted, equations, fit
+from identification.trajectory.fit import Fitted, equations, fit, reweighed
 from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import Problem
@@ -72,35 +73,40 @@ def _unknowns(fitted: Fitted) -> int:
 def _expected(fitted: Fitted, effect: AbstractEffect) -> tuple[float, Problem]:
     """Expected gain of twice the log-likelihood by a candidate, and the problem that begins with it at its estimated strength."""
     weak = with_effect(fitted.problem, fitted.at, effect.scaled(_WEAK))
-    twice, once = effect.scaled(2.0), effect.scaled(1.0)
-    listed = {p.name: p for p in weak.parameters}
-    of_effect = {f"{effect.name}.{p.name}": p.field for p in effect.parameters}
-    strength = {name: bool(getattr(twice, field) != getattr(once, field)) for name, field in of_effect.items()}
+    strengths = _strengths(effect)
     names = [name for name, _ in weak.unknowns.shared]
-    free = np.array([strength.get(name, True) for name in names]) & weak.border.shared
+    free = weak.border.shared & np.array([name not in strengths or strengths[name] for name in names])
     scored = dataclasses.replace(weak, border=dataclasses.replace(weak.border, shared=free, proximal=0.0))
-    at = Estimate(
-        states=_carried(fitted, weak),
-        force=fitted.at.force,
-        shared=weak.start.shared,
-        own=np.where(weak.border.own, _own(fitted, weak), weak.start.own),
-    )
-    _, _, solution = equations(scored, at, fitted.variances)
-    gain = fitted.solution.deviance - solution.deviance
+    without = np.array([name not in strengths for name in names]), np.array([name not in strengths for name in weak.unknowns.own])
+    held = dataclasses.replace(scored.border, shared=free & without[0], own=scored.border.own & without[1])
+    own = np.where(weak.border.own, _own(fitted, weak), weak.start.own)
+    at = Estimate(states=_carried(fitted, weak), force=fitted.at.force, shared=weak.start.shared, own=own)
+    linear, _, solution = equations(scored, at, fitted.variances)
+    nothing = dataclasses.replace(scored, border=held)
+    local, mass = reweighed(nothing, at, linear, fitted.variances.readings), weak.experiment.mass
+    before = solve(weak.chains, weak.unknowns, held, weak.scales, at, local, fitted.variances.force, mass)
+    gain = float(before.deviance - solution.deviance)
     begin = with_effect(fitted.problem, fitted.at, effect)
     shared = begin.start.shared.copy()
+    listed = {p.name: p for p in weak.parameters}
     for index, name in enumerate(names):
-        if not strength.get(name, False):
+        if not strengths.get(name, False):
             continue
-        p, most = listed[name], abs(float(getattr(effect, of_effect[name])))
+        p, step = listed[name], float(solution.shared[index])
+        most = abs(float(begin.model.values()[name]))
         weakest = float(np.exp(at.shared[index]) if p.logarithmic else at.shared[index])
-        step = float(solution.shared[index])
         value = weakest * (1.0 + step) if p.logarithmic else weakest + p.scale * step
-        if value < 0 and (p.logarithmic or not effect.probe.either_sign):
+        if value < 0 and not effect.probe.either_sign:
             return -np.inf, begin
         value = float(np.clip(value, -_STRONGEST * most, _STRONGEST * most))
         shared[index] = np.log(max(value, _WEAK * most)) if p.logarithmic else value
     return gain, dataclasses.replace(begin, start=dataclasses.replace(begin.start, shared=shared))
+
+
+def _strengths(effect: AbstractEffect) -> dict[str, bool]:
+    """Every parameter of an effect by its name in the model, and whether it is a strength: whether it changes with the strength."""
+    twice, once = effect.scaled(2.0), effect.scaled(1.0)
+    return {f"{effect.name}.{p.name}": bool(getattr(twice, p.field) != getattr(once, p.field)) for p in effect.parameters}
 
 
 def _carried(fitted: Fitted, extended: Problem) -> np.ndarray:

@@ -99,7 +99,6 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     values |= {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
     values = {p.name: float(np.clip(values[p.name], max(p.lower, 1e-300), p.upper)) for p in parameters}
     f_n = values.get("f_n", 0.0)
-    seen = any(p.name == "f_n" and f_n != p.start for p in parameters)  # else it is where a guess begins that the records do not show
     fastest = max([f_n] + [record.excitation_frequency or 0.0 for record in records])
     chains = chains_of(records, samples_of_a_segment(records, fastest))
     flight = 1.0 / (FLIGHT_STEPS * max(fastest, 1e-6))
@@ -121,7 +120,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         unknowns=unknowns,
         chains=chains,
         border=_border(experiment, parameters, unknowns, chains, zeros, start, motions),
-        scales=_scales(experiment, motions, f_n if seen else 0.0, unknowns),
+        scales=_scales(experiment, motions, f_n, unknowns),
         integrator=Landing(contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight)),
         motions=tuple(motions),
         start=start,
