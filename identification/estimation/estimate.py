@@ -165,7 +165,7 @@ def _converged(found: Fitted) -> Fitted:
 
 
 def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
-    """Chi-square of the free motion over the declared noise, and its degrees of freedom: every stretch has its own initial state."""
+    """Chi-square of the free motion over the noise, and its degrees of freedom; a stretch that is not led has a state of its own."""
     problem = found.problem
     chi2, stretches = 0.0, 0
     for index, record in enumerate(records):
@@ -173,7 +173,7 @@ def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
         for column, name in enumerate(problem.chains.channels):
             if name in record.chi2_reduced:
                 chi2 += record.chi2_reduced[name] * int((weight[:, column] > 0).sum())
-        stretches += record.windows
+        stretches += 0 if record.kind == "prescribed" else record.windows
     samples = int((problem.chains.weight > 0).sum())
     border = problem.border
     return chi2, samples - int(border.shared.sum()) - int(border.own.sum()) - len(problem.unknowns.states) * stretches
