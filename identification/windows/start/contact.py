@@ -180,6 +180,12 @@ def _of_some(samples: dict[str, np.ndarray], owner: str) -> dict[str, np.ndarray
     return {name: values[keep] for name, values in samples.items()}
 
 
+@soon_compiled
+def _in_flight(model: Model, u, v, base):
+    """Absolute acceleration of the hammer without contact, m/s^2."""
+    return model.suspension.acceleration(u, v, model.load.force(model.mass) / model.mass - base) + base
+
+
 def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
     """Force, indentation, its rate, approach speed and record of (an even selection of) all samples in contact."""
     parts = []
@@ -187,7 +193,7 @@ def _samples(model: Model, records: list[Record], motions: list[Kinematics | Non
         if motion is None or not motion.touching.any():
             continue
         u, v, base = (jnp.asarray(values) for values in (motion.u, motion.v, motion.base_acceleration))
-        free = np.asarray(model.suspension.acceleration(u, v, model.load.force(model.mass) / model.mass - base) + base)
+        free = np.asarray(_in_flight(jax.tree.map(jnp.asarray, model), u, v, base))
         force = motion.force if load_cell else motion.inertia + model.mass * free
         if force is None:
             continue
