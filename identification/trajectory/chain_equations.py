@@ -87,7 +87,7 @@ class Scales:
     def floor(self) -> np.ndarray:
         """Standard deviation of the states beside the random force, in one segment: far below what sensors see, for the conditioning."""
         u = 1e-4 * self.resolution
-        return np.concatenate([[u, 0.3 * u * self.velocity / self.displacement], 1e-6 * self.own])
+        return np.concatenate([[u, 0.3 * u * self.velocity / self.displacement], 1e-5 * self.own])
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

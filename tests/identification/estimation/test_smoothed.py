@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from identification.diagnosis.search.on_request import extension
 
 from benchmarks.smoothed_fit.rig import compliant_laws, simulated
 from benchmarks.smoothed_fit.trial import trial
@@ -15,26 +14,6 @@ from identification.windows.prepare import prepare
 from vibrojax.errors import InputError
 
 WIDTH = 1e-6
-
-
-@pytest.fixture(scope="module")
-def smoothed(small):
-    return fit_experiment(small, smoothing=WIDTH)
-
-
-def test_the_whole_fit_is_that_of_the_exact_contact(small, smoothed):
-    """Estimates, standard errors and misfit: a width of a micrometre is nothing beside an indentation of a tenth of a millimetre."""
-    exact = fit_experiment(small)
-    assert (smoothed.smoothing, exact.smoothing) == (WIDTH, None)
-    assert smoothed.converged and smoothed.warnings == ()
-    assert smoothed.chi2_reduced == pytest.approx(exact.chi2_reduced, rel=1e-3)
-    for one, other in zip(smoothed.parameters, exact.parameters, strict=True):
-        assert one.value == pytest.approx(other.value, abs=0.1 * other.stderr)
-        assert one.stderr == pytest.approx(other.stderr, rel=0.01)
-
-
-def test_steps_are_fine_enough(smoothed):
-    assert smoothed.discretisation < 0.01
 
 
 @pytest.mark.parametrize(
@@ -72,12 +51,12 @@ def test_a_rigid_stop_is_refused(small):
 @pytest.mark.parametrize("width", [0.0, -1e-6, float("nan"), float("inf")])
 def test_a_width_that_is_no_length_is_refused(small, width):
     with pytest.raises(InputError, match="the width of the smoothed contact is .* m: expected a length above 0"):
-        prepare(small, smoothing=width)
+        fit_experiment(small, smoothing=width)
 
 
 def test_effects_are_refused(small):
     with pytest.raises(InputError, match="the smoothed integrator integrates no effects"):
-        fit_experiment(small, smoothing=WIDTH, extend=extension(["coulomb_friction"]))
+        fit_experiment(small, smoothing=WIDTH, effects=["coulomb_friction"])
 
 
 def without_load_cell(experiment: Experiment) -> Experiment:
