@@ -77,9 +77,9 @@ class Estimate:
 
 
 def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one: Segments, vector: Float[Array, " columns"]) -> System:
-    """The rig in one segment."""
-    begin = len(unknowns.states) + 2
-    force, shared, own = vector[begin - 2 : begin], vector[begin : begin + len(unknowns.shared)], vector[begin + len(unknowns.shared) :]
+    """The rig in one segment; or in several of equal length in a row, where the vector holds the force at all their knots."""
+    states, border = len(unknowns.states), len(unknowns.shared) + len(unknowns.own)
+    force, shared, own = jnp.split(vector[states:], [len(vector) - states - border, len(vector) - states - len(unknowns.own)])
     mine = dict(zip(unknowns.own, own, strict=True))
     values = {}
     for (name, logarithmic), value in zip(unknowns.shared, shared, strict=True):
@@ -96,12 +96,23 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
         amplitude = jnp.where(still, 0.0, jnp.hypot(safe, cosine))
         base = Harmonic(base_amplitude=amplitude, base_phase=jnp.arctan2(cosine, safe), frequency_hz=one.frequency_hz)
     beside = Unforced() if one.applied is None else one.applied
-    applied = PiecewiseLinearForce(start=one.ts[0], spacing=one.ts[-1] - one.ts[0], values=force, beside=beside)
+    applied = PiecewiseLinearForce(start=one.ts[0], spacing=(one.ts[-1] - one.ts[0]) / (len(force) - 1), values=force, beside=beside)
 
     def acts(file: str) -> Float[Array, ""] | float:
         return jnp.where(one.record == files.index(file), 1.0, 0.0) if file in files else 0.0
 
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
+
+
+def read(
+    unknowns: Unknowns, one: Segments, system: System, along: Trajectory, vector: Float[Array, " columns"]
+) -> Float[Array, "samples channels"]:
+    """What the sensors read along a motion, with their zeros."""
+    readings = channels(system, along)
+    for name, value in zip(unknowns.own, vector[len(vector) - len(unknowns.own) :], strict=True):
+        if name.startswith("zero."):
+            readings[name[5:]] = readings[name[5:]] + value
+    return jnp.stack([readings[name] for name in one.channels], axis=-1)
 
 
 def passed(
@@ -136,11 +147,7 @@ def passed(
     ts, none = segments.ts[:, :-1], jnp.zeros(len(segments.ts), int)
     along = Trajectory(ts, u.T, v.T, in_contact.T, approach_speed.T, none, jnp.zeros((), int), jnp.swapaxes(own, 0, 1))
     lanes = eqx.tree_at(lambda one: one.steps, along, none)
-    readings = jax.vmap(channels)(systems, lanes)
-    for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
-        if name.startswith("zero."):
-            readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
-    stacked = jnp.stack([readings[name] for name in segments.channels], axis=-1)
+    stacked = jax.vmap(lambda one, system, along, vector: read(unknowns, one, system, along, vector))(segments, systems, lanes, vectors)
     end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), last.own], axis=1)
     if held:
         end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
