@@ -71,10 +71,11 @@ def _table(laws) -> Table:
     """A row for each law."""
     table = Table(title="Smoothed fit less chain: largest shift of a parameter, in its standard error", pad_edge=False)
     table.add_column("law", no_wrap=True)
-    for heading in (*(f"{1e6 * width:g} µm" for width in laws[0].widths), "slope", "converged", "s a fit"):
+    shown = [0, len(laws[0].widths) // 2, -1]
+    for heading in (*(f"{1e6 * width:g} µm" for width in laws[0].widths[shown]), "slope", "converged", "s a fit"):
         table.add_column(heading, justify="right", no_wrap=True)
     for law in laws:
-        numbers = [f"{value:.0e}".replace("e-0", "e-") for value in law.largest]
+        numbers = [f"{value:.0e}".replace("e-0", "e-") for value in law.largest[shown]]
         converged = f"{law.converged.sum()} of {len(law.widths)}"
         table.add_row(law.name, *numbers, f"{law.slope:.2f}", converged, f"{np.median(law.seconds):.2f}")
     table.caption = (

@@ -27,7 +27,7 @@ from identification.trajectory.segments import Hosted, Segments, chains_of
 from identification.trajectory.start import Problem
 from identification.windows.declared_model import check_smoothing
 from vibrojax.compiling import soon_compiled
-from vibrojax.errors import InputError
+from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import SUCCESS
 from vibrojax.integrate import Smoothed as Integrator
 from vibrojax.model import Model
@@ -127,6 +127,7 @@ def fit_smoothed(
 
     Raises:
         InputError: the width is no length, the stop is rigid, or the model has effects, which the smoothed integrator does not know.
+        NoConvergenceError: Diffrax cannot integrate a record.
     """
     check_smoothing(problem.model.law, smoothing)
     if problem.model.effects:
@@ -139,6 +140,10 @@ def fit_smoothed(
         flat, unravel = ravel_pytree(point)
         x, state = jnp.zeros_like(flat), _OPTIMISER.init(jnp.zeros_like(flat))
         loss, gradient, count = float(value), float(jnp.abs(slope).max()), 0
+        if not np.isfinite(gradient):
+            raise NoConvergenceError(
+                "the motion with the smoothed contact cannot be integrated: expected a nearer start, or a wider smoothing"
+            )
         while gradient > SMALL_GRADIENT and count < _ITERATIONS:
             before = loss
             x, state, value, slope = _step(unknowns, files, fixed, (point, root), x, state, value, slope)
@@ -328,7 +333,8 @@ def _step(unknowns, files, fixed: _Fixed, coordinates, x, state, value, gradient
     point, root = coordinates
     flat, unravel = ravel_pytree(point)
     loss = lambda moved: _loss(unknowns, files, fixed, unravel(flat + root @ moved))  # noqa: E731
-    updates, state = _OPTIMISER.update(gradient, state, x, value=value, grad=gradient, value_fn=loss)
+    with jax.numpy_dtype_promotion("standard"):  # optax counts in 32 bits beside 64
+        updates, state = _OPTIMISER.update(gradient, state, x, value=value, grad=gradient, value_fn=loss)
     found = [optax.tree_utils.tree_get(state, name) for name in ("value", "grad")]
     return optax.apply_updates(x, updates), state, *found
 
@@ -346,6 +352,5 @@ def _estimate(problem: Problem, at: Estimate, fixed: _Fixed, point: _Unknowns) -
     found, states = _moved(fixed, point), at.states.copy()
     for one, motion in zip(fixed.stretches, _motions(problem.unknowns, problem.chains.files, fixed, point), strict=True):
         knots, along = np.asarray(one.knots), np.asarray(motion)[:, :: problem.chains.samples]
-        for knot, state in zip(knots[::-1], along[::-1], strict=True):  # the start of a stretch counts, not the end of the one before
-            states[knot[::-1], :2] = state[::-1]
+        states[knots, :2] = along  # of a knot between two stretches the start of the second: the last one counts
     return Estimate(states=states, force=at.force, shared=np.asarray(found.shared), own=np.asarray(found.own))

@@ -16,7 +16,16 @@ from identification.trajectory.start import Problem, problem_of
 from vibrojax.effects import CoulombFriction
 from vibrojax.errors import InputError
 
-SLOPES = {"hunt-crossley": 3.5}
+SLOPES = {
+    "hunt-crossley": 3.5,
+    "hunt-crossley-separate": 3.5,
+    "hertz": 3.5,
+    "kelvin-voigt": 2.0,
+    "kelvin-voigt-clipped": 2.0,
+    "lankarani-nikravesh": 2.6,
+    "flores": 2.6,
+}
+"""Order of the motion, n + 2, and 2 for a force that jumps at the touch; with the speed at the touch as measured (docs/theory.md)."""
 LAWS = [pytest.param(law, marks=[pytest.mark.thorough] * (law != "hunt-crossley")) for law in compliant_laws()]
 
 
@@ -27,11 +36,10 @@ def problem() -> Problem:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_estimates_come_to_those_of_the_chain_with_the_width(law):
-    """With the order of the motion itself: n + 2, and 2 for a force that jumps at the touch."""
-    found = trial(law, np.array([1e-4, 3e-4]), samples=1200)
+    found = trial(law, np.array([1e-4, 3e-4]), samples=2000)
     assert found.converged.all()
-    assert found.largest[1] > 10.0 * found.floor
-    assert found.slope == pytest.approx(SLOPES[law], abs=0.3)
+    assert found.largest[0] > 20.0 * found.floor
+    assert found.slope == pytest.approx(SLOPES[law], abs=0.4)
 
 
 @pytest.mark.thorough
