@@ -87,7 +87,8 @@ class _Unknowns(eqx.Module):
 
     shared: Float[Hosted, " parameters"]
     own: Float[Hosted, "records own"]
-    starts: tuple[Float[Hosted, "stretches 2"], ...]
+    starts: tuple[Float[Hosted, "_ 2"], ...]
+    """By group of stretches."""
 
 
 class _Fixed(eqx.Module):
@@ -242,7 +243,7 @@ def _moved(fixed: _Fixed, point: _Unknowns) -> _Unknowns:
     return dataclasses.replace(moved, shared=jnp.clip(moved.shared, fixed.lower, fixed.upper))
 
 
-def _vectors(fixed: _Fixed, point: _Unknowns) -> tuple[Float[Array, "stretches columns"], ...]:
+def _vectors(fixed: _Fixed, point: _Unknowns) -> tuple[Float[Array, "_ columns"], ...]:
     """What each stretch depends on, in the order of `segment_system`."""
     at, found = _moved(fixed, point), []
     for one, starts in zip(fixed.stretches, at.starts, strict=True):

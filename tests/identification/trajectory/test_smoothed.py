@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -71,7 +72,7 @@ def test_the_random_force_is_held_along_a_stretch(problem):
     """Linear from knot to knot."""
     knots = problem.chains.knots[0]
     one = chains_of(problem.experiment.records[:1], 2 * problem.chains.samples).groups[0]
-    stretch = dataclasses.replace(one, **{name: getattr(one, name)[0] for name in ("ts", "gap", "frequency_hz", "record")})
+    stretch = jax.tree.map(lambda leaf: leaf[0], one)
     border = np.concatenate([problem.start.shared, problem.start.own[0]])
     vector = jnp.asarray(np.concatenate([problem.start.states[knots.start], [1.0, 3.0, 2.0], border]))
     system = segment_system(problem.model, problem.unknowns, problem.chains.files, stretch, vector)
