@@ -27,7 +27,6 @@ from identification.result.result import FitResult, RecordFit
 from identification.result.variation import Unrest
 from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.remodel import with_variation
-from identification.trajectory.smoothed import fit_smoothed
 from identification.trajectory.start import Problem, problem_of
 from identification.windows.declared_model import check_smoothing, nominal_model, varying
 from identification.windows.prepare import MOST_SAMPLES, selected
@@ -80,7 +79,7 @@ def fit_experiment(
     found, added = (nominal, None) if not effects else with_effects(nominal, effects, progress=progress)
     found = _converged(found)
     clock.lap("fit")
-    smoothed = None if smoothing is None else fit_smoothed(found.problem, found, smoothing, progress)
+    smoothed = None if smoothing is None else _smoothed(found, smoothing, progress)
     progress("standard errors and intervals")
     spread = uncertainty(found)
     parameters = tuple(estimates(found, spread, between, first=problem.values(problem.start)))
@@ -157,6 +156,16 @@ def in_part(experiment: Experiment, most_samples: float = MOST_SAMPLES) -> tuple
     records = tuple(cut(one) for one in experiment.records if one.held_back or id(one) in chosen)
     said = [] if len(taken) == len(fitted) else [f"{len(taken)} of {len(fitted)} records are fitted, spread evenly over each kind"]
     return dataclasses.replace(experiment, records=records), tuple(said)
+
+
+def _smoothed(found: Fitted, smoothing: float, progress: Progress) -> dict[str, float]:
+    """The fit of the smoothed law by Diffrax and optax, which a fit without it does not load."""
+    from identification.trajectory.smoothed import fit_smoothed
+
+    fitted = fit_smoothed(found.problem, found.at, smoothing=smoothing, readings=found.variances.readings, progress=progress)
+    if not fitted.converged:
+        progress("the fit of the smoothed law has not converged")
+    return fitted.values
 
 
 def _converged(found: Fitted) -> Fitted:

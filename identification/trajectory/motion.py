@@ -82,9 +82,9 @@ class Estimate:
 
 
 def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one: Segments, vector: Float[Array, " columns"]) -> System:
-    """The rig in one segment."""
-    begin = len(unknowns.states) + 2
-    force, shared, own = vector[begin - 2 : begin], vector[begin : begin + len(unknowns.shared)], vector[begin + len(unknowns.shared) :]
+    """The rig in one segment; or in several of equal length in a row, where the vector holds the force at all their knots."""
+    states, border = len(unknowns.states), len(unknowns.shared) + len(unknowns.own)
+    force, shared, own = jnp.split(vector[states:], [len(vector) - states - border, len(vector) - states - len(unknowns.own)])
     mine = dict(zip(unknowns.own, own, strict=True))
     values = {}
     for (name, logarithmic), value in zip(unknowns.shared, shared, strict=True):
@@ -101,12 +101,27 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
         amplitude = jnp.where(still, 0.0, jnp.hypot(safe, cosine))
         base = Harmonic(base_amplitude=amplitude, base_phase=jnp.arctan2(cosine, safe), frequency_hz=one.frequency_hz)
     beside = Unforced() if one.applied is None else one.applied
-    applied = PiecewiseLinearForce(start=one.ts[0], spacing=one.ts[-1] - one.ts[0], values=force, beside=beside)
+    applied = PiecewiseLinearForce(start=one.ts[0], spacing=(one.ts[-1] - one.ts[0]) / (len(force) - 1), values=force, beside=beside)
 
     def acts(file: str) -> Float[Array, ""] | float:
         return jnp.where(one.record == files.index(file), 1.0, 0.0) if file in files else 0.0
 
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
+
+
+def read(
+    unknowns: Unknowns, one: Segments, system: System, along: Trajectory, vector: Float[Array, " columns"]
+) -> Float[Array, "samples channels"]:
+    """What the sensors read along a motion, with their zeros."""
+    return _compared(unknowns, one, recorded(system, along)[0], vector)
+
+
+def _compared(unknowns: Unknowns, one: Segments, readings, vector: Float[Array, " columns"]) -> Float[Array, "samples channels"]:
+    """Readings of the channels that are compared, with their zeros."""
+    for name, value in zip(unknowns.own, vector[len(vector) - len(unknowns.own) :], strict=True):
+        if name.startswith("zero."):
+            readings = readings | {name[5:]: readings[name[5:]] + value}
+    return jnp.stack([readings[name] for name in one.channels], axis=-1)
 
 
 def travelled(
@@ -215,10 +230,7 @@ def shown(
 ):
     """What the sensors read along a motion, and its end; beside them whether it was integrated."""
     readings, own = _read(systems, along, segments)
-    for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
-        if name.startswith("zero."):
-            readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
-    stacked = jnp.stack([readings[name][:, :-1] for name in segments.channels], axis=-1)
+    stacked = jax.vmap(partial(_compared, unknowns))(segments, readings, vectors)[:, :-1]
     end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), own[:, -1]], axis=1)
     if _holds_approach_speed(unknowns):
         end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
