@@ -144,7 +144,7 @@ def _step(seen: Look, progress: Progress) -> Step:
             continue
         progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
         try:
-            fitted = augmented(seen, one.candidate, weighed.strengths, progress=progress)
+            fitted = augmented(seen, one.candidate, weighed.strengths, both=False, progress=progress)
         except np.linalg.LinAlgError:  # a wrong effect may leave no model that can be integrated
             continue
         refitted.append(dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance))

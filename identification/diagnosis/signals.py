@@ -16,6 +16,7 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
+from vibrojax.shapes import Value
 from vibrojax.steps import runge_kutta_step
 
 _ANGLE = 0.6
@@ -98,7 +99,7 @@ def _acts(effect: AbstractEffect, hook: str) -> bool:
     return getattr(type(effect), hook) is not getattr(AbstractEffect, hook)
 
 
-def _move_base(add: Callable[[str, Array], None], mass: Array, displacement: Array, acceleration: Array) -> None:
+def _move_base(add: Callable[[str, Array], None], mass: Value, displacement: Array, acceleration: Array) -> None:
     """A further motion of the cart: an inertia force on the hammer, and what the sensors see of it."""
     add("force", -mass * acceleration)
     add("hammer_displacement", displacement)

@@ -44,6 +44,8 @@ _NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
+_LARGEST_INNOVATION = 1e6
+"""Of a reading error, over the declared noise."""
 _ROUNDS = 24
 _PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 """Of each record, one after the other, by which one trajectory is fitted."""
@@ -87,7 +89,9 @@ class Fitted:
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
 
 
-def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, progress: Progress = lambda line: None) -> Fitted:
+def fit(
+    problem: Problem, *, seed: int = 0, begin: Variances | None = None, both: bool = True, progress: Progress = lambda line: None
+) -> Fitted:
     """Fit a problem from both ends: from a large random force, and from none with autocorrelated reading errors; the likelier counts.
 
     What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
@@ -97,6 +101,7 @@ def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, prog
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
         begin: variances from which the force falls; by default those of a large one.
+        both: whether to begin without a force too, where the first end has left one.
         progress: called with a line in each round.
 
     Raises:
@@ -111,7 +116,7 @@ def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, prog
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
-    if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
+    if not both or found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
         return found
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
     none = _without_force(problem, found.at, small)
@@ -315,7 +320,10 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
     least = np.full(len(start), -np.inf)
     least[ends[:-1]] = np.log(SMALLEST_INNOVATION)
     least[:2] = low
-    bounds = list(zip(least, [*high, *np.full(len(start) - 2, np.inf)], strict=True))
+    most = np.full(len(start), np.inf)
+    most[ends[:-1]] = np.log(_LARGEST_INNOVATION)
+    most[:2] = high
+    bounds = list(zip(least, most, strict=True))
     options = {"maxiter": iterations, "ftol": 1e-7, "gtol": 0.1}
     found = minimize(deviance, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return at_point(found.x)
