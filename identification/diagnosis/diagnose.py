@@ -39,7 +39,7 @@ from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.start import problem_of
 from vibrojax.channels import UNITS
 from vibrojax.effects import EFFECTS
-from vibrojax.effects.base import UNIT_OF_CHANNEL
+from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 _FORMS = 3
@@ -223,7 +223,7 @@ def _learned(
             fitted = fit(problem, progress=progress)
             effect = fitted.problem.model_at(fitted.at).effects[-1]
             tried.append((_weighed(fitted, experiment), effect.equation))
-        except np.linalg.LinAlgError:  # a form may leave no model that can be integrated
+        except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
             pass
     return min(tried, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
 
