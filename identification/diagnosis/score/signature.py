@@ -116,7 +116,9 @@ def _substeps(effect: AbstractEffect, course: Course) -> int:
 
 @soon_compiled
 def _own_along(effect: AbstractEffect, course: Course, substeps: Int[Array, ""]):
-    return _own(course, effect, _motion(course), substeps)
+    motion = _motion(course)
+    own = _own(course, effect, motion, substeps)
+    return effect.memory(course.readings, effect.read(course.readings, motion, own), own)
 
 
 @soon_compiled
