@@ -28,6 +28,8 @@ SMALLEST_FORCE = 1e-5
 """Smallest one: the chain is then one deterministic trajectory to within the sensors' resolution."""
 SMALLEST_INNOVATION = 0.01
 """Smallest innovation of a reading error, over the declared noise: no sensor is better than that, and the equations stay definite."""
+_INDEFINITE = 1e12
+"""Deviance of variances that the equations cannot be solved with."""
 _DIFFERENCE = 1e-3
 """Of a logarithm, in difference quotients of the likelihood."""
 _AT_MOST_DOWN = 30.0
@@ -98,10 +100,12 @@ def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: No
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
     large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
+    if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
+        return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
     found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM)
     if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
         return found
-    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
     none = _without_force(problem, found.at, small)
     other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
@@ -175,7 +179,7 @@ def _converged(
         at = moved(border, at, solution, share)
         progress(_line(count, problem, at, force, readings, solution.deviance))
         settled = abs(np.log(force.std / before.std)) < 0.05 or force.std <= 1.01 * SMALLEST_FORCE * scales.force
-        if count >= max(coloured_from, held) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
+        if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
     for last in (False, True):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
@@ -259,6 +263,12 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         return force, tuple(ReadingError.of(x[a:b], limit) for a, b in zip(ends[:-1], ends[1:], strict=True))
 
     def deviance(x: np.ndarray) -> tuple[float, np.ndarray]:
+        try:
+            return with_slope(x)
+        except np.linalg.LinAlgError:  # so far off that rounding makes the equations indefinite: the search turns back
+            return _INDEFINITE, np.zeros_like(x)
+
+    def with_slope(x: np.ndarray) -> tuple[float, np.ndarray]:
         force, readings = at_point(x)
         local = reweighed(problem, at, linear, readings)
         solution = solve(chains, unknowns, border, problem.scales, at, local, force, mass)
@@ -300,7 +310,10 @@ def _likeliest(problem: Problem, at: Estimate, local: Weighed, force: RandomForc
         inside = np.clip(logs, low, high)
         std, memory = np.exp(inside)
         tried = RandomForce(std=float(std), memory=float(memory))
-        found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        try:
+            found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        except np.linalg.LinAlgError:
+            return _INDEFINITE
         return found.deviance + 10.0 * float(np.sum((logs - inside) ** 2))
 
     begin = np.log([force.std, force.memory])

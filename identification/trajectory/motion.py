@@ -22,7 +22,7 @@ from vibrojax.channels import channels
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.excitation import Harmonic, PiecewiseLinearForce, Unforced
-from vibrojax.integrate import Landing, Trajectory
+from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.integrate.landing import SLOWEST_TOUCH, LandingState
 from vibrojax.model import Model
 from vibrojax.system import Approach, System
@@ -100,7 +100,9 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
         amplitude = jnp.where(still, 0.0, jnp.hypot(safe, cosine))
         base = Harmonic(base_amplitude=amplitude, base_phase=jnp.arctan2(cosine, safe), frequency_hz=one.frequency_hz)
     beside = Unforced() if one.applied is None else one.applied
-    applied = PiecewiseLinearForce(start=one.ts[0], spacing=one.ts[-1] - one.ts[0], values=force, beside=beside)
+    applied = beside
+    if one.prescribed is None:
+        applied = PiecewiseLinearForce(start=one.ts[0], spacing=one.ts[-1] - one.ts[0], values=force, beside=beside)
 
     def acts(file: str) -> Float[Array, ""] | float:
         return jnp.where(one.record == files.index(file), 1.0, 0.0) if file in files else 0.0
@@ -120,13 +122,50 @@ def passed(
     systems = jax.vmap(lambda one, vector: segment_system(model, unknowns, files, one, vector))(segments, vectors)
     held = unknowns.states[-1] == APPROACH_SPEED
     integrated = len(unknowns.states) - held
-    start = integrator.start(systems, segments.ts, vectors[:, :integrated])
-    rigid = isinstance(model.law, AbstractInstantaneousLaw)
+    states, speed = vectors[:, :integrated], jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH) if held else None
+    along, end, done = (
+        _guided(systems, segments, states, speed) if segments.prescribed else _moving(integrator, systems, segments, states, speed)
+    )
+    lanes = eqx.tree_at(lambda one: one.steps, along, jnp.zeros(len(segments.ts), int))
+    readings = jax.vmap(channels)(systems, lanes)
+    for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
+        if name.startswith("zero."):
+            readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
+    return Passed(jnp.stack([readings[name] for name in segments.channels], axis=-1), end), done
+
+
+_States = Float[Array, "segments states"]
+_Speeds = Float[Array, " segments"]
+
+
+def _guided(systems: System, segments: Segments, states: _States, speed: _Speeds | None):
+    """Trajectory, end and success of segments on a prescribed path, from their effects' own states."""
+    speeds = jnp.full(len(states), SLOWEST_TOUCH) if speed is None else speed
+    follow = lambda motion, speed, *where: Guided(motion, approach_speed=speed)(*where)  # noqa: E731
+    whole = jax.vmap(follow)(segments.prescribed, speeds, systems, segments.ts, states)
+    last = [whole.u[:, -1:], whole.v[:, -1:], whole.own[:, -1], *([] if speed is None else [whole.approach_speed[:, -1:]])]
+    ts, u, v, in_contact, approach_speed, own = jax.tree.map(
+        lambda leaf: leaf[:, :-1], (whole.ts, whole.u, whole.v, whole.in_contact, whole.approach_speed, whole.own)
+    )
+    along = Trajectory(ts, u, v, in_contact, approach_speed, whole.result, jnp.zeros((), int), own)
+    return along, jnp.concatenate(last, axis=1), whole.result == SUCCESS
+
+
+def _moving(
+    integrator: Landing,
+    systems: System,
+    segments: Segments,
+    states: Float[Array, "segments states"],
+    speed: Float[Array, " segments"] | None,
+):
+    """Trajectory, end and success of segments in which the hammer moves freely."""
+    start = integrator.start(systems, segments.ts, states)
+    rigid = isinstance(systems.law, AbstractInstantaneousLaw)
     if rigid:
         start = jax.vmap(_against_a_rigid_stop)(systems, start, jnp.asarray(segments.resting))
     shortest = SHORTEST_FLIGHT * (segments.ts[:, 1] - segments.ts[:, 0])
-    if held:
-        start = start._replace(approach_speed=jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH))
+    if speed is not None:
+        start = start._replace(approach_speed=speed)
 
     def unfinished(loop):
         count, carry, t_end = loop
@@ -144,17 +183,10 @@ def passed(
     last, (u, v, in_contact, approach_speed, own) = lax.scan(sample, start, segments.ts[:, 1:].T)
     ts, none = segments.ts[:, :-1], jnp.zeros(len(segments.ts), int)
     along = Trajectory(ts, u.T, v.T, in_contact.T, approach_speed.T, none, jnp.zeros((), int), jnp.swapaxes(own, 0, 1))
-    lanes = eqx.tree_at(lambda one: one.steps, along, none)
-    readings = jax.vmap(channels)(systems, lanes)
-    for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
-        if name.startswith("zero."):
-            readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
-    stacked = jnp.stack([readings[name] for name in segments.channels], axis=-1)
     end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), last.own], axis=1)
-    if held:
+    if speed is not None:
         end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
-    done = jnp.all(jnp.isfinite(end), axis=1) & (last.t >= segments.ts[:, -1])
-    return Passed(stacked, end), done
+    return along, end, jnp.all(jnp.isfinite(end), axis=1) & (last.t >= segments.ts[:, -1])
 
 
 def _at_the_stop(system: System, state: LandingState) -> tuple[Approach, LandingState, Float[Array, ""]]:
