@@ -30,8 +30,8 @@ SMALLEST_INNOVATION = 0.01
 """Smallest innovation of a reading error, over the declared noise: no sensor is better than that, and the equations stay definite."""
 LARGEST_INNOVATION = 1e5
 """Largest one: a reading that is so far off says nothing."""
-_STEEPEST_PARTIAL = 6.0
-"""Largest inverse hyperbolic tangent of a partial autocorrelation: within 1e-5 of one."""
+_STEEPEST_PARTIAL = 4.0
+"""Largest inverse hyperbolic tangent of a partial autocorrelation: within 1e-3 of one."""
 _INDEFINITE = 1e12
 """Deviance of variances that the equations cannot be solved with."""
 _DIFFERENCE = 1e-3
@@ -46,7 +46,8 @@ _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
-_ROUNDS = 24
+_ROUNDS, _LAST_ROUNDS = 24, 6
+"""Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
 _PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 """Of each record, one after the other, by which one trajectory is fitted."""
 _SHORTEST_SHARE, _HARDLY = 1e-3, 0.01
@@ -121,7 +122,10 @@ def fit(problem: Problem, *, seed: int = 0, progress: Progress = lambda line: No
         if _vanishes(problem, found.variances.force):
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
-        other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+        try:
+            other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+        except np.linalg.LinAlgError:  # where physics is missing, the way from no force may lead nowhere
+            return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
 
 
@@ -234,14 +238,15 @@ def _converged(
         settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
         if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
-    for last in (False, True):
+    for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
         force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         local = reweighed(problem, at, linear, readings)
         solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
         progress(_line(count, problem, at, force, readings, solution.deviance))
-        if not last:
-            at = moved(border, at, solution, _share(problem, solution))
+        if last == _LAST_ROUNDS - 1 or (last and _change(problem, solution) < _SMALL_STEP):
+            break
+        at = moved(border, at, solution, _share(problem, solution))
     return Fitted(
         problem=problem,
         at=at,

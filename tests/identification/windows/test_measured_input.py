@@ -33,6 +33,6 @@ def test_a_part_is_right_up_to_the_last_sample_of_the_record():
     time = 0.1 * np.arange(20)
     spline = CubicSpline(time, np.sin(time))
     whole = CubicSignal(knots=np.asarray(spline.x), coefficients=np.asarray(spline.c))
-    for first in (0, 10, 16):
+    for first in (0, 10, 16, 18, 19):
         piece = part(whole, first, 10)
         assert np.allclose([float(piece(jnp.asarray(t))) for t in time[first : first + 9]], np.sin(time[first : first + 9]), atol=1e-12)
