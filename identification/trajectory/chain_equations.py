@@ -20,6 +20,8 @@ from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError, Whitening, whitening
 from identification.trajectory.segments import Chains, Unknowns
 
+_ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
+"""Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
 _UNKNOWN = 1e8
 """Variance, in the natural scale, of what the records say nothing of."""
 
@@ -284,7 +286,7 @@ def solve(
     for i in range(inside):
         by_shared[start + i] += gram[:, i, inside : inside + shared]
         by_own[start + i] += gram[:, i, inside + shared :]
-    factor = cholesky_banded(band, lower=True, check_finite=False)
+    factor = _factorised(band)
     solved = cho_solve_banded((factor, True), np.column_stack([gradient, by_shared, by_own]), check_finite=False)
     x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
 
@@ -422,6 +424,17 @@ def _initial_states(
     band[0, size * (1 + begins) + size - 1] += 1.0 / force.std**2
     gradient[size * (1 + begins) + size - 1] += at.force[begins] / force.std**2
     return added + float((at.force[begins] ** 2).sum()) / force.std**2
+
+
+def _factorised(band: np.ndarray) -> np.ndarray:
+    """Banded Cholesky factor of a Hessian; where rounding of large entries hides a small one, its diagonal is raised by a little more."""
+    for raised in _ROUNDING:
+        try:
+            return cholesky_banded(np.concatenate([band[:1] * (1.0 + raised), band[1:]]), lower=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            if raised == _ROUNDING[-1] or not np.all(np.isfinite(band)):
+                raise
+    raise AssertionError
 
 
 def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:

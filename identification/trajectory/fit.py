@@ -30,6 +30,12 @@ SMALLEST_FORCE = 1e-5
 """Smallest one: the chain is then one deterministic trajectory to within the sensors' resolution."""
 SMALLEST_INNOVATION = 0.01
 """Smallest innovation of a reading error, over the declared noise: no sensor is better than that, and the equations stay definite."""
+LARGEST_INNOVATION = 1e5
+"""Largest one: a reading that is so far off says nothing."""
+_STEEPEST_PARTIAL = 4.0
+"""Largest inverse hyperbolic tangent of a partial autocorrelation: within 1e-3 of one."""
+_INDEFINITE = 1e12
+"""Deviance of variances that the equations cannot be solved with."""
 _DIFFERENCE = 1e-3
 """Of a logarithm, in difference quotients of the likelihood."""
 _AT_MOST_DOWN = 30.0
@@ -44,13 +50,17 @@ _NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
-_LARGEST_INNOVATION = 1e6
-"""Of a reading error, over the declared noise."""
-_ROUNDS = 24
+_ROUNDS, _LAST_ROUNDS = 24, 6
+"""Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
 _PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 """Of each record, one after the other, by which one trajectory is fitted."""
-_SHORTEST_SHARE, _HARDLY = 1e-3, 1e-3
-"""Least squares of whole records end where no such part of a step helps, or a step lowers the sum of squares by a smaller part."""
+_SHORTEST_SHARE, _HARDLY = 1e-3, 0.01
+"""Least squares of whole records end where no such part of a step helps, or a step lowers the sum of squares by less than this, over the
+mean square."""
+_OF_TWO_NUMBERS = 4.0
+"""Akaike's price of size and memory of a random force, in -2 log likelihood."""
+_SOME_FORCE = 1e-3
+"""A random force, over the suspension's, from which a larger one than none is sought."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -111,30 +121,76 @@ def fit(
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
     large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
+    if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
+        return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
+    rigid = isinstance(problem.model.law, AbstractInstantaneousLaw)
+    other = _of_one_trajectory(problem, small, rng, progress) if rigid else None
+    if other is not None and other.converged and _vanishes(problem, other.variances.force):
+        return other
     try:
         found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
-    if not both or found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
-        return found
-    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
-    none = _without_force(problem, found.at, small)
-    try:
-        other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
-    except np.linalg.LinAlgError:  # without a force to give way the iteration may diverge
-        return found
+    if other is None:
+        if not both or _vanishes(problem, found.variances.force):
+            return found
+        none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
+        try:
+            other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+        except np.linalg.LinAlgError:  # where physics is missing, the way from no force may lead nowhere
+            return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
 
 
-def _without_force(problem: Problem, found: Estimate, small: Variances) -> Estimate:
-    """An estimate without a random force: knots as they were found, or, against a rigid stop, on one trajectory that fits by least squares.
+def _vanishes(problem: Problem, force: RandomForce) -> bool:
+    """Whether nothing is left of the random force."""
+    return force.std <= 1.01 * SMALLEST_FORCE * problem.scales.force
 
-    Impacts in a segment come and go with the state at its beginning, so that the jumps between segments cannot be smoothed out there.
+
+def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Generator, progress: Progress) -> Fitted:
+    """Against a rigid stop: one trajectory by least squares, and about it the likeliest variances.
+
+    Impacts in a segment come and go with the state at its beginning, so that jumps between segments cannot be smoothed out there: the fit
+    without a random force does not begin at the knots of another one.
     """
-    if not isinstance(problem.model.law, AbstractInstantaneousLaw):
-        return dataclasses.replace(found, force=np.zeros_like(found.force))
-    found, _ = min((_longer_and_longer(problem, at, small) for at in (found, problem.start)), key=lambda pair: pair[1])
+    at, square = _longer_and_longer(problem, problem.start, small)
+    linear, local, solution = equations(problem, at, small)
+    readings = coloured(problem, at, linear, local, small.force, rng, draws=4)
+    variances, count = Variances(force=small.force, readings=readings), 0
+    for count in range(_HELD_ROUNDS):
+        variances = _likelier(problem, at, linear, variances)
+        linear, local, solution = equations(problem, at, variances)
+        progress(_line(count, problem, at, variances.force))
+        if not _vanishes(problem, variances.force) or _change(problem, solution) < _SMALL_STEP:
+            break
+        at, square = unrolled(
+            problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
+        )
+        linear, local, solution = equations(problem, at, variances)
+    return Fitted(
+        problem=problem,
+        at=at,
+        variances=variances,
+        linear=linear,
+        local=local,
+        solution=solution,
+        rounds=count + 1,
+        converged=bool(np.isfinite(square)) and _change(problem, solution) < _SMALL_STEP,
+    )
+
+
+def _likelier(problem: Problem, at: Estimate, linear: Linearised, begin: Variances) -> Variances:
+    """The likeliest variances, with a random force only where that gains what its two numbers cost."""
+    found, least = begin, np.inf
+    for share, price in ((1.0, 0.0), (_SOME_FORCE / SMALLEST_FORCE, _OF_TWO_NUMBERS)):
+        tried = RandomForce(std=share * SMALLEST_FORCE * problem.scales.force, memory=begin.force.memory)
+        force, readings = likeliest(problem, at, linear, Variances(force=tried, readings=begin.readings))
+        local, mass = reweighed(problem, at, linear, readings), problem.experiment.mass
+        deviance = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, mass).deviance
+        if deviance + price < least:
+            found, least = Variances(force=force, readings=readings), deviance
     return found
 
 
@@ -167,7 +223,7 @@ def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[E
                 at, square = tried, there
                 break
             share *= 0.5
-        if not square < (1.0 - _HARDLY) * before:
+        if not square < before - _HARDLY * square / problem.chains.weight.size:
             break
     return at, square
 
@@ -194,17 +250,18 @@ def _converged(
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(border, at, solution, share)
         progress(_line(count, problem, at, force))
-        settled = abs(np.log(force.std / before.std)) < 0.05 or force.std <= 1.01 * SMALLEST_FORCE * scales.force
-        if count >= max(coloured_from, held) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
+        settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
+        if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
-    for last in (False, True):
+    for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
-        force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings))
+        force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         local = reweighed(problem, at, linear, readings)
         solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
         progress(_line(count, problem, at, force))
-        if not last:
-            at = moved(border, at, solution, _share(problem, solution))
+        if last == _LAST_ROUNDS - 1 or (last and _change(problem, solution) < _SMALL_STEP):
+            break
+        at = moved(border, at, solution, _share(problem, solution))
     return Fitted(
         problem=problem,
         at=at,
@@ -300,6 +357,12 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         return force, tuple(ReadingError.of(x[a:b], limit) for a, b in zip(ends[:-1], ends[1:], strict=True))
 
     def deviance(x: np.ndarray) -> tuple[float, np.ndarray]:
+        try:
+            return with_slope(x)
+        except np.linalg.LinAlgError:  # so far off that rounding makes the equations indefinite: the search turns back
+            return _INDEFINITE, np.zeros_like(x)
+
+    def with_slope(x: np.ndarray) -> tuple[float, np.ndarray]:
         force, readings = at_point(x)
         local = reweighed(problem, at, linear, readings)
         solution = solve(chains, unknowns, border, problem.scales, at, local, force, mass)
@@ -317,14 +380,11 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         return solution.deviance, slope
 
     start = np.concatenate([np.clip(np.log([begin.force.std, begin.force.memory]), low, high), *free])
-    least = np.full(len(start), -np.inf)
-    least[ends[:-1]] = np.log(SMALLEST_INNOVATION)
-    least[:2] = low
-    most = np.full(len(start), np.inf)
-    most[ends[:-1]] = np.log(_LARGEST_INNOVATION)
-    most[:2] = high
-    bounds = list(zip(least, most, strict=True))
-    options = {"maxiter": iterations, "ftol": 1e-7, "gtol": 0.1}
+    least, most = np.full(len(start), -_STEEPEST_PARTIAL), np.full(len(start), _STEEPEST_PARTIAL)
+    least[ends[:-1]], most[ends[:-1]] = np.log(SMALLEST_INNOVATION), np.log(LARGEST_INNOVATION)
+    least[:2], most[:2] = low, high
+    start, bounds = np.clip(start, least, most), list(zip(least, most, strict=True))
+    options = {"maxiter": iterations, "ftol": 1e-6, "gtol": 0.5}
     found = minimize(deviance, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return at_point(found.x)
 
@@ -344,7 +404,10 @@ def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce,
         inside = np.clip(logs, low, high)
         std, memory = np.exp(inside)
         tried = RandomForce(std=float(std), memory=float(memory))
-        found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        try:
+            found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        except np.linalg.LinAlgError:
+            return _INDEFINITE
         return found.deviance + 10.0 * float(np.sum((logs - inside) ** 2))
 
     begin = np.log([force.std, force.memory])

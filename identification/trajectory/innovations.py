@@ -17,6 +17,9 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from identification.trajectory.chain_equations import whitened_rows, whitenings, with_motion
 from identification.trajectory.fit import Fitted
 
+_ROUNDING = 1e-13
+"""Added to a precision with a diagonal of one: a hundred times the rounding error."""
+
 
 def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"]:
     """Standardised one-step errors, NaN where no sample counts."""
@@ -50,7 +53,7 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
         if used.any():
             by, error = rows[k, used], errors[k, used]
             scale = 1.0 / np.sqrt(np.diag(precision))
-            factor = cho_factor(precision * scale[:, None] * scale, lower=True)
+            factor = cho_factor(precision * scale[:, None] * scale + _ROUNDING * np.eye(inside), lower=True)
             spread = by * scale @ cho_solve(factor, (by * scale).T) + np.eye(len(by))
             ahead = error - by * scale @ cho_solve(factor, scale * gradient)
             found[k, used] = solve_triangular(np.linalg.cholesky(spread), ahead, lower=True)

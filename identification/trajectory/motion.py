@@ -23,7 +23,7 @@ from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.effects import AbstractEffect
 from vibrojax.excitation import Harmonic, PiecewiseLinearForce, Unforced
-from vibrojax.integrate import Landing, Trajectory
+from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.integrate.landing import SLOWEST_TOUCH, LandingState
 from vibrojax.model import Model
 from vibrojax.system import Approach, System
@@ -101,7 +101,9 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
         amplitude = jnp.where(still, 0.0, jnp.hypot(safe, cosine))
         base = Harmonic(base_amplitude=amplitude, base_phase=jnp.arctan2(cosine, safe), frequency_hz=one.frequency_hz)
     beside = Unforced() if one.applied is None else one.applied
-    applied = PiecewiseLinearForce(start=one.ts[0], spacing=(one.ts[-1] - one.ts[0]) / (len(force) - 1), values=force, beside=beside)
+    applied = beside
+    if one.prescribed is None:
+        applied = PiecewiseLinearForce(start=one.ts[0], spacing=(one.ts[-1] - one.ts[0]) / (len(force) - 1), values=force, beside=beside)
 
     def acts(file: str) -> Float[Array, ""] | float:
         return jnp.where(one.record == files.index(file), 1.0, 0.0) if file in files else 0.0
@@ -131,17 +133,36 @@ def travelled(
     integrator: Landing,
     segments: Segments,
     vectors: Float[Array, "segments columns"],
-) -> tuple[System, Trajectory, LandingState]:
-    """The rig in every segment, its motion at all knots of the samples, the last one included, and the state of the integrator there."""
+) -> tuple[System, Trajectory, Bool[Array, " segments"]]:
+    """The rig in every segment, its motion at all knots of the samples, the last one included, and whether it was integrated."""
     systems = jax.vmap(lambda one, vector: segment_system(model, unknowns, files, one, vector))(segments, vectors)
-    integrated = len(unknowns.states) - _holds_approach_speed(unknowns)
-    start = integrator.start(systems, segments.ts, vectors[:, :integrated])
-    rigid = isinstance(model.law, AbstractInstantaneousLaw)
+    held = _holds_approach_speed(unknowns)
+    integrated = len(unknowns.states) - held
+    states, speed = vectors[:, :integrated], jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH) if held else None
+    if segments.prescribed is not None:
+        speeds = jnp.full(len(states), SLOWEST_TOUCH) if speed is None else speed
+        follow = lambda motion, speed, *where: Guided(motion, approach_speed=speed)(*where)  # noqa: E731
+        whole = jax.vmap(follow)(segments.prescribed, speeds, systems, segments.ts, states)
+        return systems, eqx.tree_at(lambda one: one.steps, whole, jnp.zeros(len(states), int)), whole.result == SUCCESS
+    along, done = _moving(integrator, systems, segments, states, speed)
+    return systems, eqx.tree_at(lambda one: one.steps, along, jnp.zeros(len(states), int)), done
+
+
+def _moving(
+    integrator: Landing,
+    systems: System,
+    segments: Segments,
+    states: Float[Array, "segments states"],
+    speed: Float[Array, " segments"] | None,
+):
+    """Trajectory and success of segments in which the hammer moves freely."""
+    start = integrator.start(systems, segments.ts, states)
+    rigid = isinstance(systems.law, AbstractInstantaneousLaw)
     if rigid:
         start = jax.vmap(_against_a_rigid_stop)(systems, start, jnp.asarray(segments.resting))
     shortest = SHORTEST_FLIGHT * (segments.ts[:, 1] - segments.ts[:, 0])
-    if _holds_approach_speed(unknowns):
-        start = start._replace(approach_speed=jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH))
+    if speed is not None:
+        start = start._replace(approach_speed=speed)
 
     def unfinished(loop):
         count, carry, t_end = loop
@@ -161,8 +182,9 @@ def travelled(
         lambda first, then: jnp.swapaxes(jnp.concatenate([first[None], then]), 0, 1), _seen(start), later
     )
     none = jnp.zeros(len(segments.ts), int)
-    many = Trajectory(segments.ts, u, v, in_contact, approach_speed, none, jnp.zeros((), int), own)
-    return systems, eqx.tree_at(lambda one: one.steps, many, none), last
+    finite = jnp.isfinite(last.u) & jnp.isfinite(last.v) & jnp.isfinite(last.own).all(axis=1)
+    done = finite & (last.t >= segments.ts[:, -1])
+    return Trajectory(segments.ts, u, v, in_contact, approach_speed, none, jnp.zeros((), int), own), done
 
 
 def _read(systems: System, lanes: Trajectory, segments: Segments):
@@ -226,16 +248,15 @@ def shown(
     vectors: Float[Array, "segments columns"],
     systems: System,
     along: Trajectory,
-    last: LandingState,
+    done: Bool[Array, " segments"],
 ):
     """What the sensors read along a motion, and its end; beside them whether it was integrated."""
     readings, own = _read(systems, along, segments)
     stacked = jax.vmap(partial(_compared, unknowns))(segments, readings, vectors)[:, :-1]
-    end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), own[:, -1]], axis=1)
+    end = jnp.concatenate([jnp.stack([along.u[:, -1], along.v[:, -1]], axis=1), own[:, -1]], axis=1)
     if _holds_approach_speed(unknowns):
-        end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
-    done = jnp.all(jnp.isfinite(end), axis=1) & (last.t >= segments.ts[:, -1])
-    return Passed(stacked, end), done
+        end = jnp.concatenate([end, along.approach_speed[:, -1:]], axis=1)
+    return Passed(stacked, end), done & jnp.all(jnp.isfinite(end), axis=1)
 
 
 def _at_the_stop(system: System, state: LandingState) -> tuple[Approach, LandingState, Float[Array, ""]]:

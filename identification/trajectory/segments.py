@@ -88,6 +88,8 @@ class Segments(eqx.Module):
     """Measured force on the hammer; None where there is none."""
     ahead: dict[str, Float[Hosted, "*segments samples"]] | None
     """By channel that is late, time from a sample of the motion to the reading that it is compared with, s; None where none is."""
+    prescribed: SampledMotion | None
+    """Measured motion relative to the cart, where a machine imposes it: nothing moves freely then, and no random force acts."""
     resting: Bool[Hosted, "*segments"]
     """Whether the body rests on a rigid stop: then only sensors of displacement count."""
     channels: tuple[str, ...] = eqx.field(static=True)
@@ -183,14 +185,14 @@ def chains_of(
     between no sample counts. A channel that comes late is compared with the motion as many samples earlier; `late` gives the time by
     channel, s.
     """
-    lanes: dict[tuple[bool, bool], list[Segments]] = {}
+    lanes: dict[tuple[bool, ...], list[Segments]] = {}
     place, knot, owner, left, first, knots = 0, 0, [], [], [], []
     compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
     channels = tuple(name for name in EVERY_CHANNEL if name in compared)
     for index, record in enumerate(records):
         one = _segments(index, record, samples, channels, place, (np.inf, np.inf) if rest is None else rest[index], late)
         count = len(one.record)
-        lanes.setdefault((one.motion is None, one.applied is None), []).append(one)
+        lanes.setdefault(tuple(each is None for each in (one.motion, one.applied, one.prescribed)), []).append(one)
         owner.append(np.full(count, index))
         left.append(knot + np.arange(count))
         first.append(np.arange(count) == 0)
@@ -279,10 +281,6 @@ def _segments(
     weight = weight.reshape(count, samples, -1) * (displacements | ~resting[:, None, None])
     inputs = inputs_of(record)
     driven = record.kind == "cart-excitation" and inputs.cart is None
-    cart = None
-    if inputs.cart is not None:
-        position, curvature = (_parts(one, samples, count) for one in (inputs.cart.position, inputs.cart.second_derivative))
-        cart = SampledMotion(position=position, second_derivative=curvature)
     return Segments(
         place=place + np.arange(count),
         record=np.full(count, index),
@@ -291,11 +289,21 @@ def _segments(
         weight=weight,
         gap=np.full(count, record.gap),
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
-        motion=cart,
+        motion=_motion_parts(inputs.cart, samples, count),
         applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
         ahead={name: values.reshape(count, samples) for name, values in ahead.items()} if late else None,
+        prescribed=_motion_parts(inputs.prescribed, samples, count),
         resting=resting,
         channels=channels,
+    )
+
+
+def _motion_parts(motion: SampledMotion | None, samples: int, count: int) -> SampledMotion | None:
+    """`_parts` of a motion."""
+    if motion is None:
+        return None
+    return SampledMotion(
+        position=_parts(motion.position, samples, count), second_derivative=_parts(motion.second_derivative, samples, count)
     )
 
 

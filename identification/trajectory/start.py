@@ -34,6 +34,8 @@ FLIGHT_STEPS = 96.0
 """Integration steps in a period of the fastest vibration in flight, at least."""
 _PARABOLA = 2
 """Degree of the polynomial by which a speed beside an impact is read."""
+_OF_A_PERIOD = 1.0 / 6.0
+"""Of the motion, in which a parabola follows it."""
 _CLEAR = 5.0
 """Distance from a place at which a reading is clearly off it, over the noise."""
 _AT_REST = 5
@@ -123,6 +125,9 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
             rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(motion.u) - 1)
             states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
             states[knots, 2:] = np.abs(motion.v).max()  # of an approach speed; corrected at the first touch
+    if isinstance(model.law, AbstractInstantaneousLaw):
+        for knots, record in zip(chains.knots, records, strict=True):
+            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
     start = Estimate(states=states, force=np.zeros(chains.knot_count), shared=shared, own=own)
     return Problem(
         experiment=experiment,
@@ -208,6 +213,16 @@ def _rebounds(record: Record) -> list[tuple[float, float]]:
 def _noise(record: Record) -> float:
     """Of the sensor of the relative motion, m; 0 where there is none."""
     return next((record.noise[name] for name in ("relative_displacement", "hammer_displacement") if name in record.noise), 0.0)
+
+
+def _beginning(record: Record, duration: float, otherwise: np.ndarray) -> np.ndarray:
+    """u, m, and u', m/s, at the first sample: of a parabola through so many seconds, or up to the first impact where that is sooner."""
+    u, time = relative_displacement(record), record.time - record.time[0]
+    if u is None:
+        return otherwise
+    peaks, _ = find_peaks(u, height=u.max() - 0.2 * np.ptp(u), prominence=2.0 * _CLEAR * _noise(record))
+    seen = (time <= duration) & (np.arange(len(u)) < (peaks[0] if len(peaks) else len(u)))
+    return np.polyfit(time[seen], u[seen], _PARABOLA)[[2, 1]] if seen.sum() > _PARABOLA + 1 else otherwise
 
 
 def _rebound(records: list[Record], motions: list[Kinematics | None]) -> dict[str, float]:
