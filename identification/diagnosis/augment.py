@@ -12,18 +12,22 @@ from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
 from vibrojax.effects import AbstractEffect
+from vibrojax.effects.free_form import FreeForm
 
 
-def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
+def augmented(
+    seen: Look, candidate: Candidate, strengths: np.ndarray, *, both: bool = True, progress: Progress = lambda line: None
+) -> Fitted:
     """The model with a candidate in it, fitted from a large random force on.
 
     Args:
         seen: look in which the candidate was found.
         candidate: an effect.
         strengths: of its columns, over the probing strength, from which it starts.
+        both: whether to begin without a random force too, where one is left.
         progress: called with a line in each round.
     """
-    return fit(extended(seen, candidate, strengths), progress=progress)
+    return fit(extended(seen, candidate, strengths), both=both, progress=progress)
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:
@@ -33,6 +37,25 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem
     whole = problem.model_at(at)
     model = dataclasses.replace(whole, effects=(*whole.effects, effect))
     return remodelled(problem, at, model, own=own, states=_states(seen, effect))
+
+
+def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem | None:
+    """The problem with a free form in the model; None where it is no function of the motion alone, as the stop's path in each record."""
+    form = candidate.form
+    if form is None or form.quantity == "stop":
+        return None
+    problem, at = seen.fitted.problem, seen.fitted.at
+    knots = np.unique(form.columns[:, 0])
+    effect = FreeForm(
+        coordinate=form.coordinate,
+        knots=tuple(float(form.knots[k]) for k in knots),
+        of_channel="" if form.quantity == "force" else form.quantity,
+        by_direction=bool((form.columns[:, 1] != 0).any()),
+        scales=(form.size,) * len(strengths),
+        **{f"c{k}": float(form.size * strength) for k, strength in enumerate(strengths, start=1)},
+    )
+    whole = problem.model_at(at)
+    return remodelled(problem, at, dataclasses.replace(whole, effects=(*whole.effects, effect)))
 
 
 def without(fitted: Fitted, name: str) -> Problem:
@@ -47,9 +70,7 @@ def strengthened(members: tuple[AbstractEffect, ...], strengths: np.ndarray) -> 
     own = [p for p in members[0].parameters if p.per_record]
     if own:
         factors = strengths.reshape(len(members), -1)
-        values = {
-            f"{members[0].name}.{p.name}": sum(f * float(getattr(m, p.field)) for f, m in zip(factors, members, strict=True)) for p in own
-        }
+        values = {f"{members[0].name}.{p.name}": np.array([float(getattr(m, p.field)) for m in members]) @ factors for p in own}
         return dataclasses.replace(members[0], **{p.field: 0.0 for p in own}), values
     scaled = [m.scaled(float(factor)) for m, factor in zip(members, strengths, strict=True)]
     return (scaled[0].probe.joined(scaled) if len(scaled) > 1 else scaled[0]), {}
@@ -64,7 +85,7 @@ def _states(seen: Look, effect: AbstractEffect) -> dict[str, np.ndarray]:
     found = np.zeros((chains.knot_count, len(effect.own_states)))
     for knots, course in zip(chains.knots, seen.courses, strict=True):
         own = own_states(stacked, [effect], course)[0]
-        kept = np.asarray(effect.kept(own, course.readings, effect.read(course.readings, course.motion, own)))
+        kept = np.asarray(effect.memory(course.readings, effect.read(course.readings, course.motion, own), own))
         rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)
         found[knots] = kept[rows]
     return {f"{effect.name}.{state.name}": found[:, k] for k, state in enumerate(effect.own_states)}

@@ -7,63 +7,57 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from identification.diagnosis.assertion import asserted, considered, twins
-from identification.diagnosis.beginnings import beginnings
-from identification.diagnosis.calibration import ALPHA, RELEVANT
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, NOT_FINISHED, RESTLESS, UNLISTED, Asserted, Diagnosis, Location, Side
-from identification.diagnosis.errors import numbers
-from identification.diagnosis.free_form.free_form import Learned, learn
-from identification.diagnosis.held_out import Predictions
-from identification.diagnosis.locate.locate import locate
-from identification.diagnosis.locate.loop_kink import loop_kink
-from identification.diagnosis.locate.next_experiment import next_experiment
-from identification.diagnosis.locate.restitution import lost_in_contacts
-from identification.diagnosis.relevance import residual_share, share_added, share_predicted
-from identification.diagnosis.score.scored import Scored
-from identification.diagnosis.score.signature import signatures
-from identification.diagnosis.search.among import limit_warning
-from identification.diagnosis.search.forward import BUDGET, FAILED, MOST, Search, search
+from identification.diagnosis.augment import learned
+from identification.diagnosis.decide import LEVEL, Evidence, decide
+from identification.diagnosis.diagnosis import (
+    ADEQUATE,
+    MISSING,
+    NOT_FINISHED,
+    RESTLESS,
+    UNDECIDED,
+    UNLISTED,
+    Asserted,
+    Considered,
+    Diagnosis,
+    Number,
+    Side,
+)
+from identification.diagnosis.evidence import chance
+from identification.diagnosis.left_out import left_out_density, left_out_fits
+from identification.diagnosis.location import locate
+from identification.diagnosis.look import Look, Scored, best_of_each, detail, limit_warning, look, weighed_anew
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, search
 from identification.diagnosis.sentences import sentences
-from identification.estimation.nominal import follows_records, nominal_fit
-from identification.estimation.records import record_fits
+from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
+from identification.estimation.prediction import record_fits
 from identification.estimation.ring_downs import ring_downs
+from identification.estimation.unseen import held_back_chain, rms_nrmse
 from identification.experiment import Experiment
-from identification.least_squares.fit import integrator_for
-from identification.least_squares.settling import settled_without_force
-from identification.likelihood.fitted import Fitted
-from identification.result.result import RecordFit
-from identification.result.ring_down import RingDowns
-from identification.result.variation import disagreements, unrest
-from identification.windows.declared_model import varying
-from identification.windows.prepare import MOST_SAMPLES, prepare
+from identification.result.result import OK, RecordFit
+from identification.trajectory.additions import Reestimated
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.start import problem_of
 from vibrojax.effects import EFFECTS
+from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
-_SHOWN = 3
-"""Candidates whose free vibration is simulated beside that of both models."""
-_ENDED = {
-    BUDGET: f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes",
-    FAILED: f"{NOT_FINISHED}: the best alternative, which is significant, could not be fitted on whole windows",
-    MOST: "the search stopped after as many effects as it adds to one model: more may be missing",
-}
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class _Cause:
-    """Verdict and final model, with the formula of its free-form term if it has one."""
-
-    verdict: str
-    fitted: Fitted
-    formula: str = ""
+_FORMS = 3
+"""Free forms that are weighed anew, the best by score."""
+_DECIMALS = 4
+"""Of a probability."""
 
 
 class _Course:
-    """Wall time by stage, and the deadline after which no search step begins."""
+    """Wall time by stage, and the end of the budget."""
 
     def __init__(self, budget_minutes: float, progress: Progress) -> None:
         self.seconds: dict[str, float] = {}
         self.progress = progress
-        self.deadline = time.monotonic() + 60.0 * budget_minutes
+        self._deadline = time.monotonic() + 60.0 * budget_minutes
+
+    def spent(self) -> bool:
+        """Whether the budget has been used up."""
+        return time.monotonic() > self._deadline
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -71,6 +65,32 @@ class _Course:
         begin = time.monotonic()
         yield
         self.seconds[name] = time.monotonic() - begin
+
+
+Free = tuple[tuple[Scored, Reestimated, float], ...]
+"""Free forms with all variances estimated anew, and their gains, the best first."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Weighed:
+    """A fitted model with its errors on what was left out.
+
+    Attributes:
+        fitted: the model.
+        density: -2 log predictive density of what was left out.
+        left_out: records predicted by what the others say.
+        held_back: records that entered no fit, with the chain's -2 log density; None without any.
+    """
+
+    fitted: Fitted
+    density: float
+    left_out: tuple[RecordFit, ...]
+    held_back: tuple[RecordFit, ...]
+
+    @property
+    def error(self) -> float:
+        """Rms error of the free motion on records held back, else on those left out in turn."""
+        return rms_nrmse(self.held_back or self.left_out)
 
 
 def diagnose_experiment(
@@ -81,171 +101,301 @@ def diagnose_experiment(
     budget_minutes: float = 5.0,
     progress: Progress = lambda stage: None,
 ) -> Diagnosis:
-    """Fit the nominal model, search for missing effects and return the verdict. The procedure uses no random numbers.
-
-    Of long records the first part is diagnosed (`beginnings`), with a warning.
+    """Fit the nominal model, search for missing effects and return the verdict; the same records give the same one.
 
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         among: names of the effects that may be added to the model, all listed ones if left out; `among_effects` checks names.
-        budget_minutes: time after which no search step begins; the verdict then states that the search was not finished.
+        budget_minutes: time after which no further effect is looked for; the verdict is then `UNDECIDED`, with what was found.
         progress: called with a line of text at each stage.
 
     Raises:
-        NoConvergenceError: the nominal model cannot be integrated in any window.
+        NoConvergenceError: the nominal model cannot be fitted at all.
     """
     course = _Course(budget_minutes, progress)
-    experiment, partly = beginnings(experiment, MOST_SAMPLES)
     with course.stage("nominal"):
         progress("reading first guesses from the records")
-        start = nominal_fit(prepare(experiment, law=law), progress=progress).fitted
+        nominal = fit(problem_of(experiment, law=law), progress=progress)
     with course.stage("search"):
-        found = search(start, deadline=course.deadline, among=among, progress=progress)
-    with course.stage("model"):
-        term = found.learned or learn(found.last, deadline=course.deadline, progress=progress)
-        predicted = Predictions(experiment)
-        cause = _cause(found, term, predicted)
-    diagnosis = _concluded(experiment, found, cause, among, course, predicted)
-    return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *partly))
+        found = search(nominal, among, progress=progress, spent=course.spent)
+        last = found.last.look if found.last is not None else look(found.final, among)
+    with course.stage("evidence"):
+        progress("predicting what was left out")
+        before = _weighed(nominal, experiment)
+        after = before if found.final is nominal else _weighed(found.final, experiment)
+        left = _free(last)
+        reasons = {step.alternatives[0].name: _refused(found, step, before, after, left) for step in found.steps}
+        verdict = _verdict(found, reasons, left)
+        if verdict == UNLISTED:
+            after, formula = _learned(found, before, after, left, last, experiment, progress)
+        else:
+            formula = ""
+            after = after if verdict in (MISSING, UNDECIDED) else before
+    with course.stage("location"):
+        return _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
 
 
-def _cause(found: Search, term: Learned | None, predicted: Predictions) -> _Cause:
-    """Verdict from the share of the misfit: a free-form term if it adds more than `RELEVANT` to the listed effects; else these, if any.
+def _weighed(fitted: Fitted, experiment: Experiment) -> _Weighed:
+    """A model with its errors on what was left out, and on records held back."""
+    chain = held_back_chain(fitted, experiment)
+    density = left_out_density(fitted) if chain is None else chain.solution.deviance
+    return _Weighed(
+        fitted=fitted,
+        density=density,
+        left_out=left_out_fits(fitted) if chain is None else (),
+        held_back=() if chain is None else record_fits(chain),
+    )
 
-    It has to add as much on held-back records, else on windows left out of the fit, where these can be predicted: a flexible term always
-    gains on those it was fitted to. Without listed effects, the verdict depends on whether the random force is significant. A random force
-    beside which many windows still deviate from the recorded motion explains nothing: the cause is then an unlisted one.
-    """
-    nominal, model = found.first.fitted, found.fitted
-    if (
-        term is not None
-        and share_added(nominal, model, term.fitted) > RELEVANT
-        and not share_predicted(predicted(model), predicted(term.fitted)) <= RELEVANT
-    ):
-        return _Cause(verdict=UNLISTED, fitted=term.fitted, formula=term.formula)
-    if model.names:
-        return _Cause(verdict=MISSING, fitted=model)
-    if not follows_records(model):
-        return _Cause(verdict=UNLISTED, fitted=model)
-    return _Cause(verdict=RESTLESS if unrest(model, alpha=ALPHA) else ADEQUATE, fitted=model)
+
+def _free(seen: Look) -> Free:
+    """The best free forms beside a model, all variances estimated anew."""
+    base = weighed_anew(seen, None).deviance
+    found = [(one, weighed := weighed_anew(seen, one.candidate), base - weighed.deviance) for one in seen.free[:_FORMS]]
+    return tuple(sorted(found, key=lambda one: -one[2]))
+
+
+def _refused(found: Search, step: Step, before: _Weighed, after: _Weighed, left: Free) -> str:
+    """Why an effect of the final model is not asserted; empty where it is."""
+    one = step.alternatives[0]
+    effect = next(each for each in found.final.problem.model_at(found.final.at).effects if each.name == one.name)
+    alone = effect.record is not None  # acts in one record, of which the others say nothing
+    scored = left[0] if left else None
+    evidence = Evidence(
+        gain=one.best,
+        degrees=one.degrees,
+        tried=one.tried,
+        strength=_strength(found.final, one.name),
+        held_out=None if alone else before.density - after.density,
+        errors=None if alone else (before.error, after.error),
+        left=0.0 if scored is None else scored[2],
+        left_degrees=1 if scored is None else len(scored[0].candidate.signals),
+        forms=max(len(left), 1),
+    )
+    return decide(evidence)
+
+
+def _strength(fitted: Fitted, name: str) -> float:
+    """Strength of an effect over its standard error; of one estimated in every record, over the weakest error that any gives."""
+    problem, unknowns = fitted.problem, fitted.problem.unknowns
+    effect = next(one for one in problem.model_at(fitted.at).effects if one.name == name)
+    twice, errors = effect.scaled(2.0), fitted.stderr
+    found = []
+    for p in effect.parameters:
+        full = f"{name}.{p.name}"
+        if p.per_record:
+            place = unknowns.own.index(full)
+            error = fitted.solution.own_error[:, place] * problem.border.own_scale[place]
+            found.append(float(np.max(np.abs(fitted.at.own[:, place]) / np.maximum(error, 1e-300))))
+        elif not p.searched and float(getattr(twice, p.field)) != float(getattr(effect, p.field)):
+            index = unknowns.index(full)
+            moved = 1.0 if p.logarithmic else abs(float(fitted.at.shared[index])) - abs(_neutral(effect, p.field))
+            found.append(abs(moved) / max(float(errors[index]), 1e-300))
+    return max(found, default=np.inf)
+
+
+def _neutral(effect, field: str) -> float:
+    """Value of a strength at which its effect does nothing."""
+    return float(getattr(effect.scaled(0.0), field))
+
+
+def _verdict(found: Search, reasons: dict[str, str], left: Free) -> str:
+    """The verdict; `decide` alone says whether an effect is asserted."""
+    if not found.finished or not found.final.converged:
+        return UNDECIDED
+    unexplained = bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), len(left)) < LEVEL
+    if reasons and not any(reasons.values()):
+        return MISSING
+    if reasons or unexplained:
+        return UNLISTED
+    return RESTLESS if unrest(found.final, alpha=LEVEL) else ADEQUATE
+
+
+def _learned(
+    found: Search, before: _Weighed, after: _Weighed, left: Free, last: Look, experiment: Experiment, progress: Progress
+) -> tuple[_Weighed, str]:
+    """The model that predicts best among the nominal one, that of the search, and that with the free form in it; and its formula."""
+    tried = [(before, "")] + ([(after, "")] if after is not before else [])
+    if left and (problem := learned(last, left[0][0].candidate, left[0][1].strengths)) is not None:
+        progress("fitting the free form")
+        try:
+            fitted = fit(problem, progress=progress)
+            effect = fitted.problem.model_at(fitted.at).effects[-1]
+            tried.append((_weighed(fitted, experiment), effect.equation))
+        except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
+            pass
+    return min(tried, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
 
 
 def _concluded(
-    experiment: Experiment, found: Search, cause: _Cause, among: Collection[str], course: _Course, predicted: Predictions
+    experiment: Experiment,
+    found: Search,
+    verdict: str,
+    formula: str,
+    before: _Weighed,
+    after: _Weighed,
+    left: Free,
+    reasons: dict[str, str],
+    among: Collection[str],
+    course: _Course,
 ) -> Diagnosis:
-    """The verdict with its evidence: held-out errors, alternatives, location of the misfit, next experiment."""
-    start, verdict, after = found.first.fitted, cause.verdict, cause.fitted
-    with course.stage("evidence"):
-        course.progress("predicting windows left out of the fit")
-        shown_before = _side(start, predicted)
-        shown_after = shown_before if after is start else _side(after, predicted)
-        named = asserted(found, after, shown_after.parameters) if verdict == MISSING else ()
-        ambiguous = twins(found.steps, tuple(one.effect.name for one in named)) if named else ()
-        location = _location(found.first, named, verdict)
-        rows = considered(found, predicted.windows)
-        advice = next_experiment(found, ambiguous)
-        lost = lost_in_contacts(location, shown_before) if verdict == UNLISTED else None
-        restless = unrest(after, alpha=ALPHA)
-        decays = _ring_downs(found, experiment, shown_before, shown_after)
-        said = sentences(
+    """The verdict with its evidence: errors, alternatives, location of the misfit."""
+    course.progress("describing where the misfit acts")
+    shown_before = _side(before)
+    shown_after = shown_before if after is before else _side(after)
+    named = tuple(_asserted(found, step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
+    named = tuple(sorted(named, key=lambda one: -one.probability))
+    ambiguous = tuple(dict.fromkeys(name for step in found.steps for name in _twins(step))) if verdict == MISSING else ()
+    location = None
+    if verdict in (MISSING, UNLISTED, UNDECIDED):
+        first = found.steps[0].look if found.steps else found.last.look if found.last is not None else None
+        if first is not None:
+            free = _free(first) if found.steps else left
+            effect = next((one.effect for one in named if one.effect.record is not None), named[0].effect if named else None)
+            location = locate(first, shown_before.records, free, effect)
+    restless = unrest(after.fitted, alpha=LEVEL)
+    finished = found.finished
+    models = {"nominal": shown_before.model} | ({} if after is before else {"augmented": shown_after.model})
+    return Diagnosis(
+        experiment=experiment,
+        verdict=verdict,
+        sentences=sentences(
             verdict,
             named,
             ambiguous,
             location,
             shown_before,
             shown_after,
-            cause.formula,
+            formula,
             restless,
-            lost,
-            in_part=_in_part(found, predicted) if verdict == UNLISTED else None,
-            finished=found.ended not in (BUDGET, FAILED),
-            limited=bool(limit_warning(among)),
-        )
-    return Diagnosis(
-        experiment=experiment,
-        verdict=verdict,
-        sentences=said,
+            reasons={name: reason for name, reason in reasons.items() if reason},
+            finished=finished,
+            limited=len(among) < len(EFFECTS),
+        ),
         effects=named,
-        free_form=cause.formula,
+        free_form=formula,
         ambiguous_with=ambiguous,
         location=location,
-        considered=rows,
+        considered=_considered(found),
         nominal=shown_before,
         augmented=shown_after,
         unrest=restless,
-        next_experiment=advice,
-        warnings=(*_warnings(found, after, shown_after), *limit_warning(among)),
+        reading_error=sensor_errors(after.fitted),
+        next_experiment="",
+        warnings=(*_warnings(found), *limit_warning(among)),
         seconds=course.seconds,
-        ring_downs=decays,
+        ring_downs=ring_downs(experiment, (*shown_before.records, *shown_before.held_back), models),
     )
 
 
-def _in_part(found: Search, predicted: Predictions) -> tuple[tuple[str, ...], float] | None:
-    """Summaries of the listed effects that the search added, with the share of the misfit that they explain; None if not relevant.
-
-    The misfit is the squared error on what was left out of the fit; in the fit where no part of the records can be left out.
-    """
-    if not found.fitted.names:
-        return None
-    explained = share_predicted(predicted(found.first.fitted), predicted(found.fitted))
-    if np.isnan(explained):
-        explained = 1.0 - residual_share(found.fitted, found.first.fitted)
-    return (tuple(effect.summary for effect in found.fitted.model.effects), min(explained, 1.0)) if explained > RELEVANT else None
-
-
-def _ring_downs(found: Search, experiment: Experiment, before: Side, after: Side) -> RingDowns:
-    """Damping and frequency by amplitude: of the records, both models, and the best candidates of the first search step."""
-    models = {"nominal": before.model}
-    for one in (found.steps[0].alternatives if found.steps else found.refused)[:_SHOWN]:
-        if one.fitted.names != tuple(effect.name for effect in after.model.effects):
-            models.setdefault(one.name, one.fitted.model)
-    models |= {} if after is before else {"augmented": after.model}
-    return ring_downs(experiment, (*after.records, *after.held_back), models)
-
-
-def _warnings(found: Search, after: Fitted, side: Side) -> tuple[str, ...]:
-    """Warnings beside the verdict: unfinished search, no convergence, parameters without a standard error."""
-    said = [_ENDED[found.ended]] if found.ended in _ENDED else []
-    if not after.converged:
-        said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
-    held = after.prepared.fixed
-    if names := varying(after.prepared.experiment):
-        said.append(f"varies of {', '.join(names)} is not used: the search adds what varies between records where it is significant")
-    if lost := [p.symbol for p in side.parameters if p.stderr is None and p.name not in held]:
-        said.append(f"without an error, at the edge of their range or not identifiable from these records: {', '.join(lost)}")
-    return tuple(said)
-
-
-def _side(fitted: Fitted, predicted: Predictions) -> Side:
-    """A model with parameters, errors and predictions, for the fitted records and for those held back."""
+def _side(one: _Weighed) -> Side:
+    """A model with parameters, errors and predictions."""
+    fitted = one.fitted
+    records = record_fits(fitted)
+    chi2 = sum(value * record.samples for record in records for value in record.chi2_reduced.values())
+    samples = sum(record.samples for record in records for _ in record.chi2_reduced)
     return Side(
-        model=fitted.model,
-        parameters=numbers(fitted),
-        chi2_reduced=fitted.chi2_reduced,
-        held_out_nrmse=predicted(fitted),
-        records=_fits(fitted),
-        disagreements=disagreements(fitted),
-        held_back=predicted.records(fitted),
+        model=fitted.problem.model_at(fitted.at),
+        parameters=_numbers(fitted),
+        chi2_reduced=chi2 / max(samples, 1),
+        held_out_nrmse=one.error,
+        records=records,
+        disagreements=between_records(fitted),
+        held_back=one.held_back,
     )
 
 
-def _fits(fitted: Fitted) -> tuple[RecordFit, ...]:
-    """Every fitted record with its prediction, without random force."""
-    prepared, estimate = fitted.prepared, settled_without_force(fitted.prepared, fitted.estimate)[0]
-    return record_fits(prepared, integrator_for(prepared), estimate, np.full(estimate.nuisances.shape, np.nan))
+def _numbers(fitted: Fitted) -> tuple[Number, ...]:
+    """Every shared parameter with its standard error; None where it is not identifiable or at a bound."""
+    table = estimates(fitted, uncertainty(fitted), {}, first={})
+    return tuple(
+        Number(
+            name=one.spec.name,
+            symbol=one.spec.symbol,
+            unit=one.spec.unit,
+            value=one.value,
+            stderr=float(np.hypot(one.stderr, one.spec.resolution)) if one.status == OK and one.stderr is not None else None,
+        )
+        for one in table
+    )
 
 
-def _location(first: Scored, named: tuple[Asserted, ...], verdict: str) -> Location | None:
-    """Location of the nominal model's misfit; None where the verdict finds none."""
-    if verdict in (ADEQUATE, RESTLESS):
-        return None
-    effects = [one.effect for one in named]
-    effect = next((one for one in effects if one.record is not None), effects[0] if effects else None)
-    acting = None if effect is None else signatures(first.at, first.courses, first.fitted.prepared.layout.files, [effect])[0].force
-    found = locate(first.fitted.prepared, first.fitted.estimate, first.at, named=effect, acting=acting)
-    if verdict == UNLISTED:
-        return dataclasses.replace(found, kink=loop_kink(first))
-    if effect is not None and effect.record is not None:
-        return dataclasses.replace(found, record=effect.record)
-    return found
+def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted:
+    """One effect of the final model with its probability and parameters."""
+    name = step.alternatives[0].name
+    effect = next(one for one in side.model.effects if one.name == name)
+    prefix = f"{name}."
+    numbers = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in side.parameters if n.name.startswith(prefix)]
+    own = [place for place, each in enumerate(fitted.problem.unknowns.own) if each.startswith(prefix)]
+    if own:
+        unit = next(p.unit for p in effect.parameters if p.per_record)
+        size = float(np.sqrt(np.mean(np.sum(fitted.at.own[:, own] ** 2, axis=1))))
+        numbers.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
+    gaps = {record.gap for record in fitted.problem.experiment.records}
+    return Asserted(
+        effect=effect,
+        probability=round(_probability(step), _DECIMALS),
+        parameters=tuple(numbers),
+        gap=gaps.pop() if len(gaps) == 1 else None,
+    )
+
+
+def _criterion(one: Alternative, samples: int) -> float:
+    """Bayesian information criterion, less that of the model without the effect."""
+    return one.degrees * float(np.log(max(samples, 1))) - one.best
+
+
+def _probability(step: Step) -> float:
+    """Weight exp(-BIC / 2) of the best among the alternatives of its step, times 1 - chance."""
+    best, samples = step.alternatives[0], step.look.fitted.local.samples
+    lowest = _criterion(best, samples)
+    weights = [float(np.exp(-0.5 * min(_criterion(one, samples) - lowest, 1400.0))) for one in step.alternatives]
+    mine = sum(weight for weight, one in zip(weights, step.alternatives, strict=True) if one.name == best.name)
+    return (1.0 - chance(best.best, best.degrees, best.tried)) * mine / sum(weights)
+
+
+def _twins(step: Step) -> list[str]:
+    """Effects that the records cannot separate from the best: chance alone could have put these first."""
+    best, samples = step.alternatives[0], step.look.fitted.local.samples
+    within = -2.0 * float(np.log(LEVEL))
+    near = [one.name for one in step.alternatives[1:] if _criterion(one, samples) - _criterion(best, samples) < within]
+    return [name for name in near if name != best.name]
+
+
+def _considered(found: Search) -> tuple[Considered, ...]:
+    """All candidates by step and decreasing score, with what came of those that were weighed anew or fitted."""
+    rows = []
+    for step in (*found.steps, *([found.last] if found.last is not None else [])):
+        tried = {one.candidate.key: one for one in step.alternatives}
+        samples = step.look.fitted.local.samples
+        beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
+        for key, scored in best_of_each(step.look.listed).items():
+            one = tried.get(key)
+            degrees = int(scored.known.sum()) or 1
+            rows.append(
+                Considered(
+                    name=scored.candidate.name,
+                    detail=detail(scored.candidate),
+                    gain=scored.gain,
+                    chance=chance(scored.gain, degrees, len(step.look.listed)),
+                    drop=None if one is None else one.best,
+                    bic=None if one is None else _criterion(one, samples) - _criterion(step.alternatives[0], samples),
+                    held_out=None,
+                    beside=beside,
+                )
+            )
+    return tuple(rows)
+
+
+def _warnings(found: Search) -> tuple[str, ...]:
+    """Warnings beside the verdict: unfinished search, no convergence."""
+    said = []
+    if not found.finished:
+        said.append(f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes")
+    if len(found.steps) == MOST_EFFECTS:
+        said.append("the search stopped after as many effects as it adds to one model: more may be missing")
+    if not found.final.converged:
+        said.append("the last fit stopped before it had converged: its numbers may still move by more than their errors")
+    if lost := int(np.sum(~found.final.linear.done)):
+        said.append(f"{lost} of {len(found.final.linear.done)} segments could not be integrated and do not count")
+    return tuple(said)

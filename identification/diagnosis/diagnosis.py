@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
-from identification.result.result import RecordFit
+from identification.result.result import RecordFit, SensorError
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
 from identification.result.variation import Disagreement, Unrest
@@ -17,7 +17,7 @@ NOT_FINISHED = "not finished"
 """First words of the warning that the time budget ended the search."""
 LIMITED = "limited on request"
 """Begin of the warning of a diagnosis that did not look for all listed effects."""
-ADEQUATE, RESTLESS, MISSING, UNLISTED = "adequate", "restless", "missing", "unlisted"
+ADEQUATE, RESTLESS, MISSING, UNLISTED, UNDECIDED = "adequate", "restless", "missing", "unlisted", "undecided"
 _MISSING = " of what is missing ({self.quantity}) against {self.coordinate}"
 
 
@@ -63,11 +63,11 @@ class Profile:
     """Mean missing force, or residual, against one coordinate of the motion, in bins.
 
     Attributes:
-        coordinate: "time", "excitation phase", "displacement", "velocity", "indentation", "impact speed" or "time since impact".
+        coordinate: "displacement", "velocity", "indentation", "time" or "reading".
         unit: of the coordinate.
-        quantity: "force" (N), or the channel of the residual (in units of its noise).
+        quantity: "force" (N), "stop" (its place), or the channel of the residual (in units of its noise).
         center, mean, stderr: (bins,); median coordinate, mean and standard error of the quantity.
-        explained: share of the excess misfit that the bin means predict in records, or periods, left out of them.
+        explained: gain of likelihood by the free form over this coordinate, over that of the best one.
     """
 
     coordinate: str
@@ -85,35 +85,6 @@ class Profile:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class LoopKink:
-    """A kink of the contact law: force against indentation as recorded, and two regressions, without and with the kink.
-
-    Attributes:
-        depth: indentation beyond which the stop is stiffer, m.
-        files: of the records with contacts.
-        record: (samples,) index into `files` of each sample in contact.
-        contact: (samples,) number of its contact, unique over all records.
-        indentation: (samples,) from the position of the stop in the smoothed records, m.
-        force: (samples,) of the load cell, or inertia of the hammer where the load cell shows no loops, N.
-        without_kink, with_kink: (samples,) force of the best contact law without and with a kink, N.
-    """
-
-    depth: float
-    files: tuple[str, ...]
-    record: np.ndarray = series("sample", words="which of the records with contacts, from 0")
-    contact: np.ndarray = series("sample", words="number of the contact, no two alike")
-    indentation: np.ndarray = series("sample", unit="m", words="indentation in contact, as recorded")
-    force: np.ndarray = series("sample", unit="N", words="force in contact, as recorded")
-    without_kink: np.ndarray = series("sample", unit="N", words="force of the contact law without a kink")
-    with_kink: np.ndarray = series("sample", unit="N", words="force of the contact law with a kink")
-
-    @property
-    def deeper(self) -> tuple[str, ...]:
-        """Files of the records with samples beyond `depth`."""
-        return tuple(file for index, file in enumerate(self.files) if (self.indentation[self.record == index] > self.depth).any())
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class Location:
     """Location of the nominal model's misfit: channel, record, phase of the motion and coordinate.
 
@@ -128,7 +99,6 @@ class Location:
         record: file, of an effect that acts in one record only; else None.
         sentence: the location in words for a test engineer.
         profiles: by coordinate, the best first.
-        kink: kink of the contact law, if the records show one and no listed effect explains the misfit.
         maps: by record file, mean squared residual over the noise variance in equal parts of the record (rows) and of the excitation
             period (columns); (24, 24); NaN where there is none.
     """
@@ -148,7 +118,6 @@ class Location:
         "part_of_period",
         words="mean squared residual over the noise variance, by part of the record and of the excitation period",
     )
-    kink: LoopKink | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -211,7 +180,7 @@ class Diagnosis:
     """The verdict on one experiment.
 
     Attributes:
-        verdict: `ADEQUATE`, `RESTLESS`, `MISSING` or `UNLISTED`.
+        verdict: `ADEQUATE`, `RESTLESS`, `MISSING`, `UNLISTED` or `UNDECIDED`.
         sentences: the verdict in words: first what is missing, then its effect on the error; two to six of them.
         effects: asserted, the most probable first.
         free_form: formula of the learned term where no listed effect explains the misfit; empty otherwise.
@@ -220,6 +189,7 @@ class Diagnosis:
         considered: all candidates, by search step and decreasing expected gain.
         nominal, augmented: nominal and final model; the same where nothing is missing.
         unrest: random force beside the augmented model; None where it is not significant.
+        reading_error: size and order of every sensor's error, by channel.
         next_experiment: a further record that would separate the leading alternatives.
         warnings: for the reader.
         seconds: wall time by stage.
@@ -237,6 +207,7 @@ class Diagnosis:
     nominal: Side
     augmented: Side
     unrest: Unrest | None
+    reading_error: dict[str, SensorError]
     next_experiment: str
     warnings: tuple[str, ...]
     seconds: dict[str, float]
@@ -292,6 +263,7 @@ class Diagnosis:
             "nominal": _side(self.nominal),
             "augmented": _side(self.augmented),
             "unrest": None if self.unrest is None else self.unrest.document(),
+            "reading_error": {name: {"rms": one.rms, "unit": one.unit, "order": one.order} for name, one in self.reading_error.items()},
             "ring_downs": self.ring_downs.document(),
             "free_form": self.free_form,
             "next_experiment": self.next_experiment,
@@ -316,5 +288,4 @@ def _location(location: Location | None) -> dict[str, Any] | None:
     if location is None:
         return None
     plain = ("channel", "records", "channels", "phase", "coordinate", "interval", "time", "record", "sentence")
-    kink = None if location.kink is None else {"depth": location.kink.depth, "records": list(location.kink.deeper)}
-    return {name: getattr(location, name) for name in plain} | {"kink": kink}
+    return {name: getattr(location, name) for name in plain}

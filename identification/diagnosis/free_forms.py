@@ -4,6 +4,9 @@ Hats on a grid: a force of place and direction, a force of speed, a force of ind
 error of a reading over its own value. With everything that acts in the model, none of them gains more than chance does.
 """
 
+import dataclasses
+from collections.abc import Iterator
+
 import numpy as np
 from jaxtyping import Float
 
@@ -18,56 +21,112 @@ _PATHS = 4
 """Knots of the stop's path in each record, beside its start."""
 
 
-def hats(values: Float[np.ndarray, " time"], low: float, high: float, count: int) -> Float[np.ndarray, "hats time"]:
-    """Piecewise linear functions that add up to one between low and high, constant beyond."""
-    place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
-    return np.clip(1.0 - np.abs(place - np.arange(count)[:, None]), 0.0, 1.0)
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Form:
+    """One free form.
+
+    Attributes:
+        coordinate: "displacement", "velocity", "indentation", "time" or "reading".
+        quantity: "force", "stop" or a channel.
+        unit: of the coordinate.
+        knots: where its hats stand; (knots,).
+        columns: knot, and direction of u' (1, -1, or 0 for both) or record, of each column; (columns, 2).
+        size: value that a column's strength of one stands for, SI.
+        signals: of the columns.
+    """
+
+    coordinate: str
+    quantity: str
+    unit: str
+    knots: np.ndarray
+    columns: np.ndarray
+    size: float
+    signals: tuple[Signal, ...]
+
+    @property
+    def name(self) -> str:
+        """For tables."""
+        quantity = {"force": "force", "stop": "place of the stop"}.get(self.quantity, self.quantity.replace("_", " "))
+        return f"any {quantity} over {self.coordinate}"
 
 
-def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales) -> dict[str, tuple[Signal, ...]]:
-    """Signals of every free form by name."""
+def hats(values: Float[np.ndarray, " time"], knots: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "knots time"]:
+    """Piecewise linear functions that add up to one, each one at its knot; constant beyond the ends."""
+    return np.stack([np.interp(values, knots, unit) for unit in np.eye(len(knots))])
+
+
+def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales) -> Iterator[Form]:
+    """Every free form that the records can show."""
     problem, chains = fitted.problem, fitted.problem.chains
-    size = problem.scales.force
     records = problem.experiment.records
-    along = [(np.asarray(c.motion.u), np.asarray(c.motion.v), np.asarray(c.motion.indentation)) for c in courses]
-    inside = [tuple(values[: len(r.time)] for values in one) for one, r in zip(along, records, strict=True)]
-    all_u, all_v = (np.concatenate([one[k] for one in inside]) for k in (0, 1))
-    (low, high), fastest = np.quantile(all_u, [0.01, 0.99]), float(np.quantile(np.abs(all_v), 0.99))
+    lengths = [len(record.time) for record in records]
+    u, v = (np.concatenate([np.asarray(getattr(c.motion, x))[:n] for c, n in zip(courses, lengths, strict=True)]) for x in ("u", "v"))
+    force = problem.scales.force
+    both, ways = np.array([0]), np.array([1, -1])
 
-    def force(columns) -> tuple[Signal, ...]:
-        """Signals of forces, from the columns of every record."""
-        made = [[on_segments(chains, index, size * column) for column in columns(*one)] for index, one in enumerate(along)]
-        return tuple(Signal(force=np.concatenate(parts), stop=None, readings={}) for parts in zip(*made, strict=True))
+    def of_force(coordinate: str, unit: str, knots: np.ndarray, series, directions: np.ndarray, *, skip: int = 0) -> Form:
+        columns = [(k, way) for k in range(skip, len(knots)) for way in directions]
+        made = []
+        for index, course in enumerate(courses):
+            value, speed = hats(np.asarray(series(course)), knots), np.asarray(course.motion.v)
+            acts = {0: 1.0, 1: speed > 0, -1: speed <= 0}
+            made.append([on_segments(chains, index, force * value[k] * acts[int(way)]) for k, way in columns])
+        signals = tuple(Signal(force=np.concatenate(parts), stop=None, readings={}) for parts in zip(*made, strict=True))
+        return Form(
+            coordinate=coordinate,
+            quantity="force",
+            unit=unit,
+            knots=knots,
+            columns=np.array(columns),
+            size=force,
+            signals=signals,
+        )
 
-    found = {
-        "force of displacement and direction": force(
-            lambda u, v, _: [hat * way for hat in hats(u, low, high, _HATS) for way in (v > 0, v <= 0)]
-        ),
-        "force of velocity": force(lambda u, v, _: hats(v, -fastest, fastest, 2 * _HATS)),
-    }
+    back, front = np.quantile(u, [0.01, 0.99])
+    yield of_force("displacement", "m", np.linspace(back, front, _HATS), lambda c: c.motion.u, ways)
+    fastest = float(np.quantile(np.abs(v), 0.99))
+    yield of_force("velocity", "m/s", np.linspace(-fastest, fastest, 2 * _HATS), lambda c: c.motion.v, both)
     if scales.deepest > 0:
-        deep = scales.deepest
-        found["force of indentation and direction"] = force(
-            lambda u, v, depth: [hat * way for hat in hats(depth, -deep, deep, 5)[1:] for way in (v > 0, v <= 0)]
-        )
-        paths = []
-        for index, record in enumerate(records):
-            share = (record.time - record.time[0]) / (record.time[-1] - record.time[0])
-            for hat in hats(share, 0.0, 1.0, _PATHS + 1)[1:]:
-                stop = np.zeros((len(chains.left), chains.samples + 1))
-                stop[chains.of_record(index)] = on_segments(chains, index, 1e-4 * hat)
-                paths.append(Signal(force=None, stop=stop, readings={}))
-        found["place of the stop in time"] = tuple(paths)
+        deep = np.linspace(-scales.deepest, scales.deepest, 5)
+        yield of_force("indentation", "m", deep, lambda c: c.motion.indentation, ways, skip=1)
+        yield _paths(fitted)
     for channel in chains.channels:
-        values = [np.asarray(c.readings[channel]) for c in courses]
-        whole = np.concatenate([one[: len(r.time)] for one, r in zip(values, records, strict=True)])
-        bottom, top = np.quantile(whole, [0.005, 0.995])
-        if not top > bottom:
+        values = [np.asarray(course.readings[channel]) for course in courses]
+        low, high = np.quantile(np.concatenate([one[:n] for one, n in zip(values, lengths, strict=True)]), [0.005, 0.995])
+        if not high > low:
             continue
-        made = [
-            [on_segments(chains, i, scales.noise[channel] * hat) for hat in hats(one, bottom, top, _HATS)] for i, one in enumerate(values)
-        ]
-        found[f"reading of {channel}"] = tuple(
-            Signal(force=None, stop=None, readings={channel: np.concatenate(parts)}) for parts in zip(*made, strict=True)
+        knots, noise = np.linspace(low, high, _HATS), scales.noise[channel]
+        made = [[on_segments(chains, i, noise * hat) for hat in hats(one, knots)] for i, one in enumerate(values)]
+        yield Form(
+            coordinate="reading",
+            quantity=channel,
+            unit="",
+            knots=knots,
+            columns=np.stack([np.arange(_HATS), np.zeros(_HATS, int)], axis=1),
+            size=noise,
+            signals=tuple(Signal(force=None, stop=None, readings={channel: np.concatenate(parts)}) for parts in zip(*made, strict=True)),
         )
-    return found
+
+
+def _paths(fitted: Fitted) -> Form:
+    """The stop's place over time, another path in every record."""
+    chains, records = fitted.problem.chains, fitted.problem.experiment.records
+    size, signals, columns = 1e-4, [], []
+    share = np.linspace(0.0, 1.0, _PATHS + 1)
+    for index, record in enumerate(records):
+        time = (record.time - record.time[0]) / (record.time[-1] - record.time[0])
+        for k, hat in enumerate(hats(time, share)[1:], start=1):
+            stop = np.zeros((len(chains.left), chains.samples + 1))
+            stop[chains.of_record(index)] = on_segments(chains, index, size * hat)
+            signals.append(Signal(force=None, stop=stop, readings={}))
+            columns.append((k, index))
+    longest = max(float(record.time[-1] - record.time[0]) for record in records)
+    return Form(
+        coordinate="time",
+        quantity="stop",
+        unit="s",
+        knots=share * longest,
+        columns=np.array(columns),
+        size=size,
+        signals=tuple(signals),
+    )

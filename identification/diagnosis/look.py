@@ -2,10 +2,12 @@
 
 import dataclasses
 from collections.abc import Collection, Sequence
+from difflib import get_close_matches
 
 import numpy as np
 
-from identification.diagnosis.free_forms import free_forms
+from identification.diagnosis.diagnosis import LIMITED
+from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scored, scorer
@@ -14,7 +16,9 @@ from identification.trajectory.fit import Fitted, Variances
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import Chains
+from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
+from vibrojax.errors import InputError
 
 _COLUMNS = 24
 """Columns that are scored together: as many as the memory of a few linearisations holds."""
@@ -28,11 +32,13 @@ class Candidate:
         name: of the effect or of the free form.
         members: effects whose strengths are estimated together; none for a free form.
         signals: of its columns.
+        form: free form; None for an effect.
     """
 
     name: str
     members: tuple[AbstractEffect, ...]
     signals: tuple[Signal, ...]
+    form: Form | None = None
 
     @property
     def channel(self) -> str:
@@ -90,7 +96,8 @@ def look(fitted: Fitted, among: Collection[str] = EFFECTS) -> Look:
         if name in among and name not in held:
             candidates += _of_kind(kind, scales, along, fitted.problem.chains)
     listed = _scored(fitted, by, candidates)
-    free = _scored(fitted, by, [Candidate(name=name, members=(), signals=s) for name, s in free_forms(fitted, along, scales).items()])
+    forms = [Candidate(name=one.name, members=(), signals=one.signals, form=one) for one in free_forms(fitted, along, scales)]
+    free = _scored(fitted, by, forms)
     return Look(fitted=fitted, scales=scales, courses=along, by=by, listed=listed, free=free)
 
 
@@ -100,6 +107,49 @@ def best_of_each(found: Sequence[Scored]) -> dict[tuple[str, str], Scored]:
     for one in sorted(found, key=lambda one: -one.gain):
         best.setdefault(one.candidate.key, one)
     return best
+
+
+def detail(candidate: Candidate) -> str:
+    """Channel, record, and what a candidate's grid has set, as text."""
+    if not candidate.members:
+        return ""
+    effect = candidate.members[0]
+    own = [f"{p.symbol} {float(getattr(effect, p.field)):.3g} {p.unit}" for p in effect.parameters if p.name.endswith("_hz") or p.searched]
+    return ", ".join([text for text in (effect.channel, effect.record) if text] + own)
+
+
+def among_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the effects that may be added: `only` these, or all listed ones, `without` those.
+
+    Raises:
+        InputError: an unknown name, a single text in place of several names, or no effect is left.
+
+    Example:
+        >>> among_effects(only=["hysteresis", "quadratic_drag"], without=["hysteresis"])
+        ('quadratic_drag',)
+    """
+    for given in (only, without):
+        if isinstance(given, str):
+            raise InputError(f"{given!r} is one text: expected a list of names of effects, such as [{given!r}]")
+        for name in given:
+            if name not in EFFECTS:
+                near = get_close_matches(name, EFFECTS, n=1)
+                expected = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(EFFECTS)}"
+                raise InputError(f"no effect is called {name!r}: {expected}")
+    found = tuple(name for name in EFFECTS if (name in only or not only) and name not in without)
+    if not found:
+        raise InputError(f"without {joined(list(without))} no effect is left to look for: exclude fewer of them")
+    return found
+
+
+def limit_warning(among: Collection[str]) -> tuple[str, ...]:
+    """Warning for the reader of a diagnosis that did not look for all listed effects; empty otherwise."""
+    absent = [name for name in EFFECTS if name not in among]
+    if not absent:
+        return ()
+    names = [name for name in EFFECTS if name in among]
+    text = f"only {joined(names)} could be named" if len(names) < len(absent) else f"{joined(absent)} could not be named"
+    return (f"{LIMITED}: of the listed effects, {text}",)
 
 
 def weighed_anew(seen: Look, one: Candidate | None) -> Reestimated:
@@ -164,7 +214,8 @@ def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Cand
             score = scored(gradient[part], information[part, part], cross.square[part, part])
             wrong_way = bool(one.members) and not one.members[0].probe.either_sign and score.strengths[0] < 0
             gain = 0.0 if wrong_way else score.gain
-            if best[index] is None or gain > best[index].gain:
+            known = best[index]
+            if known is None or gain > known.gain:
                 best[index] = Scored(candidate=one, gain=gain, strengths=score.strengths, stderr=score.stderr, known=score.known)
     return [one for one in best if one is not None]
 

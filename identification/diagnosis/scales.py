@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
-from identification.diagnosis.score.lags import lags
+from identification.diagnosis.lags import lags
 from identification.trajectory.course import Course
 from identification.trajectory.fit import Fitted
 from vibrojax.contact import AbstractCompliantLaw

@@ -1,14 +1,13 @@
 """The verdict in sentences for a test engineer."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from identification.diagnosis.calibration import ALPHA
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, Asserted, Location, LoopKink, Number, Side
-from identification.diagnosis.locate.restitution import Restitution
+from identification.diagnosis.decide import LEVEL
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Location, Number, Side
 from identification.result.variation import Unrest
 from identification.wording.names import spoken
-from identification.wording.numbers import joined, millimetres, percent, rounded, with_unit
+from identification.wording.numbers import joined, percent, rounded, with_unit
 
 _NAMED = 4
 """Number of records from which on sentences give their count, not their names."""
@@ -23,17 +22,15 @@ def sentences(
     after: Side,
     formula: str,
     unrest: Unrest | None = None,
-    restitution: Restitution | None = None,
     *,
-    in_part: tuple[Sequence[str], float] | None = None,
+    reasons: Mapping[str, str] = {},
     finished: bool = True,
     limited: bool = False,
 ) -> tuple[str, ...]:
     """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
-    `unrest`: random force beside the final model. `restitution`: measured coefficient that departs from the nominal model's. `in_part`:
-    summaries of the listed effects beside which the verdict *unlisted* stands, and the share of the misfit that they explain. `limited`:
-    not all listed effects were looked for.
+    `unrest`: random force beside the final model. `reasons`: why the best listed effects are not asserted, by name. `limited`: not all
+    listed effects were looked for.
     """
     unseen = "windows left out of the fit"
     if before.held_back:
@@ -58,19 +55,13 @@ def sentences(
         return (first, *where, falls, *restless, *doubt, *_varying(after))
     no_effect = f"no {'effect that was looked for' if limited else 'listed effect'} explains"
     first = f"Something real is missing, and {no_effect} it."
-    if in_part is not None:
-        causes, share = in_part
-        most = percent(min(share, 0.99), 1.0)  # what no effect explains is not called all
-        explain = "explains" if len(causes) == 1 else "explain"
-        first = f"{joined(causes)} {explain} {most} of the misfit, and {no_effect} the rest."
-        first = first[0].upper() + first[1:]
-    first = first if finished else "Something real is missing; the search for its cause was not finished."
+    if verdict == UNDECIDED:
+        first = "The model has not converged: there is no verdict." if finished else "The budget ended the search: there is no verdict."
+    best = tuple(f"The best of them, {spoken(name)}, is not asserted: {reason}." for name, reason in list(reasons.items())[:1])
     learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
     if after is before:
         learned = (_error_of_nominal(before, unseen),)
-    kinks = (_kink_sentence(location.kink),) if location is not None and location.kink is not None else ()
-    losses = (_restitution_sentence(restitution),) if restitution is not None else ()
-    return (first, *where, *kinks, *losses, *learned, *restless, *_varying(after))
+    return (first, *best, *where, *learned, *restless, *_varying(after))
 
 
 def _nothing_missing(verdict: str, before: Side, after: Side) -> str:
@@ -95,28 +86,9 @@ def _error_of_nominal(before: Side, unseen: str) -> str:
     return f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}."
 
 
-def _kink_sentence(one: LoopKink) -> str:
-    """Sentence on the kink of the contact law, without a cause."""
-    deeper = f"only {joined(one.deeper)}" if len(one.deeper) < _NAMED else f"{len(one.deeper)} of {len(one.files)} records"
-    return (
-        f"Force against indentation, read off the records, rises faster beyond {millimetres(one.depth)} than before, as a second stop or a"
-        f" steeper law would make it; {deeper} came that deep."
-    )
-
-
-def _restitution_sentence(one: Restitution) -> str:
-    """Sentence on restitution against approach speed, without a cause."""
-    before, after = (f"{end.measured:.2f} at {end.approach_speed:.2g} m/s" for end in (one.slow, one.fast))
-    power = "" if one.exponent is None else f" (1 − e with the speed to the power {rounded(*one.exponent).text})"
-    return (
-        f"Restitution, read off the flight on either side of each contact, goes from {before} to {after}{power},"
-        f" in the nominal model from {one.slow.fitted:.2f} to {one.fast.fitted:.2f}."
-    )
-
-
 def _varying(side: Side) -> tuple[str, ...]:
     """Sentence on the parameter that varies most significantly between records, with its smallest and largest value."""
-    differ = [one for one in side.disagreements if one.modelled or one.chance < ALPHA / len(side.disagreements)]
+    differ = [one for one in side.disagreements if one.modelled or one.chance < LEVEL / len(side.disagreements)]
     if not differ:
         return ()
     worst = min(differ, key=lambda one: (not one.modelled, one.chance, -one.chi2 / one.degrees))

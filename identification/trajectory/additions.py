@@ -18,7 +18,7 @@ from identification.trajectory.chain_equations import (
     whitened_rows,
     whitenings,
 )
-from identification.trajectory.fit import Fitted, Variances, coloured, likeliest, reweighed
+from identification.trajectory.fit import Fitted, Variances, annealed, coloured, reweighed
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.start import Problem
 
@@ -179,24 +179,26 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Va
     """
     problem, linear, at = _with_columns(fitted, seen, end)
     rng, force, readings = np.random.default_rng(seed), variances.force, variances.readings
-    best, count = None, seen.shape[-1]
+    tried: list[Reestimated] = []
+    count = seen.shape[-1]
     for round_ in range(rounds + 1):
         local = reweighed(problem, at, linear, readings)
         if round_ < rounds:
-            force = likeliest(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
+            force = annealed(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
         solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
-        if best is None or solution.deviance < best.deviance:
-            after = moved(problem.border, at, solution, 1.0)
-            best = Reestimated(
+        after = moved(problem.border, at, solution, 1.0)
+        tried.append(
+            Reestimated(
                 deviance=solution.deviance,
                 strengths=solution.shared[len(solution.shared) - count :],
                 stderr=np.sqrt(np.diag(solution.covariance))[len(solution.shared) - count :],
                 variances=Variances(force=force, readings=readings),
                 at=dataclasses.replace(after, shared=after.shared[: len(after.shared) - count]),
             )
+        )
         if round_ < rounds:
             readings = coloured(problem, at, linear, local, force, rng, draws=2)
-    return best
+    return min(tried, key=lambda one: one.deviance)
 
 
 def _with_columns(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> tuple[Problem, Linearised, Estimate]:

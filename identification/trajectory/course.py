@@ -70,10 +70,11 @@ def _along(model, unknowns, files, integrator, segments, vectors):
 
 
 def _push_rate(system: System, motion: Motion, approach_speed):
-    if not isinstance(system.law, AbstractCompliantLaw):
+    law = system.law
+    if not isinstance(law, AbstractCompliantLaw):
         return jnp.zeros_like(motion.u)
     depth = jnp.maximum(motion.indentation, 0.0)
-    found = jax.jvp(lambda rate: system.law.force(depth, rate, approach_speed), (motion.indentation_rate,), (jnp.ones_like(depth),))[1]
+    found = jax.jvp(lambda rate: law.force(depth, rate, approach_speed), (motion.indentation_rate,), (jnp.ones_like(depth),))[1]
     return jnp.where(motion.in_contact, found, 0.0)
 
 
@@ -81,14 +82,13 @@ def courses(fitted: Fitted) -> tuple[tuple[Course, ...], "Sampled"]:
     """The motion along every record, all padded to the longest with its last values, and the states at all samples."""
     problem, at = fitted.problem, fitted.at
     chains, model = problem.chains, jax.tree.map(jnp.asarray, problem.model_at(at))
-    vectors, found = vectors_of(chains, at), None
+    vectors, found = vectors_of(chains, at), []
     for group in chains.groups:
         for begin in range(0, len(group.place), CHUNK):
             rows = np.resize(np.arange(len(group.place))[begin : begin + CHUNK], CHUNK)
             chunk = jax.tree.map(lambda leaf, rows=rows: leaf[rows], group)
             parts = _along(model, problem.unknowns, chains.files, problem.integrator, chunk, jnp.asarray(vectors[chunk.place]))
-            if found is None:
-                found = jax.tree.map(lambda leaf: np.zeros((len(chains.left), *leaf.shape[1:]), leaf.dtype), parts)
+            found = found or jax.tree.map(lambda leaf: np.zeros((len(chains.left), *leaf.shape[1:]), leaf.dtype), parts)
             for whole, part in zip(jax.tree.leaves(found), jax.tree.leaves(parts), strict=True):
                 whole[chunk.place] = part
     states, motion, absolute, push, push_rate, approach_speed, readings = found
@@ -146,7 +146,7 @@ def record_system(problem: Problem, at: Estimate, index: int) -> System:
 def by_sample(fitted: Fitted, sampled: Sampled) -> BySample:
     """Linearise the chain about its estimate from sample to sample."""
     problem, at, chains = fitted.problem, fitted.at, fitted.problem.chains
-    fine = chains_of(problem.experiment.records, 1, late_channels(problem.model_at(at)))
+    fine = chains_of(problem.experiment.records, 1, rest=problem.rest, late=late_channels(problem.model_at(at)))
     states, force = np.zeros((fine.knot_count, len(problem.unknowns.states))), np.zeros(fine.knot_count)
     for index, knots in enumerate(fine.knots):
         samples = knots.stop - knots.start - 1

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from vibrojax.channels import UNITS
+from vibrojax.channel_units import UNITS
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe
 from vibrojax.errors import shown

@@ -20,8 +20,11 @@ GAIN = 30.0
 """Fall of chi-square due to an effect that is small enough for its first order to hold."""
 AS_PROBED = {
     "force_lag": (0.95, 1.05),
+    "sensor_high_pass": (0.95, 1.05),
     "force_clipping": (0.95, 1.05),
     "time_offset": (0.5, 1.0),
+    "clock_drift": (0.5, 1.0),
+    "recorder_low_pass": (0.5, 1.0),
     "stop_compliance": (0.5, 1.0),
     "back_stop": (0.2, 1.0),
 }

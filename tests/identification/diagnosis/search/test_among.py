@@ -3,15 +3,20 @@
 import numpy as np
 import pytest
 
-from identification.diagnosis.search.among import among_effects, limit_warning
+from identification.diagnosis.search.among import ON_REQUEST, SEARCHED, among_effects, limit_warning
 from identification.diagnosis.search.forward import COMPLETE, search
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
 
 
-def test_all_listed_effects_are_looked_for_unless_limited():
-    assert among_effects() == tuple(EFFECTS)
-    assert limit_warning(EFFECTS) == ()
+def test_all_effects_but_those_on_request_are_looked_for_unless_limited():
+    assert among_effects() == SEARCHED == tuple(name for name in EFFECTS if name not in ON_REQUEST)
+    assert ON_REQUEST < set(EFFECTS)
+    assert limit_warning(SEARCHED) == limit_warning(tuple(EFFECTS)) == ()
+
+
+def test_an_effect_on_request_is_looked_for_where_it_is_named():
+    assert among_effects(only=["clock_drift", "hysteresis"]) == ("hysteresis", "clock_drift")
 
 
 def test_the_limit_is_stated():

@@ -1,0 +1,58 @@
+"""Whether an effect is asserted: by likelihood, identifiability, prediction, and by what it leaves. Nothing else decides.
+
+Levels, each set once:
+
+- `LEVEL`: chance by which noise alone passes for an effect. Null maxima of the gain were 8 to 14 on nine complete rigs, and free forms of
+  sixteen columns gained up to 28; at this level one column of some two hundred candidates needs 29, sixteen need 60.
+- `IDENTIFIED`: a strength is further from nothing than so many of its standard errors.
+- `LEFT_OVER`: what a free form may gain over the effect, as a share of what the effect gains. True causes left up to 0.09, wrong ones
+  at least 1.8; the geometric middle.
+"""
+
+import dataclasses
+
+from identification.diagnosis.evidence import chance
+
+LEVEL = 1e-4
+IDENTIFIED = 3.0
+LEFT_OVER = 0.4
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What speaks for an effect.
+
+    Attributes:
+        gain: of twice the log marginal likelihood, all variances estimated anew in both models, everything refitted.
+        degrees: strengths that the effect adds.
+        tried: candidates and places among which it was the best.
+        strength: of its weakest strength, over the standard error.
+        held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
+        errors: rms error of the free motion on that, before and after; None likewise.
+        left: largest gain of a free form over the model with the effect, with its columns and the number of forms.
+    """
+
+    gain: float
+    degrees: int
+    tried: int
+    strength: float
+    held_out: float | None
+    errors: tuple[float, float] | None
+    left: float
+    left_degrees: int
+    forms: int
+
+
+def decide(evidence: Evidence, level: float = LEVEL) -> str:
+    """Reason why an effect is not asserted; empty where it is."""
+    if chance(evidence.gain, evidence.degrees, evidence.tried) > level:
+        return "its gain of likelihood is no more than chance gives"
+    if not evidence.strength > IDENTIFIED:
+        return "these records do not identify its strength"
+    if evidence.held_out is not None and not evidence.held_out > 0.0:
+        return "it does not predict better what was left out"
+    if evidence.errors is not None and not evidence.errors[1] <= evidence.errors[0]:
+        return "the error of the free motion on what was left out rises with it"
+    if evidence.left > LEFT_OVER * evidence.gain and chance(evidence.left, evidence.left_degrees, evidence.forms) < level:
+        return "a free form explains more than it does"
+    return ""

@@ -1,1 +1,0 @@
-"""Free-form missing force: a sum of terms selected from the records."""

@@ -1,0 +1,89 @@
+"""Prediction of what is left out: each record in turn by what the others say, or the later half of a single one.
+
+The chain's equations at the mode give the parameters without a record, and the density of that record given all others, at the
+variances found: a difference of two marginal likelihoods. Strengths are integrated over there, since a best one would have seen it.
+"""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Bool
+
+from identification.estimation.prediction import record_fits
+from identification.result.result import RecordFit
+from identification.trajectory.chain_equations import Solution, solve
+from identification.trajectory.fit import Fitted, reweighed
+from identification.trajectory.motion import Linearised
+
+_MOST_FOLDS = 6
+
+
+def folds(fitted: Fitted) -> tuple[Bool[np.ndarray, " segments"], ...]:
+    """Segments that are left out together."""
+    chains = fitted.problem.chains
+    records = len(chains.knots)
+    if records == 1:
+        return (np.arange(len(chains.record)) >= len(chains.record) // 2,)
+    return tuple(chains.record % min(records, _MOST_FOLDS) == fold for fold in range(min(records, _MOST_FOLDS)))
+
+
+def left_out_density(fitted: Fitted) -> float:
+    """-2 log predictive density of every fold given the others, added up."""
+    whole = _solved(fitted, np.zeros(len(fitted.problem.chains.record), bool)).deviance
+    return float(sum(whole - _solved(fitted, fold).deviance for fold in folds(fitted)))
+
+
+def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
+    """Every record with its prediction by the parameters that the others give; of a single one, its later half by the earlier."""
+    found: dict[int, RecordFit] = {}
+    for fold in folds(fitted):
+        step = _solved(fitted, fold).shared
+        one, at, border = fitted.solution, fitted.at, fitted.problem.border
+        own = -one.own_by_shared @ step
+        rows = np.repeat(np.arange(len(own)), [knots.stop - knots.start for knots in fitted.problem.chains.knots])
+        size = at.states.shape[1] + 1
+        knots = -(one.by_shared @ step).reshape(-1, size) - np.einsum("kso,ko->ks", one.by_own.reshape(len(rows), size, -1), own[rows])
+        moved = dataclasses.replace(
+            at,
+            states=at.states + knots[:, :-1],
+            shared=np.clip(at.shared + step * border.shared_scale, border.lower, border.upper),
+            own=at.own + own * border.own_scale,
+        )
+        chosen = np.unique(fitted.problem.chains.record[fold]).tolist()
+        found |= dict(zip(chosen, record_fits(dataclasses.replace(fitted, at=moved), chosen), strict=True))
+    return tuple(found[index] for index in sorted(found))
+
+
+def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution:
+    """The equations at the mode of what is not left out: whole records, or the beginning of one."""
+    problem, linear, at = fitted.problem, fitted.linear, fitted.at
+    chains, border = problem.chains, problem.border
+    records = [index for index in range(len(chains.knots)) if not left_out[chains.of_record(index)].all()]
+    segments = np.flatnonzero(~left_out)
+    counts = [int((~left_out[chains.of_record(index)]).sum()) for index in records]
+    begins = np.concatenate([[0], np.cumsum(np.array(counts) + 1)])
+    rows = np.concatenate([chains.knots[index].start + np.arange(count + 1) for index, count in zip(records, counts, strict=True)])
+    part = dataclasses.replace(
+        chains,
+        record=np.repeat(np.arange(len(records)), counts),
+        left=np.concatenate([begin + np.arange(count) for begin, count in zip(begins, counts, strict=False)]),
+        first=chains.first[segments],
+        duration=chains.duration[segments],
+        knots=tuple(slice(int(begin), int(begin) + count + 1) for begin, count in zip(begins, counts, strict=False)),
+        files=tuple(chains.files[index] for index in records),
+        measured=chains.measured[segments],
+        weight=chains.weight[segments],
+    )
+    border = dataclasses.replace(
+        border,
+        own=border.own[records],
+        own_mean=border.own_mean[records],
+        own_precision=border.own_precision[records],
+        strengths=np.zeros_like(border.strengths),
+        own_strengths=np.zeros_like(border.own_strengths),
+    )
+    at = dataclasses.replace(at, states=at.states[rows], force=at.force[rows], own=at.own[records])
+    linear = Linearised(**{f.name: getattr(linear, f.name)[segments] for f in dataclasses.fields(linear)})
+    lesser = dataclasses.replace(problem, chains=part, border=border)
+    local = reweighed(lesser, at, linear, fitted.variances.readings)
+    return solve(part, problem.unknowns, border, problem.scales, at, local, fitted.variances.force, problem.experiment.mass)

@@ -1,0 +1,194 @@
+"""Where the nominal model's misfit acts: in which channel, record and phase of the motion, and along which coordinate."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.diagnosis.diagnosis import Location, Profile
+from identification.diagnosis.look import Look, Scored
+from identification.result.result import NO_WINDOW, RecordFit
+from identification.trajectory.additions import Reestimated
+from identification.wording.names import spoken
+from identification.wording.numbers import joined, percent, significant
+from vibrojax.effects import AbstractEffect
+
+_PARTS = 24
+"""Parts of a record, and of a period, in the maps of the misfit."""
+_MOST = 0.8
+"""Share by which a record, a phase or a part of a range counts as the place."""
+_DISPLAYED = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "s": (1.0, "s")}
+_SAID = {
+    "displacement": "at displacements of {}",
+    "velocity": "at velocities of {}",
+    "indentation": "at indentations of {}",
+    "time": "from {} on the record's clock",
+    "reading": "at readings of {}",
+    "excitation phase": "with the phase of the drive",
+}
+_PHASES = {"all": "runs through the whole motion", "free flight": "sits in free flight", "contact": "sits in the contacts"}
+
+
+Weighed = tuple[Scored, Reestimated, float]
+
+
+def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], named: AbstractEffect | None) -> Location:
+    """Location of what the nominal model leaves out.
+
+    Args:
+        seen: look beside the nominal model.
+        records: with the predictions of the nominal model.
+        free: free forms with all variances estimated anew, and their gains.
+        named: asserted effect, whose record and instant replace those found; None where there is none.
+    """
+    channels, by_record = _shares(records)
+    ranked = sorted(free, key=lambda one: -(one[2] - len(one[0].candidate.signals) * np.log(seen.fitted.local.samples)))
+    gains = [max(one[2], 0.0) for one in ranked]
+    profiles = tuple(
+        _profile(scored, weighed, gain / max(max(gains), 1e-300)) for (scored, weighed, _), gain in zip(ranked, gains, strict=True)
+    )
+    best = profiles[0]
+    record = named.record if named is not None else None
+    instant = next((float(getattr(named, p.field)) for p in named.parameters if p.name == "instant"), None) if named is not None else None
+    form = ranked[0][0].candidate.form
+    assert form is not None
+    channel = max(channels, key=lambda name: channels[name])
+    if named is not None and named.channel in channels:
+        channel = named.channel
+    elif form.quantity in channels:
+        channel = form.quantity
+    coordinate, interval = best.coordinate, _interval(best)
+    phase = _phase(seen, ranked[0])
+    if instant is not None and record is not None:
+        last = next(one.time[-1] for one in records if one.file == record)
+        coordinate, interval = "time", (instant, float(last))
+    found = {
+        "channel": channel,
+        "channels": channels,
+        "records": by_record,
+        "phase": phase,
+        "coordinate": coordinate,
+        "interval": interval,
+        "time": instant,
+        "record": record,
+        "profiles": profiles,
+        "maps": {one.file: _map(one, hz) for one, hz in zip(records, _frequencies(seen), strict=True)},
+    }
+    return Location(sentence=_sentence(best, channel, by_record, phase, coordinate, interval, record, instant), **found)
+
+
+def _shares(records: tuple[RecordFit, ...]) -> tuple[dict[str, float], dict[str, float]]:
+    """Share of the squared misfit beyond the noise by channel and by record."""
+    channels: dict[str, float] = {}
+    by_record: dict[str, float] = {}
+    for one in records:
+        for name, chi2 in one.chi2_reduced.items():
+            excess = max(chi2 - 1.0, 0.0) * one.samples
+            channels[name] = channels.get(name, 0.0) + excess
+            by_record[one.file] = by_record.get(one.file, 0.0) + excess
+    return _normalised(channels), _normalised(by_record)
+
+
+def _normalised(sums: dict[str, float]) -> dict[str, float]:
+    total = sum(sums.values())
+    return {name: value / total if total > 0 else 1.0 / len(sums) for name, value in sums.items()}
+
+
+def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
+    """What is missing along a coordinate: the free form's values at its knots, over both directions or all records."""
+    form = scored.candidate.form
+    assert form is not None
+    knots = np.unique(form.columns[:, 0])
+    rows = [form.columns[:, 0] == k for k in knots]
+    weight = np.where(weighed.stderr > 0, np.maximum(weighed.stderr, 1e-300) ** -2.0, 0.0)
+    mean = np.array([np.average(weighed.strengths[row], weights=np.maximum(weight[row], 1e-300)) for row in rows])
+    stderr = np.array([np.maximum(weight[row].sum(), 1e-300) ** -0.5 for row in rows])
+    unit = form.size if form.quantity == "force" else 1.0
+    return Profile(
+        coordinate=form.coordinate,
+        unit=form.unit,
+        quantity=form.quantity,
+        center=form.knots[knots],
+        mean=unit * mean,
+        stderr=unit * stderr,
+        explained=float(explained),
+    )
+
+
+def _interval(best: Profile) -> tuple[float, float] | None:
+    """Smallest range of the coordinate that holds most of the squared quantity; None where that is nearly everywhere."""
+    square = np.maximum(best.mean**2 - best.stderr**2, 0.0)
+    total, count = float(square.sum()), len(square)
+    if total <= 0:
+        return None
+    spans = [
+        (last - first, first, last)
+        for first in range(count)
+        for last in range(first, count)
+        if square[first : last + 1].sum() >= _MOST * total
+    ]
+    width, first, last = min(spans)
+    return None if width >= _MOST * (count - 1) else (float(best.center[first]), float(best.center[last]))
+
+
+def _phase(seen: Look, best: Weighed) -> str:
+    """Whether what is missing acts in flight or in contact, by the square of its signal; a place of the stop acts in contact."""
+    scored, weighed, _ = best
+    form = scored.candidate.form
+    assert form is not None
+    if form.quantity == "stop":
+        return "contact"
+    if form.quantity != "force":
+        return "contact" if form.quantity == "impact_force" else "all"
+    total = np.zeros_like(form.signals[0].force)
+    for strength, signal in zip(weighed.strengths, form.signals, strict=True):
+        total = total + strength * signal.force
+    chains = seen.fitted.problem.chains
+    inside = outside = 0.0
+    for index, (record, course) in enumerate(zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)):
+        values = chains.series(index, total[:, :-1], len(record.time)) ** 2
+        touching = np.asarray(course.motion.in_contact)[: len(record.time)]
+        inside, outside = inside + float(values[touching].sum()), outside + float(values[~touching].sum())
+    share = inside / max(inside + outside, 1e-300)
+    return "contact" if share > _MOST else "free flight" if share < 1.0 - _MOST and seen.scales.force > 0 else "all"
+
+
+def _frequencies(seen: Look) -> list[float]:
+    """Of the drive, or of the suspension where there is none, Hz."""
+    return [record.excitation_frequency or seen.scales.f_n for record in seen.fitted.problem.experiment.records]
+
+
+def _map(record: RecordFit, hz: float) -> np.ndarray:
+    """Mean squared residual over the noise variance by part of the record (rows) and of the period (columns)."""
+    time = record.time - record.time[0]
+    row = np.minimum((time / time[-1] * _PARTS).astype(int), _PARTS - 1)
+    column = np.minimum(((time * hz) % 1.0 * _PARTS).astype(int), _PARTS - 1) if hz > 0 else np.zeros(len(time), int)
+    total, count = np.zeros((_PARTS, _PARTS)), np.zeros((_PARTS, _PARTS))
+    for name in record.chi2_reduced:
+        square = ((record.measured[name] - record.predicted[name]) / record.noise[name]) ** 2
+        fine = np.isfinite(square) & (record.window != NO_WINDOW)
+        np.add.at(total, (row[fine], column[fine]), square[fine])
+        np.add.at(count, (row[fine], column[fine]), 1.0)
+    return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
+
+
+def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str, coordinate: str, interval, record, instant) -> str:
+    """The location in words for a test engineer."""
+    if instant is not None and record is not None:
+        return f"The misfit starts at {instant:.2f} s of {record}. It {_PHASES[phase]}, seen most in {spoken(channel)}."
+    factor, unit = _DISPLAYED.get(best.unit, (1.0, best.unit))
+    parts = [_PHASES[phase]]
+    if interval is not None:
+        low, high = (significant(factor * end, 2) for end in interval)
+        parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {unit}".strip()))
+    else:
+        parts.append(f"changes with the {coordinate}")
+    largest = float(np.abs(best.mean).max())
+    if best.quantity == "force":
+        parts.append(f"with a missing force of up to {significant(largest, 2)} N")
+    loud = [file for file, share in sorted(records.items(), key=lambda item: -item[1]) if share > 1.0 / len(records)]
+    if len(records) > 1:
+        even = max(records.values()) < 1.7 / len(records)
+        shown = joined([f"{file} ({percent(records[file], 1.0)})" for file in loud[:3]])
+        parts.append("in all records" if even else f"most of it in {shown}")
+    parts.append(f"seen most in {spoken(channel)}")
+    return f"The misfit {', '.join(parts)}."

@@ -1,1 +1,0 @@
-"""Score test: expected log-likelihood gain of every candidate, without refitting."""

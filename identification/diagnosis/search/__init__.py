@@ -1,1 +1,0 @@
-"""Forward search for the effects that the model leaves out."""
