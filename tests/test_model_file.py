@@ -71,12 +71,12 @@ def test_effects_say_where_they_act_and_in_which_units():
     document = model_document(WITH_EFFECTS)
     assert document["effects"] == [
         {"name": "gap_step", "record": "cart2.csv", "gap_jump": -1e-4, "instant": 0.7},
-        {"name": "coulomb_friction", "friction_force": 1 / 3},
+        {"name": "coulomb_friction", "friction_force": 1 / 3, "creep_speed": 5e-4},
         {"name": "mains_hum", "channel": "hammer_acceleration", "frequency_hz": 50.0, "sine": 0.0, "cosine": -1e-5},
     ]
     assert document["units"]["effects"] == [
         {"gap_jump": "m", "instant": "s"},
-        {"friction_force": "N"},
+        {"friction_force": "N", "creep_speed": "m/s"},
         {"frequency_hz": "Hz", "sine": "m/s^2", "cosine": "m/s^2"},
     ]
     assert "effects" not in model_document(MODEL)
