@@ -255,7 +255,11 @@ def _converged(
             break
     for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
-        force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
+        if not _vanishes(problem, force) and any(one.order for one in readings):  # they compete
+            force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
+        else:
+            force = annealed(problem, at, local, force, evaluations=40)
+            readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
         solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
         progress(_line(count, problem, at, force))
