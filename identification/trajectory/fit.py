@@ -240,7 +240,7 @@ def _converged(
     together: bool = True,
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds."""
-    scales, border = problem.scales, problem.border
+    border = problem.border
     force, readings, count = variances.force, variances.readings, 0
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
