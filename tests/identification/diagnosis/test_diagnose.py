@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from identification.diagnosis.free_form.free_form import Learned
+from identification.diagnosis.held_out import Predictions
+from identification.diagnosis.score.scored import Scored
+from identification.diagnosis.search.forward import Search
 
 from benchmarks.simulator import Case, Order, draw_case, write_case
 from identification.diagnosis import diagnose
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Diagnosis
-from identification.diagnosis.free_form.free_form import Learned
-from identification.diagnosis.held_out import Predictions
-from identification.diagnosis.score.scored import Scored
-from identification.diagnosis.search.forward import Search
 from identification.experiment import Experiment, load_experiment
 from identification.likelihood.fitted import Fitted
 from identification.likelihood.joint import Point

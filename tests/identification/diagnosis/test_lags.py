@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.score.lags import _test_function, lags
+from identification.diagnosis.lags import _test_function, lags
 from identification.experiment import Record
 
 DT, MASS = 5e-4, 0.5
