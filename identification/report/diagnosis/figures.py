@@ -13,10 +13,11 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogFormatter
 
 from identification.diagnosis.diagnosis import Diagnosis, Profile
+from identification.experiment import Experiment
 from identification.report.base import DASHED, MOST, PageStyle, Picture, panels, recorded, residual_panel
 from identification.result.flight_force import flight_force
 from identification.result.result import RecordFit, impacts, largest, residual
-from identification.wording.names import coordinate_label, label, spoken
+from identification.wording.names import Label, coordinate_label, label, spoken
 from identification.wording.numbers import significant
 from vibrojax.drawing import envelope, few_ticks, literal
 
@@ -33,11 +34,11 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
         return
     best = where.profiles[0]
     figure, ((axes,),) = panels((2.7,), edges=(0.72, 0.1, 0.45, 0.12))
-    factor = coordinate_label(best.coordinate, best.unit).factor
+    factor = _coordinate(best, diagnosis.experiment).factor
     if where.interval is not None and best.coordinate == where.coordinate:
         low, high = factor * np.clip(where.interval, best.center.min(), best.center.max())
         axes.axvspan(low, high, color=style.contact, linewidth=0, label="where most of it is")
-    _profile(axes, best, style, marker="o", markersize=3.0, label="missing from the nominal model")
+    _profile(axes, best, diagnosis.experiment, style, marker="o", markersize=3.0, label="missing from the nominal model")
     model = _added_force(diagnosis, best)
     if model is not None:
         axes.plot(factor * best.center, model, color=style.model, linewidth=1.4, label="what the augmented model adds")
@@ -66,7 +67,7 @@ def missing_over_others(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pict
     columns = min(len(others), 2)
     figure, grid = panels((1.1,) * -(-len(others) // columns), columns, gap=(0.68, 0.6))
     for axes, profile in zip(grid.ravel(), others, strict=False):
-        _profile(axes, profile, style)
+        _profile(axes, profile, diagnosis.experiment, style)
         of, _, unit = _quantity(profile)
         axes.set_title(f"{of}: gains {_share(profile)}", loc="left", pad=3, fontsize=8)
         axes.set_ylabel(f"({unit})")
@@ -95,14 +96,20 @@ def _quantity(profile: Profile) -> tuple[str, float, str]:
     return of, *{"N": (1.0, "N"), "m": (1e3, "mm")}.get(profile.size_unit, (1.0, "σ"))
 
 
-def _profile(axes: Axes, profile: Profile, style: PageStyle, **marks: object) -> None:
-    look, (_, per_unit, _) = coordinate_label(profile.coordinate, profile.unit), _quantity(profile)
+def _coordinate(profile: Profile, experiment: Experiment) -> Label:
+    """How the coordinate is drawn; a reading as its channel is."""
+    reading = profile.coordinate == "reading"
+    return label(profile.quantity, experiment) if reading else coordinate_label(profile.coordinate, profile.unit)
+
+
+def _profile(axes: Axes, profile: Profile, experiment: Experiment, style: PageStyle, **marks: object) -> None:
+    look, (_, per_unit, _) = _coordinate(profile, experiment), _quantity(profile)
     x, mean, reach = look.factor * profile.center, per_unit * profile.mean, 2 * per_unit * profile.stderr
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.fill_between(x, mean - reach, mean + reach, color=style.band, linewidth=0)
     axes.plot(x, mean, color=style.nominal, linewidth=1.0, **marks)  # type: ignore[arg-type]
     axes.margins(x=0.02)
-    axes.set_xlabel(look.axis if look.unit else f"{look.words} (SI)")
+    axes.set_xlabel(look.axis)
 
 
 def _share(profile: Profile) -> str:
