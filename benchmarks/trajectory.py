@@ -1,4 +1,4 @@
-"""Experiments fitted as chains: convergence, random force, reading errors, and the distance of the parameters from the truth.
+"""Experiments fitted as chains: convergence, random force, reading errors, one-step errors, and the parameters' distance from the truth.
 
     python -m benchmarks.trajectory FOLDER ... --json trajectory.json
 
@@ -6,6 +6,7 @@ A folder is an experiment; where it holds `sealed/truth.json` of a simulated rig
 fitted: with an effect concealed, its parameters are wrong by what the random force does not take.
 """
 
+import dataclasses
 import json
 import time
 from pathlib import Path
@@ -35,6 +36,7 @@ def fitted(folder: Path) -> dict:
     """One experiment; a failure is a result too."""
     from identification.experiment import load_experiment
     from identification.trajectory.fit import fit
+    from identification.trajectory.innovations import whiteness
     from identification.trajectory.start import problem_of
 
     before = time.perf_counter()
@@ -56,6 +58,7 @@ def fitted(folder: Path) -> dict:
         "force_share": found.variances.force.std / problem.scales.force,
         "memory": found.variances.force.memory,
         "orders": dict(zip(problem.chains.channels, (one.order for one in found.variances.readings), strict=True)),
+        "whiteness": {name: dataclasses.asdict(one) for name, one in whiteness(found).items()},
         "values": values,
         "sigmas": errors,
     }
@@ -67,12 +70,13 @@ def main(
 ) -> None:
     """Fit each experiment as chains."""
     prepare_jax()
-    table, found = Table("experiment", "converged", "rounds", "s", "force / suspension", "orders", "off by, standard errors"), []
+    columns = "experiment", "converged", "rounds", "s", "force / suspension", "orders", "one-step variance", "off by, standard errors"
+    table, found = Table(*columns), []
     for folder in folders:
         one = fitted(folder)
         found.append(one)
         if "failure" in one:
-            table.add_row(one["folder"], "no", "", "", "", "", one["failure"])
+            table.add_row(one["folder"], "no", "", "", "", "", "", one["failure"])
             continue
         sigmas = ", ".join(f"{name} {value:+.2f}" for name, value in one["sigmas"].items())
         orders = "".join(str(order) for order in one["orders"].values())
@@ -82,6 +86,7 @@ def main(
             f"{one['seconds']:.1f}",
             f"{one['force_share']:.1e}",
             orders,
+            " ".join(f"{channel['variance']:.2f}" for channel in one["whiteness"].values()),
             sigmas,
         )
         table.add_row(one["folder"], *row)

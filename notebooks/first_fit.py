@@ -58,14 +58,14 @@ print(f"10 % off, one long simulation: error {100 * error_off:.0f} % of the moti
 
 # %% [markdown]
 # ## Then the cure
-# The fit cuts the records into windows of about two impacts, each with its own initial state (multiple shooting). Suspension from free
-# flight first, then the stop from the impacts, then everything together.
+# The fit makes a chain of short segments of each record, too short for an error to grow. It begins at the measured motion with a large
+# random force on the hammer, which makes up for wrong parameters, and takes the force away as the likelihood allows.
 
 # %%
 Console(width=120).print(fit_summary(result))
 
 # %% [markdown]
-# A stretch of a driven record with its windows put together again, and all its impacts as loops of force against indentation.
+# A stretch of a driven record beside the motion of the model alone, and all its impacts as loops of force against indentation.
 
 # %%
 figure, axes = plt.subplots(1, 2, figsize=(8.4, 3.2), layout="constrained", width_ratios=(1.6, 1))

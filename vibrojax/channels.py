@@ -3,34 +3,12 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from vibrojax.channel_units import CHANNELS as CHANNELS
+from vibrojax.channel_units import EVERY_CHANNEL as EVERY_CHANNEL
+from vibrojax.channel_units import SUPPORT_CHANNELS as SUPPORT_CHANNELS
+from vibrojax.channel_units import UNITS as UNITS
 from vibrojax.integrate import Trajectory
 from vibrojax.system import System
-
-CHANNELS = (
-    "hammer_displacement",
-    "cart_displacement",
-    "hammer_acceleration",
-    "cart_acceleration",
-    "impact_force",
-    "applied_force",
-    "relative_displacement",
-)
-"""What sensors on the rig read, in the order of the tables."""
-SUPPORT_CHANNELS = ("reaction_force",)
-"""What a gauge behind the suspension and the stop reads, as in a testing machine that prescribes the motion."""
-
-EVERY_CHANNEL = (*CHANNELS, *SUPPORT_CHANNELS)
-
-UNITS = {
-    "hammer_displacement": "m",
-    "cart_displacement": "m",
-    "hammer_acceleration": "m/s^2",
-    "cart_acceleration": "m/s^2",
-    "impact_force": "N",
-    "applied_force": "N",
-    "relative_displacement": "m",
-    "reaction_force": "N",
-}
 
 
 def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, " time"]]:
@@ -70,5 +48,5 @@ def recorded(system: System, trajectory: Trajectory) -> tuple[dict[str, Float[Ar
     for index in sorted(range(len(parts)), key=lambda index: parts[index][0].is_fault):  # the recorder's faults come last
         effect, part = parts[index]
         before, readings = readings, effect.read(readings, motion, part)
-        kept[index] = effect.kept(part, before, readings)
+        kept[index] = effect.memory(before, readings, part)
     return readings, jnp.concatenate(kept, axis=-1) if kept else own

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.contact import AbstractContactLaw
-from vibrojax.effects.base import AbstractEffect
+from vibrojax.effects.base import AbstractEffect, unit_in
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Number, Value
@@ -131,10 +131,10 @@ class Model(eqx.Module):
 
 
 def _named(part: AbstractContactLaw | AbstractSuspension | AbstractEffect) -> tuple[Parameter, ...]:
-    """Parameters of a part of the model under the names that they have in the whole."""
+    """Parameters of a part of the model under the names that they have in the whole, in the units of their channel."""
     if not isinstance(part, AbstractEffect):
         return part.parameters
-    return tuple(dataclasses.replace(p, name=f"{part.name}.{p.name}") for p in part.parameters)
+    return tuple(dataclasses.replace(p, name=f"{part.name}.{p.name}", unit=unit_in(p.unit, part.channel)) for p in part.parameters)
 
 
 def _with(part, values: Mapping[str, Number]):

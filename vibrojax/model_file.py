@@ -9,10 +9,10 @@ from typing import Any
 
 import jax
 
-from vibrojax.channels import EVERY_CHANNEL, UNITS
+from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
-from vibrojax.effects.base import UNIT_OF_CHANNEL
+from vibrojax.effects.base import unit_in
 from vibrojax.effects.free_form import MOST_TERMS, FreeForm
 from vibrojax.errors import shown
 from vibrojax.json_file import Table, read_json
@@ -199,13 +199,9 @@ def _units(suspension: Any, law: Any, effects: Iterable[AbstractEffect], *, load
     length = {"length": "m"} if _has_length(suspension) else {}
     listed: dict[str, Iterable[Parameter]] = {"suspension": suspension.parameters, "law": law.parameters}
     fields = {p.field: p.unit for p in listed["suspension"]}
-    of_effects = [{p.name: _unit(p, effect) for p in effect.parameters} for effect in effects]
+    of_effects = [{p.name: unit_in(p.unit, effect.channel) for p in effect.parameters} for effect in effects]
     shared = {"mass": MASS.unit, "suspension": fields | length, "law": {p.name: p.unit for p in listed["law"]}}
     return shared | ({"effects": of_effects} if of_effects else {}) | ({"load": _LOAD} if load else {})
-
-
-def _unit(parameter: Parameter, effect: AbstractEffect) -> str:
-    return UNITS[effect.channel or ""] if parameter.unit == UNIT_OF_CHANNEL else parameter.unit
 
 
 def _number(value: Any, name: str) -> float:

@@ -70,6 +70,16 @@ def cart_over_time(run: Run) -> Points:
     return run.time, 1e6 * run.misfit("cart_displacement")
 
 
+def misfit_over_time(channel: str, *, scale: float, until: float) -> Callable[[Run], Points]:
+    """Misfit of a channel over time, up to `until` s."""
+
+    def points(run: Run) -> Points:
+        chosen = run.time < until
+        return run.time[chosen], scale * run.misfit(channel)[chosen]
+
+    return points
+
+
 def touch_over_time(run: Run) -> Points:
     """Where the hammer is when a contact begins, um beyond the gap as set."""
     after = run.touches

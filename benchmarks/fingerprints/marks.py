@@ -11,6 +11,7 @@ from benchmarks.fingerprints.coordinates import (
     cart_over_phase,
     cart_over_time,
     force_over_force,
+    misfit_over_time,
     missing_force_after_impacts,
     over_displacement,
     over_indentation,
@@ -51,7 +52,8 @@ class Fingerprint:
 _U, _V, _TIME = "relative displacement u, mm", "relative velocity u', m/s", "time, s"
 _MISSING, _TOUCH, _CART = "missing force, N", "place of the touch, µm", "misfit of the cart, µm"
 _SINCE, _LOAD_CELL = "time since the touch, ms", "load cell, N"
-_HAMMER = "hammer_displacement"
+_CELL, _ACCELERATION = "misfit of the load cell, N", "misfit of the acceleration, m/s²"
+_HAMMER, _FORCE = "hammer_displacement", "impact_force"
 
 FINGERPRINTS: dict[str, Fingerprint] = {
     "coulomb_friction": Fingerprint(
@@ -91,7 +93,7 @@ FINGERPRINTS: dict[str, Fingerprint] = {
     "stop_compliance": Fingerprint(
         effect={"stop_stiffness": 1e6, "stop_frequency_hz": 400.0, "stop_damping_ratio": 0.05},
         along=_SINCE,
-        over="misfit of the load cell, N",
+        over=_CELL,
         points=after_impacts("impact_force", scale=1.0, window=(-1e-3, 0.04)),
         sampling=1e-4,
         shows="The load cell rings on after the hammer has left, below zero too.",
@@ -199,6 +201,59 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         over="misfit of the channel, µm",
         points=over_rate,
         shows="A straight line through the origin, over the channel's rate of change.",
+    ),
+    "quintic_stiffness": Fingerprint(
+        effect={"quintic_stiffness": 5e10},
+        along=_U,
+        over=_MISSING,
+        points=over_displacement,
+        shows="Flat about the place of rest, and ever steeper far from it.",
+    ),
+    "power_law_damping": Fingerprint(
+        effect={"power_coefficient": 0.35, "exponent": 0.5},
+        along=_V,
+        over=_MISSING,
+        points=over_velocity,
+        shows="Steep through rest and flatter and flatter where p is below one, as here; where it is above, flat through rest and steeper.",
+    ),
+    "sensor_high_pass": Fingerprint(
+        effect={"time_constant": 0.1, "of_channel": _FORCE},
+        along=_TIME,
+        over=_CELL,
+        points=misfit_over_time(_FORCE, scale=1.0, until=0.6),
+        shows="A drop below zero at every impact, by the impulse over the time constant, and a slow way back.",
+        lines=True,
+    ),
+    "recorder_low_pass": Fingerprint(
+        effect={"time_constant": 8e-4},
+        along=_SINCE,
+        over=_ACCELERATION,
+        points=after_impacts("hammer_acceleration", scale=1.0, window=(-2e-3, 0.02)),
+        sampling=1e-4,
+        shows="Too little while an impact's force grows and too much while it falls, in every channel that shows it.",
+    ),
+    "nonlinear_reading": Fingerprint(
+        effect={"quadratic": 2.0, "cubic": 1e3, "of_channel": _HAMMER},
+        along="displacement of the model, mm",
+        over="misfit of the channel, µm",
+        points=over_reading,
+        shows="A curve, over the channel's own value.",
+    ),
+    "reading_tone": Fingerprint(
+        effect={"frequency_hz": 11.0, "decay_rate": 1.5, "sine": 5e-5, "cosine": 0.0, "of_channel": _HAMMER},
+        along=_TIME,
+        over="misfit of the channel, µm",
+        points=misfit_over_time(_HAMMER, scale=1e6, until=3.0),
+        shows="An oscillation in one channel that impacts and drive leave alone.",
+        lines=True,
+    ),
+    "clock_drift": Fingerprint(
+        effect={"drift_ppm": 300.0, "of_channel": _HAMMER},
+        along=_TIME,
+        over="misfit of the channel, µm",
+        points=misfit_over_time(_HAMMER, scale=1e6, until=3.0),
+        shows="The channel's rate of change, growing with time.",
+        lines=True,
     ),
     "force_saturation": Fingerprint(
         effect={"saturation_force": 0.5, "threshold": 3e-3},

@@ -47,14 +47,56 @@ class Delay:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LowPass:
-    """A digital filter of first order in the recorder: r_i = a r_(i-1) + (1 - a) s_i with a = exp(-sampling step / time constant)."""
+    """A digital filter of first order in the recorder: r_i = a r_(i-1) + (1 - a) s_i with a = exp(-sampling step / time constant).
+
+    It has settled on the first value when the motion begins.
+    """
 
     channel: str
     time_constant: float
 
     def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
         kept = np.exp(-(time[1] - time[0]) / self.time_constant)
-        return np.asarray(lfilter([1.0 - kept], [1.0, -kept], signal))
+        return lfilter([1.0 - kept], [1.0, -kept], signal, zi=[kept * signal[0]])[0]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class HighPass:
+    """The sensor discharges: r_i = a (r_(i-1) + s_i - s_(i-1)) with a = exp(-sampling step / time constant).
+
+    It has been reset on the first value when the motion begins, and shows that.
+    """
+
+    channel: str
+    time_constant: float
+
+    def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
+        kept = np.exp(-(time[1] - time[0]) / self.time_constant)
+        return lfilter([kept, -kept], [1.0, -kept], signal, zi=[(1.0 - kept) * signal[0]])[0]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Curve:
+    """The characteristic is curved: signal + quadratic signal^2 + cubic signal^3."""
+
+    channel: str
+    quadratic: float
+    cubic: float
+
+    def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
+        return np.polyval([self.cubic, self.quadratic, 1.0, 0.0], signal)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ClockRate:
+    """The channel's clock runs slow: signal(t (1 - ppm 1e-6)), by cubic splines; it agrees with the others at the record's first sample."""
+
+    channel: str
+    ppm: float
+    """Parts in a million; negative for a clock that runs fast."""
+
+    def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
+        return CubicSpline(time, signal)(np.clip(time * (1.0 - 1e-6 * self.ppm), time[0], time[-1]))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -80,6 +122,23 @@ class Hum:
 
     def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
         return signal + self.amplitude * np.sin(2.0 * np.pi * self.frequency * time + self.phases[file])
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Tone:
+    """A tone that may die away: signal + amplitude exp(-decay t) sin(2 pi frequency t + phase), its phase another in each record."""
+
+    channel: str
+    amplitude: float
+    frequency: float
+    """Hz"""
+    decay: float
+    """1/s; 0 for a steady tone."""
+    phases: Mapping[str, float]
+
+    def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
+        turn = np.exp((2j * np.pi * self.frequency - self.decay) * time + 1j * self.phases[file])
+        return signal + self.amplitude * turn.imag
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

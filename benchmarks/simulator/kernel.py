@@ -31,6 +31,7 @@ PARAMETERS = (
     *("knock_force", "knock_width", "knock_start", "knock_period"),
     *("deep_stiffness", "deep_depth", "deep_damping", "damping_difference"),
     *("saturation_force", "saturation_threshold"),
+    *("quintic", "power_loss", "power_exponent", "power_speed"),
 )
 """Order of the parameter vector; SI. What each means stands in `effects/`."""
 M, C, K, K_I, N, LAMBDA_I, GAP, A0, OMEGA, PHASE = range(len(NOMINAL))
@@ -45,7 +46,8 @@ PARAMETRIC, PARAMETRIC_PHASE, WEAR, MAGNET, MAGNET_REACH = range(44, 49)
 KNOCK, KNOCK_WIDTH, KNOCK_START, KNOCK_PERIOD = range(49, 53)
 DEEP_STIFFNESS, DEEP_DEPTH, DEEP_DAMPING, DAMPING_DIFFERENCE = range(53, 57)
 SATURATION, SATURATION_THRESHOLD = range(57, 59)
-FORCE_START, FORCE_STEP, FORCE = range(59, 62)
+QUINTIC, POWER_LOSS, POWER_EXPONENT, POWER_SPEED = range(59, 63)
+FORCE_START, FORCE_STEP, FORCE = range(63, 66)
 """Behind the named parameters, where there is a random force: its start and step, s, and its values from then on, N."""
 
 PLAIN = 2
@@ -136,6 +138,10 @@ def extra_force(t, u, v, p):
         force -= 0.5 * p[DAMPING_DIFFERENCE] * abs(v)
     if p[SATURATION] != 0.0:
         force -= p[SATURATION] * min(max(u / p[SATURATION_THRESHOLD], -1.0), 1.0)
+    if p[QUINTIC] != 0.0:
+        force -= p[QUINTIC] * u**5
+    if p[POWER_LOSS] != 0.0:
+        force -= p[POWER_LOSS] * v * math.hypot(v, p[POWER_SPEED]) ** (p[POWER_EXPONENT] - 1.0)
     if p[WARMING] != 0.0:
         force -= p[K] * p[WARMING] * max(t, 0.0) * u
     if p[PARAMETRIC] != 0.0 and p[OMEGA] > 0.0:
@@ -244,8 +250,8 @@ def steps_in_sample(t, state, dt, p):
     gap = min(gap_at(t, p), gap_at(t + dt, p))
     near = u - gap + moved + ringing + p[ADHESION_REACH] > 0.0
     near = near or (p[BACK_GAP] > 0.0 and -u - p[BACK_GAP] + moved > 0.0)
-    if p[FRICTION] != 0.0 or p[BW_FORCE] != 0.0:
-        near = near or abs(v) < 2.0 * push * dt + 10.0 * p[FRICTION_SPEED]
+    if p[FRICTION] != 0.0 or p[BW_FORCE] != 0.0 or (p[POWER_LOSS] != 0.0 and p[POWER_EXPONENT] < 1.0):
+        near = near or abs(v) < 2.0 * push * dt + 10.0 * max(p[FRICTION_SPEED], p[POWER_SPEED])
     if near:
         return FINE
     return MEDIUM if ringing * p[STOP_STIFFNESS] > _SILENT else COARSE

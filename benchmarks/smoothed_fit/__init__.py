@@ -1,1 +1,1 @@
-"""Fits with the smoothed contact law beside those of the exact contact, against the width of the smoothing."""
+"""Fits with the smoothed contact law beside the chain, against the width of the smoothing."""

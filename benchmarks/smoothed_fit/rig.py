@@ -32,15 +32,21 @@ def compliant_laws() -> list[str]:
     return [name for name, law in LAWS.items() if issubclass(law, AbstractCompliantLaw) and law.parameters]
 
 
-def simulated(law: str, *, samples: int, seed: int) -> Experiment:
+def true_model(law: str) -> Model:
+    """The model that makes the records."""
+    return Model(mass=0.5, suspension=Linear(damping_ratio=0.02, natural_frequency_hz=4.0), law=_law(law))
+
+
+def simulated(law: str, *, samples: int, seed: int, noise: float = 1.0) -> Experiment:
     """An experiment whose records a model with this law has made, with white noise.
 
     Args:
         law: name.
         samples: of each record.
         seed: of the noise.
+        noise: standard deviation over `NOISE`, which is what the sensors declare.
     """
-    model = Model(mass=0.5, suspension=Linear(damping_ratio=0.02, natural_frequency_hz=4.0), law=_law(law))
+    model = true_model(law)
     draws = np.random.default_rng(seed)
     drop: dict[str, Any] = {"gap": 0.0, "initial_displacement": -4e-3, "initial_velocity": 0.0}
     cart: dict[str, Any] = {"gap": 1e-3, "initial_displacement": 0.0, "initial_velocity": 0.0}
@@ -53,7 +59,7 @@ def simulated(law: str, *, samples: int, seed: int) -> Experiment:
     noisy = []
     for record in records:
         motion = simulate_record(model, record)
-        channels = {name: motion[name] + std * draws.standard_normal(samples) for name, std in NOISE.items()}
+        channels = {name: motion[name] + noise * std * draws.standard_normal(samples) for name, std in NOISE.items()}
         noisy.append(dataclasses.replace(record, channels=channels, noise=dict(NOISE)))
     return Experiment(
         name=law,

@@ -1,41 +1,43 @@
-"""One contact law: the least-squares estimate of the exact contact, and that of the smoothed one at each width."""
+"""One contact law: the estimate of the chain, and that of the smoothed contact at each width."""
 
 import dataclasses
 import time
 
+import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.smoothed_fit.rig import simulated
-from identification.least_squares.block_arrow import reduce, solve
-from identification.least_squares.fit import evaluator, fit, free_unknowns, integrator_for, landing_for
-from identification.least_squares.uncertainty import uncertainty
-from identification.windows.layout import Estimate
-from identification.windows.prepare import Prepared, prepare
-from vibrojax.integrate import AbstractBatchIntegrator, Landing
+from benchmarks.smoothed_fit.rig import simulated, true_model
+from identification.trajectory.chain_equations import moved
+from identification.trajectory.fit import SMALLEST_FORCE, Fitted, Variances, equations, fit
+from identification.trajectory.motion import Estimate
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
+from identification.trajectory.smoothed import SMALL_GRADIENT, Smoothed, fit_smoothed
+from identification.trajectory.start import Problem, problem_of
+from vibrojax.integrate import Landing
 
 _FINE, _FINER = 8.0, 16.0
 """Refinement of the steps of the exact contact, and that of the reference."""
-_REFINED = 2.0
-"""Refinement of the smoothed integrator, whose error falls with its eighth power."""
-_STEPS = 8
-"""Gauss-Newton steps, which converge from the optimum of another width."""
+_STEPS = 12
+"""Gauss-Newton steps of the chain from the true parameters."""
 _ABOVE = 4.0
-"""A difference this many times that of the two exact integrations counts for the slope."""
+"""A difference this many times what is left open counts for the slope."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Law:
-    """Differences from the exact contact, by width.
+    """Differences from the chain, by width, on records without noise: there both must find the true parameters, whatever weighs them.
 
     Attributes:
         name: of the contact law.
         parameters: names of the estimated parameters.
-        stderr: their standard errors with the exact contact, in the coordinates of the fit.
+        stderr: their standard errors under the declared noise, in the coordinates of the fit.
         widths: m.
-        shift: (widths, parameters): estimate less that of the exact contact, over its standard error.
-        widening: (widths, parameters): relative difference of the standard errors.
-        floor: the largest shift and widening between two exact integrations, with steps of one and of half the length.
-        seconds: of one evaluation of residuals and derivatives: "landing", "smoothed".
+        shift: (widths, parameters): estimate less that of the chain, over its standard error.
+        converged: (widths,)
+        floor: what is left open: the largest shift between two chains, with steps of one and of half the length, and the distance in
+            standard errors at which the smoothed fit stops.
+        seconds: of a fit with the smoothed contact at each width, compiled.
     """
 
     name: str
@@ -43,72 +45,74 @@ class Law:
     stderr: np.ndarray
     widths: np.ndarray
     shift: np.ndarray
-    widening: np.ndarray
-    floor: dict[str, float]
-    seconds: dict[str, float]
+    converged: np.ndarray
+    floor: float
+    seconds: np.ndarray
 
     @property
-    def largest(self) -> dict[str, np.ndarray]:
-        """Largest difference over the parameters at each width: of estimates in standard errors, of standard errors relative."""
-        return {"estimate": np.abs(self.shift).max(axis=1), "stderr": np.abs(self.widening).max(axis=1)}
+    def largest(self) -> np.ndarray:
+        """Largest shift of a parameter at each width, in standard errors."""
+        return np.abs(self.shift).max(axis=1)
 
-    def slope(self, quantity: str) -> float:
-        """Slope of the logarithm of the largest difference against that of the width, where it exceeds what integration leaves open."""
-        values = self.largest[quantity]
-        counted = values > _ABOVE * self.floor[quantity]
+    @property
+    def slope(self) -> float:
+        """Slope of the logarithm of the largest shift against that of the width, where it exceeds what is left open."""
+        counted = self.largest > _ABOVE * self.floor
         if counted.sum() < 2:
             return float("nan")
-        return float(np.polyfit(np.log(self.widths[counted]), np.log(values[counted]), 1)[0])
+        return float(np.polyfit(np.log(self.widths[counted]), np.log(self.largest[counted]), 1)[0])
 
 
-def trial(law: str, widths: np.ndarray, *, samples: int, seed: int) -> Law:
-    """Fit the records of one law with the exact and the smoothed contact."""
-    prepared = prepare(simulated(law, samples=samples, seed=seed))
-    start = fit(prepared).estimate
-    exact, sigma = optimum(prepared, _fine(prepared, _FINER), start)
-    other, others = optimum(prepared, _fine(prepared, _FINE), exact)
-    shift, widening = [], []
-    here = exact
-    for width in np.sort(widths):
-        smooth = dataclasses.replace(prepared, smoothing=float(width))
-        here, spread = optimum(smooth, integrator_for(smooth, refinement=_REFINED), here)
-        shift.append((here.shared - exact.shared) / sigma)
-        widening.append(spread / sigma - 1.0)
-    usual = dataclasses.replace(prepared, smoothing=float(widths.min()))
+def trial(law: str, widths: np.ndarray, *, samples: int) -> Law:
+    """Fit the records of one law, without noise, by the chain and with the smoothed contact."""
+    problem = problem_of(simulated(law, samples=samples, seed=0, noise=0.0))
+    start = _from_truth(problem, law)
+    exact, sigma = chain(finer(problem, _FINER), start)
+    other, _ = chain(finer(problem, _FINE), exact)
+    here = fit_smoothed(problem, exact, smoothing=float(widths.max())).estimate  # compiles
+    found, seconds = [], []
+    for width in np.sort(widths)[::-1]:  # from afar: an estimate that began at the answer would show nothing
+        before = time.perf_counter()
+        found.append(fit_smoothed(problem, here, smoothing=float(width)))
+        seconds.append(time.perf_counter() - before)
+        here = found[-1].estimate
     return Law(
         name=law,
-        parameters=tuple(p.name for p in prepared.layout.parameters),
+        parameters=tuple(p.name for p in problem.parameters),
         stderr=sigma,
-        widths=np.sort(widths),
-        shift=np.array(shift),
-        widening=np.array(widening),
-        floor={
-            "estimate": float(np.abs((other.shared - exact.shared) / sigma).max()),
-            "stderr": float(np.abs(others / sigma - 1.0).max()),
-        },
-        seconds={name: _clocked(one, exact) for name, one in (("landing", prepared), ("smoothed", usual))},
+        widths=np.sort(widths)[::-1],
+        shift=np.array([(one.estimate.shared - exact.shared) / sigma for one in found]),
+        converged=np.array([one.converged for one in found]),
+        floor=max(float(np.abs((other.shared - exact.shared) / sigma).max()), SMALL_GRADIENT),
+        seconds=np.array(seconds),
     )
 
 
-def optimum(prepared: Prepared, integrator: AbstractBatchIntegrator, start: Estimate) -> tuple[Estimate, np.ndarray]:
-    """Least-squares estimate by Gauss-Newton steps to rounding, and standard errors of the shared parameters."""
-    evaluate, active, estimate = evaluator(prepared, integrator), free_unknowns(prepared), start
+def whole(law: str, width: float, *, samples: int, seed: int) -> tuple[Fitted, Smoothed]:
+    """Noisy records fitted by the chain, and from its answer and with its reading errors by the smoothed contact."""
+    found = fit(problem_of(simulated(law, samples=samples, seed=seed)))
+    return found, fit_smoothed(found.problem, found.at, smoothing=width, readings=found.variances.readings)
+
+
+def finer(problem: Problem, refinement: float) -> Problem:
+    """The problem with shorter steps through its segments."""
+    usual = problem.integrator
+    steps = Landing(contact_steps=refinement * jnp.asarray(usual.contact_steps), flight_step=jnp.asarray(usual.flight_step) / refinement)
+    return dataclasses.replace(problem, integrator=steps)
+
+
+def chain(problem: Problem, start: Estimate) -> tuple[Estimate, np.ndarray]:
+    """Estimate of a chain without a random force, as near as it gets to none, and standard errors of the shared parameters."""
+    force = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=2.0 * float(np.median(problem.chains.duration)))
+    held, at = Variances(force=force, readings=tuple(ReadingError() for _ in problem.chains.channels)), start
     for _ in range(_STEPS):
-        equations = evaluate(estimate)
-        estimate = estimate.moved(*solve(reduce(equations, estimate, active, 0.0), equations, estimate))
-    return estimate, uncertainty(evaluate(estimate), estimate, active).stderr[: prepared.layout.shared]
+        at = moved(problem.border, at, equations(problem, at, held)[2], 1.0)
+    error = np.sqrt(np.diag(equations(problem, at, held)[2].covariance))
+    return dataclasses.replace(at, force=np.zeros_like(at.force)), error * problem.border.shared_scale
 
 
-def _fine(prepared: Prepared, refinement: float) -> Landing:
-    usual = landing_for(prepared, refinement=refinement)
-    return dataclasses.replace(usual, most_steps=int(refinement) * (usual.most_steps or 0))
-
-
-def _clocked(prepared: Prepared, estimate: Estimate) -> float:
-    """Seconds of one evaluation with the steps that a fit takes, the best of three."""
-    evaluate, seconds = evaluator(prepared, integrator_for(prepared)), []
-    for _ in range(4):
-        before = time.perf_counter()
-        evaluate(estimate)
-        seconds.append(time.perf_counter() - before)
-    return min(seconds[1:])
+def _from_truth(problem: Problem, law: str) -> Estimate:
+    """The first estimate with the parameters that made the records."""
+    true = true_model(law).values()
+    shared = [np.log(true[name]) if logarithmic else true[name] for name, logarithmic in problem.unknowns.shared]
+    return dataclasses.replace(problem.start, shared=np.array(shared))

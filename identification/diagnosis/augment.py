@@ -15,16 +15,19 @@ from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
 
 
-def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
+def augmented(
+    seen: Look, candidate: Candidate, strengths: np.ndarray, *, both: bool = True, progress: Progress = lambda line: None
+) -> Fitted:
     """The model with a candidate in it, fitted from a large random force on.
 
     Args:
         seen: look in which the candidate was found.
         candidate: an effect.
         strengths: of its columns, over the probing strength, from which it starts.
+        both: whether to begin without a random force too, where one is left.
         progress: called with a line in each round.
     """
-    return fit(extended(seen, candidate, strengths), progress=progress)
+    return fit(extended(seen, candidate, strengths), both=both, progress=progress)
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:
@@ -82,7 +85,7 @@ def _states(seen: Look, effect: AbstractEffect) -> dict[str, np.ndarray]:
     found = np.zeros((chains.knot_count, len(effect.own_states)))
     for knots, course in zip(chains.knots, seen.courses, strict=True):
         own = own_states(stacked, [effect], course)[0]
-        kept = np.asarray(effect.kept(own, course.readings, effect.read(course.readings, course.motion, own)))
+        kept = np.asarray(effect.memory(course.readings, effect.read(course.readings, course.motion, own), own))
         rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)
         found[knots] = kept[rows]
     return {f"{effect.name}.{state.name}": found[:, k] for k, state in enumerate(effect.own_states)}

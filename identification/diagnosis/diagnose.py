@@ -37,9 +37,8 @@ from identification.result.result import OK, RecordFit
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.start import problem_of
-from vibrojax.channels import UNITS
 from vibrojax.effects import EFFECTS
-from vibrojax.effects.base import UNIT_OF_CHANNEL
+from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 _FORMS = 3
@@ -223,7 +222,7 @@ def _learned(
             fitted = fit(problem, progress=progress)
             effect = fitted.problem.model_at(fitted.at).effects[-1]
             tried.append((_weighed(fitted, experiment), effect.equation))
-        except np.linalg.LinAlgError:  # a form may leave no model that can be integrated
+        except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
             pass
     return min(tried, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
 
@@ -330,7 +329,6 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     own = [place for place, each in enumerate(fitted.problem.unknowns.own) if each.startswith(prefix)]
     if own:
         unit = next(p.unit for p in effect.parameters if p.per_record)
-        unit = UNITS[effect.channel] if unit == UNIT_OF_CHANNEL and effect.channel else unit
         size = float(np.sqrt(np.mean(np.sum(fitted.at.own[:, own] ** 2, axis=1))))
         numbers.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
     gaps = {record.gap for record in fitted.problem.experiment.records}

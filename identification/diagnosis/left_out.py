@@ -49,8 +49,8 @@ def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
             shared=np.clip(at.shared + step * border.shared_scale, border.lower, border.upper),
             own=at.own + own * border.own_scale,
         )
-        fits = record_fits(dataclasses.replace(fitted, at=moved))
-        found |= {int(index): fits[index] for index in np.unique(fitted.problem.chains.record[fold])}
+        chosen = np.unique(fitted.problem.chains.record[fold]).tolist()
+        found |= dict(zip(chosen, record_fits(dataclasses.replace(fitted, at=moved), chosen), strict=True))
     return tuple(found[index] for index in sorted(found))
 
 

@@ -12,6 +12,7 @@ from identification.diagnosis.look import Candidate, Look, Scored, best_of_each,
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit
 from vibrojax.effects import EFFECTS
+from vibrojax.errors import NoConvergenceError
 
 _WEIGHED = 6
 """Candidates of a look of which the variances are estimated anew."""
@@ -144,8 +145,8 @@ def _step(seen: Look, progress: Progress) -> Step:
             continue
         progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
         try:
-            fitted = augmented(seen, one.candidate, weighed.strengths, progress=progress)
-        except np.linalg.LinAlgError:  # a wrong effect may leave no model that can be integrated
+            fitted = augmented(seen, one.candidate, weighed.strengths, both=False, progress=progress)
+        except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
             continue
         refitted.append(dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance))
     done = {one.candidate.key for one in refitted}

@@ -1,6 +1,7 @@
 """What an effect would add along the estimated motion, as signals in time: a force, a shift of the stop, an addition to readings."""
 
 import math
+from collections.abc import Callable
 from functools import partial
 
 import jax
@@ -15,6 +16,7 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect, Motion
+from vibrojax.shapes import Value
 from vibrojax.steps import runge_kutta_step
 
 _ANGLE = 0.6
@@ -58,25 +60,53 @@ def own_states(stacked: AbstractEffect, effects: list[AbstractEffect], course: C
 
 
 def _added(course: Course, effect: AbstractEffect, own: Float[Array, "time own"]) -> dict[str, Float[Array, " time"]]:
-    """Force on the hammer, place of the stop and additions to readings, along one record."""
-    system, motion = course.system, course.motion
-    further = _further_push(course, effect)
-    force = effect.force(motion, own) + _second_stop(course, effect) - further
-    force = force + course.push_rate * effect.stop_velocity(motion.t, own)
-    moved = effect.base(system.base)
-    dy, ddy = jnp.zeros_like(motion.u), jnp.zeros_like(motion.u)
-    if moved is not system.base:
-        dy, ddy = (getattr(moved, name)(motion.t) - getattr(system.base, name)(motion.t) for name in ("displacement", "acceleration"))
-    dy, ddy = dy + effect.base_displacement(own), ddy + effect.base_acceleration(own, course.push)
-    read = effect.read(course.readings, motion, own)
-    shown = {name: read[name] - course.readings[name] for name in EVERY_CHANNEL if name in read}
-    shown["impact_force"] = shown["impact_force"] + further - course.push_rate * effect.stop_velocity(motion.t, own)
-    for name in ("hammer_displacement", "cart_displacement"):
-        shown[name] = shown[name] + dy
-    for name in ("hammer_acceleration", "cart_acceleration"):
-        shown[name] = shown[name] + ddy
-    shown["reaction_force"] = shown["reaction_force"] - system.mass * ddy
-    return shown | {"force": force - system.mass * ddy, "stop": effect.stop_position(motion.t, own)}
+    """Force on the hammer, place of the stop and additions to readings, along one record; nothing where the effect does not act."""
+    system, motion, found = course.system, course.motion, {}
+
+    def add(name: str, values: Float[Array, " time"]) -> None:
+        found[name] = found[name] + values if name in found else values
+
+    if _acts(effect, "force"):
+        add("force", effect.force(motion, own))
+    if _acts(effect, "back_gap"):
+        add("force", _second_stop(course, effect))
+    if _acts(effect, "stop"):
+        further = _further_push(course, effect)
+        add("force", -further)
+        add("impact_force", further)
+    if _acts(effect, "stop_position"):
+        add("stop", effect.stop_position(motion.t, own))
+        slower = course.push_rate * effect.stop_velocity(motion.t, own)
+        add("force", slower)
+        add("impact_force", -slower)
+    if _acts(effect, "base"):
+        moved = effect.base(system.base)
+        _move_base(
+            add, system.mass, *(getattr(moved, x)(motion.t) - getattr(system.base, x)(motion.t) for x in ("displacement", "acceleration"))
+        )
+    if _acts(effect, "base_displacement"):
+        _move_base(add, system.mass, effect.base_displacement(own), effect.base_acceleration(own, course.push))
+    if _acts(effect, "read"):
+        read = effect.read(course.readings, motion, own)
+        for name in EVERY_CHANNEL:
+            if name in read and read[name] is not course.readings[name]:
+                add(name, read[name] - course.readings[name])
+    return found
+
+
+def _acts(effect: AbstractEffect, hook: str) -> bool:
+    """Whether an effect acts in one of the ways of `AbstractEffect`."""
+    return getattr(type(effect), hook) is not getattr(AbstractEffect, hook)
+
+
+def _move_base(add: Callable[[str, Array], None], mass: Value, displacement: Array, acceleration: Array) -> None:
+    """A further motion of the cart: an inertia force on the hammer, and what the sensors see of it."""
+    add("force", -mass * acceleration)
+    add("hammer_displacement", displacement)
+    add("cart_displacement", displacement)
+    add("hammer_acceleration", acceleration)
+    add("cart_acceleration", acceleration)
+    add("reaction_force", -mass * acceleration)
 
 
 def _second_stop(course: Course, effect: AbstractEffect) -> Float[Array, " time"]:

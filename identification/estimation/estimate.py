@@ -20,16 +20,17 @@ from identification.estimation.prediction import record_fits
 from identification.estimation.profiles import profiles
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
-from identification.estimation.unseen import held_back_chain, rms_nrmse
+from identification.estimation.unseen import held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
-from identification.experiment import Experiment
+from identification.experiment import Experiment, Record
 from identification.result.result import FitResult, RecordFit
 from identification.result.variation import Unrest
 from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.remodel import with_variation
-from identification.trajectory.smoothed import fit_smoothed
 from identification.trajectory.start import Problem, problem_of
-from identification.windows.declared_model import varying
+from identification.windows.declared_model import check_smoothing, nominal_model, varying
+from identification.windows.prepare import MOST_SAMPLES, selected
+from identification.windows.windows import WindowLength
 from vibrojax.errors import InputError
 
 Progress = Callable[[str], None]
@@ -70,13 +71,15 @@ def fit_experiment(
     clock = _Clock()
     progress("reading first guesses from the records")
     names = varying(experiment)
+    check_smoothing(nominal_model(experiment, law).law, smoothing)
+    experiment, limits = in_part(experiment)
     problem = with_variation(problem_of(experiment, law=law), dict.fromkeys(names, 0.0))
     clock.lap("prepare")
     nominal, between = with_variations(_converged(fit(problem, seed=seed, progress=progress)), names, progress)
     found, added = (nominal, None) if not effects else with_effects(nominal, effects, progress=progress)
     found = _converged(found)
     clock.lap("fit")
-    smoothed = None if smoothing is None else fit_smoothed(found.problem, found, smoothing, progress)
+    smoothed = None if smoothing is None else _smoothed(found, smoothing, progress)
     progress("standard errors and intervals")
     spread = uncertainty(found)
     parameters = tuple(estimates(found, spread, between, first=problem.values(problem.start)))
@@ -89,9 +92,9 @@ def fit_experiment(
     records = record_fits(found)
     shift = discretisation_shift(found, spread)
     clock.lap("records")
-    held_back = _held_back(found, experiment, progress)
+    held_back = held_back_fits(found, experiment, lambda line: progress(f"held-back records: {line}"))
     if added is not None and held_back:
-        before = rms_nrmse(_held_back(nominal, experiment, progress))
+        before = rms_nrmse(held_back_fits(nominal, experiment))
         added = dataclasses.replace(added, held_back=(before, rms_nrmse(held_back)))
     model = found.problem.model_at(found.at)
     models = {"nominal": nominal.problem.model_at(nominal.at)} | ({"augmented": model} if effects else {})
@@ -111,7 +114,7 @@ def fit_experiment(
         records=records,
         converged=found.converged,
         discretisation=shift,
-        warnings=_warnings(found, restless, shift, records, () if sample is None else sample.warnings()),
+        warnings=(*limits, *_warnings(found, restless, shift, records, () if sample is None else sample.warnings())),
         unrest=restless,
         reading_error=sensor_errors(found),
         force_share=_force_share(found, chi2, restless),
@@ -128,19 +131,50 @@ def fit_experiment(
     )
 
 
+def in_part(experiment: Experiment, most_samples: float = MOST_SAMPLES) -> tuple[Experiment, tuple[str, ...]]:
+    """The experiment with about so many fitted samples at most, and sentences on what is left out.
+
+    Of very many records an even selection of each kind with the same channels is taken, of long records the first part, without gaps, so
+    that the decay counts in full; a record that `crop` chooses is taken whole.
+    """
+    fitted = experiment.fitting.records
+    taken = selected(fitted, most_samples, WindowLength())
+    lengths = sorted(len(record.time) for record in taken)
+    rest = [most_samples - sum(lengths[:place]) for place in range(len(lengths))]
+    shares = [left / (len(lengths) - place) for place, left in enumerate(rest)]
+    longest = next((int(share) for share, length in zip(shares, lengths, strict=True) if length > share), max(lengths))
+
+    def cut(record: Record) -> Record:
+        if record.preparation.crop is not None or len(record.time) <= longest:
+            return record
+        used, whole = record.time[longest - 1] - record.time[0], record.time[-1] - record.time[0]
+        notice = f"The first {used:.4g} of {whole:.4g} s are fitted; a part that `crop` chooses is taken whole."
+        channels = {name: values[:longest] for name, values in record.channels.items()}
+        return dataclasses.replace(record, time=record.time[:longest], channels=channels, notices=(*record.notices, notice))
+
+    chosen = {id(record) for record in taken}
+    records = tuple(cut(one) for one in experiment.records if one.held_back or id(one) in chosen)
+    said = [] if len(taken) == len(fitted) else [f"{len(taken)} of {len(fitted)} records are fitted, spread evenly over each kind"]
+    return dataclasses.replace(experiment, records=records), tuple(said)
+
+
+def _smoothed(found: Fitted, smoothing: float, progress: Progress) -> dict[str, float]:
+    """The fit of the smoothed law by Diffrax and optax, which a fit without it does not load."""
+    from identification.trajectory.smoothed import fit_smoothed
+
+    fitted = fit_smoothed(found.problem, found.at, smoothing=smoothing, readings=found.variances.readings, progress=progress)
+    if not fitted.converged:
+        progress("the fit of the smoothed law has not converged")
+    return fitted.values
+
+
 def _converged(found: Fitted) -> Fitted:
     """The fit, with more steps under the variances that it found where it has not converged."""
     return found if found.converged else settled(found.problem, found.at, found.variances, steps=_MORE_STEPS)
 
 
-def _held_back(found: Fitted, experiment: Experiment, progress: Progress) -> tuple[RecordFit, ...]:
-    """The held-back records with their prediction."""
-    chain = held_back_chain(found, experiment, lambda line: progress(f"held-back records: {line}"))
-    return () if chain is None else record_fits(chain)
-
-
 def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
-    """Chi-square of the free motion over the declared noise, and its degrees of freedom: every stretch has its own initial state."""
+    """Chi-square of the free motion over the noise, and its degrees of freedom; a stretch that is not led has a state of its own."""
     problem = found.problem
     chi2, stretches = 0.0, 0
     for index, record in enumerate(records):
@@ -148,7 +182,7 @@ def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
         for column, name in enumerate(problem.chains.channels):
             if name in record.chi2_reduced:
                 chi2 += record.chi2_reduced[name] * int((weight[:, column] > 0).sum())
-        stretches += record.windows
+        stretches += 0 if record.kind == "prescribed" else record.windows
     samples = int((problem.chains.weight > 0).sum())
     border = problem.border
     return chi2, samples - int(border.shared.sum()) - int(border.own.sum()) - len(problem.unknowns.states) * stretches

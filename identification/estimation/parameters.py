@@ -252,7 +252,8 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
     chosen = np.flatnonzero(problem.border.shared)
     shift, sigma = already.copy(), np.full(already.shape, np.inf)
     for record, (information, gradient) in enumerate(zip(solution.information, solution.gradient, strict=True)):
-        inverse = np.linalg.inv(information[np.ix_(chosen, chosen)] + _WIDE**-2.0 * np.eye(len(chosen)))
+        known, directions = np.linalg.eigh(information[np.ix_(chosen, chosen)])  # rounding may make it indefinite
+        inverse = (directions / (np.maximum(known, 0.0) + _WIDE**-2.0)) @ directions.T
         shift[record, chosen] -= inverse @ gradient[chosen]
         sigma[record, chosen] = np.sqrt(np.diag(inverse))
     return shift, sigma

@@ -7,7 +7,7 @@ stretch.
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import jax
 import jax.numpy as jnp
@@ -68,7 +68,7 @@ def pieces_of(problem: Problem, at: Estimate) -> tuple[Chains, int]:
     duration = float(np.median(problem.chains.duration))
     wanted = 1.0 / (_PIECES_A_PERIOD * slowest * duration) if slowest > 0 else 16.0
     segments = 2 ** max(0, round(np.log2(wanted)))
-    return chains_of(problem.experiment.records, problem.chains.samples * segments), segments
+    return chains_of(problem.experiment.records, problem.chains.samples * segments, rest=problem.rest), segments
 
 
 def frequency(problem: Problem, at: Estimate, record: Record) -> float:
@@ -128,11 +128,12 @@ def free_motion(
                         )
 
 
-def record_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
-    """Every record of a fit with its prediction."""
+def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[RecordFit, ...]:
+    """Records of a fit with their prediction: all, or the chosen ones, in order."""
     problem, at = fitted.problem, fitted.at
     pieces, segments = pieces_of(problem, at)
-    stretches = [_stretches(problem, at, index, pieces) for index in range(len(pieces.files))]
+    places = range(len(pieces.files)) if chosen is None else sorted(chosen)
+    stretches = [_stretches(problem, at, index, pieces) for index in places]
     begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
     first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
     owner = pieces.record[begin]
@@ -155,7 +156,7 @@ def record_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
         predicted = {name: of(series[name]) for name in EVERY_CHANNEL}
         return _record_fit(fitted, index, predicted, of(series["u"]), of(series["relative_velocity"]), of(contact), of(window))
 
-    return tuple(along(index, record) for index, record in enumerate(problem.experiment.records))
+    return tuple(along(index, problem.experiment.records[index]) for index in places)
 
 
 def strikes(problem: Problem, at: Estimate, index: int) -> bool:

@@ -129,14 +129,20 @@ def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[R
 
 def rest_place(model: Model, record: Record) -> float:
     """Displacement at which the suspension bears the constant forces on the hammer, clear of the stop, m; 0 where nothing bears them."""
-    system = system_in(model, record)
-    still, own = jnp.zeros(()), jnp.zeros(system.own_size)
+    system = jax.tree.map(jnp.asarray, system_in(model, record))
 
     def acceleration(u: float) -> float:
-        return float(system.forces(still, jnp.asarray(u), still, own, jnp.asarray(False), still).acceleration)
+        return float(_at_rest(system, jnp.asarray(u)))
 
     found = root_scalar(acceleration, x0=0.0, x1=_NUDGE, method="secant") if acceleration(0.0) != 0.0 else None
     return float(found.root) if found is not None and found.converged else 0.0
+
+
+@soon_compiled
+def _at_rest(system: System, u):
+    """u'' at a place where the hammer stands still, clear of the stop."""
+    still = jnp.zeros(())
+    return system.forces(still, u, still, jnp.zeros(system.own_size), jnp.asarray(False), still).acceleration
 
 
 def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from identification.estimation.horizons import horizons
 from identification.estimation.prediction import record_fits
 from identification.experiment import Experiment
 from identification.result.result import RecordFit
@@ -41,10 +42,12 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     return fit(dataclasses.replace(problem, border=held, start=start), progress=progress)
 
 
-def held_back_fits(fitted: Fitted, experiment: Experiment) -> tuple[RecordFit, ...]:
-    """Prediction of every held-back record, in their order."""
-    chain = held_back_chain(fitted, experiment)
-    return () if chain is None else record_fits(chain)
+def held_back_fits(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> tuple[RecordFit, ...]:
+    """Prediction of every held-back record, in their order, with the errors of forecasts."""
+    chain = held_back_chain(fitted, experiment, progress)
+    if chain is None:
+        return ()
+    return tuple(dataclasses.replace(one, horizons=far) for one, far in zip(record_fits(chain), horizons(chain), strict=True))
 
 
 def held_out_deviance(fitted: Fitted, experiment: Experiment) -> float:

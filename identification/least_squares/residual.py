@@ -80,9 +80,9 @@ def predict(
 def _reach(systems: System, windows: Windows) -> Int[Array, " lanes"]:
     """Number of samples to integrate in each window: its own and one more for interpolation, or as many as its last ones require."""
     further = jnp.zeros(windows.lengths.shape)
-    for effect in systems.effects:
-        further = jnp.maximum(further, lax.stop_gradient(effect.looks_ahead))
     last = jnp.take_along_axis(windows.ts, windows.lengths[:, None] - 1, axis=1)
+    for effect in systems.effects:
+        further = jnp.maximum(further, -lax.stop_gradient(effect.lateness(last[:, 0])))
     needed = jnp.sum(windows.ts <= last + further[:, None], axis=1) + _INTERPOLATED
     return jnp.minimum(jnp.where(further > 0, needed, windows.lengths + 1), windows.ts.shape[1])
 

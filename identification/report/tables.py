@@ -89,6 +89,7 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
         blocks += [Text("estimates of each record alone:"), between(result).for_terminal()]
     if result.held_back:
         blocks += [Text("not fitted, predicted:"), channels(result.held_back, result.experiment).for_terminal()]
+        blocks += [Text("error of forecasts of them, over the standard deviation of the channel:"), forecasts(result).for_terminal()]
     if reference is not None:
         table, lines = comparison(compare(result, reference), reference)
         blocks += [Text(f"beside {reference.title}:"), *([table.for_terminal()] if table.rows else []), *map(Text, lines)]
@@ -211,6 +212,17 @@ def channels(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
             nrmse = significant(record.nrmse.get(channel, float("nan")), 2)
             rows.append((record.file, look.words, noise, origin, significant(chi2**0.5), nrmse))
     return Table(columns=("record", "channel", "noise σ", "origin", "misfit/σ", "NRMSE"), rows=tuple(rows), words=(0, 1, 3))
+
+
+def forecasts(result: FitResult) -> Table:
+    """Errors of forecasts of the held-back records by how far they reach."""
+    rows = []
+    for record in result.held_back:
+        for one in record.horizons:
+            far = "all of it" if one.periods is None else f"{significant(one.periods, 3)} period{'s' if one.periods > 1 else ''}"
+            errors = ", ".join(f"{spoken(name)} {percent(error, 1.0)}" for name, error in one.nrmse.items())
+            rows.append((record.file, far, significant(one.seconds, 2), errors))
+    return Table(columns=("record", "forecast over", "s", "error"), rows=tuple(rows), words=(0, 1, 3))
 
 
 def reading_errors(errors: Mapping[str, SensorError], experiment: Experiment) -> Table:

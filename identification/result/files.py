@@ -206,7 +206,7 @@ def _record(record: RecordFit) -> dict[str, Any]:
         "chi2_reduced": record.chi2_reduced,
         "noise": record.noise,
         "notices": list(record.notices),
-    }
+    } | ({"horizons": [dataclasses.asdict(one) for one in record.horizons]} if record.horizons else {})
 
 
 def _version(name: str) -> str | None:

@@ -70,6 +70,21 @@ NO_WINDOW = -1
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Horizon:
+    """Error of a model's forecasts so far ahead.
+
+    Attributes:
+        periods: of the slower of suspension and drive; None for the free motion through the whole record.
+        seconds: s.
+        nrmse: by channel: root mean square error over the channel's standard deviation.
+    """
+
+    periods: float | None
+    seconds: float
+    nrmse: dict[str, float]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class RecordFit:
     """One record with its prediction; arrays have shape (samples,) and hold NaN where nothing was recorded.
 
@@ -89,6 +104,7 @@ class RecordFit:
         in_contact: predicted, bool.
         window: index of the window that each sample belongs to; `NO_WINDOW` where it was not fitted.
         notices: remarks of the file reader.
+        horizons: errors of forecasts of a held-back record, by how far they reach.
     """
 
     file: str
@@ -106,6 +122,7 @@ class RecordFit:
     in_contact: np.ndarray = series("time", words="whether hammer and stop touch in the fitted motion")
     window: np.ndarray = series("time", words="number of the window that the sample was fitted in")
     notices: tuple[str, ...] = ()
+    horizons: tuple[Horizon, ...] = ()
 
     @property
     def windows(self) -> int:

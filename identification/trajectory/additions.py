@@ -18,7 +18,7 @@ from identification.trajectory.chain_equations import (
     whitened_rows,
     whitenings,
 )
-from identification.trajectory.fit import Fitted, Variances, coloured, likeliest, reweighed
+from identification.trajectory.fit import Fitted, Variances, annealed, coloured, reweighed
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.start import Problem
 
@@ -184,7 +184,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Va
     for round_ in range(rounds + 1):
         local = reweighed(problem, at, linear, readings)
         if round_ < rounds:
-            force = likeliest(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
+            force = annealed(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
         solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
         after = moved(problem.border, at, solution, 1.0)
         tried.append(

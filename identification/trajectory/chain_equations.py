@@ -20,6 +20,8 @@ from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError, Whitening, whitening
 from identification.trajectory.segments import Chains, Unknowns
 
+_ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
+"""Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
 _UNKNOWN = 1e8
 """Variance, in the natural scale, of what the records say nothing of."""
 
@@ -79,10 +81,15 @@ class Scales:
         return np.concatenate([[self.displacement, self.velocity], self.own])
 
     @property
+    def widest(self) -> np.ndarray:
+        """Standard deviation of the states where nothing is known of them: motion of any size, states of effects near rest."""
+        return np.concatenate([10.0 * self.states[:2], 3.0 * self.own])
+
+    @property
     def floor(self) -> np.ndarray:
         """Standard deviation of the states beside the random force, in one segment: far below what sensors see, for the conditioning."""
         u = 1e-4 * self.resolution
-        return np.concatenate([[u, 0.3 * u * self.velocity / self.displacement], 1e-6 * self.own])
+        return np.concatenate([[u, 0.3 * u * self.velocity / self.displacement], 1e-5 * self.own])
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -113,6 +120,24 @@ def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, .
     """By channel."""
     counted = (chains.weight > 0) & linear.done[:, None, None]
     return tuple(whitening(error, counted[..., c], chains.first) for c, error in enumerate(errors))
+
+
+def lagged(
+    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, channel: int, order: int, part: slice = slice(None)
+) -> Float[np.ndarray, "segments samples lags columns"]:
+    """Derivatives of a channel's residuals 0, 1, ..., `order` samples before each sample, over the columns of `Weighed`."""
+    states = len(unknowns.states)
+    size, columns = states + 1, 3 * (states + 1) + len(unknowns.shared) + len(unknowns.own)
+    own = _own_columns(size, columns)
+    before = np.concatenate([np.arange(size), [2 * size - 1], np.arange(3 * size, columns)])
+    here = np.arange(len(chains.left))[part]
+    by, behind = (_scaled(chains, border, linear.by[which, :, channel], states, which) for which in (here, np.maximum(here - 1, 0)))
+    behind = behind * ~chains.first[here][:, None, None]
+    rows = np.zeros((len(here), chains.samples, order + 1, columns))
+    for lag in range(order + 1):
+        rows[:, lag:, lag, own] = by[:, : chains.samples - lag]
+        rows[:, :lag, lag, before] = behind[:, chains.samples - lag :]
+    return rows
 
 
 def whitened_rows(
@@ -171,9 +196,10 @@ def _own_columns(size: int, columns: int) -> np.ndarray:
     return np.concatenate([np.arange(size, 2 * size), [3 * size - 1], np.arange(3 * size, columns)])
 
 
-def _scaled(chains: Chains, border: Border, by: np.ndarray, states: int) -> np.ndarray:
-    """Derivatives by the border in its natural scale, 0 by what is held."""
-    free = np.concatenate([np.broadcast_to(border.shared, (len(chains.left), len(border.shared))), border.own[chains.record]], axis=1)
+def _scaled(chains: Chains, border: Border, by: np.ndarray, states: int, which: np.ndarray | slice = slice(None)) -> np.ndarray:
+    """Derivatives by the border in its natural scale, 0 by what is held; `which` of the segments `by` is of."""
+    own = border.own[chains.record[which]]
+    free = np.concatenate([np.broadcast_to(border.shared, (len(own), len(border.shared))), own], axis=1)
     factor = free * np.concatenate([border.shared_scale, border.own_scale])
     found = by.copy()
     found[..., states + 2 :] *= factor.reshape(len(factor), *(1,) * (by.ndim - 2), -1)
@@ -193,6 +219,10 @@ class Solution:
         information, gradient: what each record by itself says of the shared unknowns, all else eliminated, scaled; (records, parameters,
             parameters) and (records, parameters), priors left out.
         own_error: standard error of each record's own unknowns, scaled; (records, own).
+        factor: banded lower Cholesky factor of the knots' Hessian; (3 (states + 1), knots (states + 1)).
+        by_shared, by_own: inverse of that Hessian times its border; (knots (states + 1), parameters) and (..., own).
+        own_inverse: covariance of each record's own unknowns with the shared ones held; (records, own, own).
+        own_by_shared: fall of these with the shared ones; (records, own, parameters).
     """
 
     deviance: float
@@ -209,6 +239,19 @@ class Solution:
     own_inverse: np.ndarray
     own_by_shared: np.ndarray
     _rows: np.ndarray
+
+    @property
+    def knots_by_outside(self) -> np.ndarray:
+        """Derivative of the knots by shared and own unknowns, scaled; (knots (states + 1), shared + own)."""
+        return -np.concatenate([self.by_shared, self.by_own], axis=1)
+
+    @property
+    def outside_covariance(self) -> np.ndarray:
+        """Of shared and own unknowns of each record, scaled; (records, shared + own, shared + own)."""
+        across = -self.own_by_shared @ self.covariance
+        shared = np.broadcast_to(self.covariance, (len(across), *self.covariance.shape))
+        own = self.own_inverse - across @ self.own_by_shared.swapaxes(1, 2)
+        return np.concatenate([np.concatenate([shared, across.swapaxes(1, 2)], axis=2), np.concatenate([across, own], axis=2)], axis=1)
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """A sample of the posterior, as steps of shared, own and knots."""
@@ -229,7 +272,7 @@ def solve(
     states = len(unknowns.states)
     size, shared, own = states + 1, len(unknowns.shared), len(unknowns.own)
     inside, records = 3 * size, len(chains.knots)
-    gram, right, square, logs = _with_motion(chains, scales, at, local, force, mass, size)
+    gram, right, square, logs = with_motion(chains, scales, at, local, force, mass, size)
     count = size * (chains.knot_count + 1)  # one knot more in front: the first segment has no knot before it
     band, gradient = np.zeros((inside, count)), np.zeros(count)
     start = size * chains.left
@@ -243,7 +286,7 @@ def solve(
     for i in range(inside):
         by_shared[start + i] += gram[:, i, inside : inside + shared]
         by_own[start + i] += gram[:, i, inside + shared :]
-    factor = cholesky_banded(band, lower=True, check_finite=False)
+    factor = _factorised(band)
     solved = cho_solve_banded((factor, True), np.column_stack([gradient, by_shared, by_own]), check_finite=False)
     x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
 
@@ -339,7 +382,7 @@ def motion_covariance(chains: Chains, scales: Scales, force: RandomForce, mass: 
     return covariance
 
 
-def _with_motion(
+def with_motion(
     chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float, size: int
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Local systems with the equations of motion and of the random force: gram, right-hand side, constant and log determinant."""
@@ -369,7 +412,7 @@ def _initial_states(
 
     Where a segment could not be integrated, the motion at its end is of any size again.
     """
-    wide = np.concatenate([10.0 * scales.states[:2], 3.0 * scales.own])
+    wide = scales.widest
     begins = np.array([one.start for one in chains.knots])
     anew = np.concatenate([begins, 1 + chains.left[~local.linked]])
     added = 0.0
@@ -381,6 +424,17 @@ def _initial_states(
     band[0, size * (1 + begins) + size - 1] += 1.0 / force.std**2
     gradient[size * (1 + begins) + size - 1] += at.force[begins] / force.std**2
     return added + float((at.force[begins] ** 2).sum()) / force.std**2
+
+
+def _factorised(band: np.ndarray) -> np.ndarray:
+    """Banded Cholesky factor of a Hessian; where rounding of large entries hides a small one, its diagonal is raised by a little more."""
+    for raised in _ROUNDING:
+        try:
+            return cholesky_banded(np.concatenate([band[:1] * (1.0 + raised), band[1:]]), lower=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            if raised == _ROUNDING[-1] or not np.all(np.isfinite(band)):
+                raise
+    raise AssertionError
 
 
 def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:

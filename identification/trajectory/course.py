@@ -146,7 +146,7 @@ def record_system(problem: Problem, at: Estimate, index: int) -> System:
 def by_sample(fitted: Fitted, sampled: Sampled) -> BySample:
     """Linearise the chain about its estimate from sample to sample."""
     problem, at, chains = fitted.problem, fitted.at, fitted.problem.chains
-    fine = chains_of(problem.experiment.records, 1, late_channels(problem.model_at(at)))
+    fine = chains_of(problem.experiment.records, 1, rest=problem.rest, late=late_channels(problem.model_at(at)))
     states, force = np.zeros((fine.knot_count, len(problem.unknowns.states))), np.zeros(fine.knot_count)
     for index, knots in enumerate(fine.knots):
         samples = knots.stop - knots.start - 1

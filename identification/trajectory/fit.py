@@ -14,11 +14,13 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.trajectory.chain_equations import Solution, Weighed, moved, residuals_after, solve, weighed, whitenings
-from identification.trajectory.motion import Estimate, Linearised, linearise
+from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
+from identification.trajectory.posterior import expected_products
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
 from identification.trajectory.start import Problem
 from identification.wording.numbers import significant
+from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
@@ -26,6 +28,16 @@ LARGEST_FORCE = 0.3
 """Largest random force, over the force of the suspension: with a larger one any motion is explained."""
 SMALLEST_FORCE = 1e-5
 """Smallest one: the chain is then one deterministic trajectory to within the sensors' resolution."""
+SMALLEST_INNOVATION = 0.01
+"""Smallest innovation of a reading error, over the declared noise: no sensor is better than that, and the equations stay definite."""
+LARGEST_INNOVATION = 1e5
+"""Largest one: a reading that is so far off says nothing."""
+_STEEPEST_PARTIAL = 4.0
+"""Largest inverse hyperbolic tangent of a partial autocorrelation: within 1e-3 of one."""
+_INDEFINITE = 1e12
+"""Deviance of variances that the equations cannot be solved with."""
+_DIFFERENCE = 1e-3
+"""Of a logarithm, in difference quotients of the likelihood."""
 _AT_MOST_DOWN = 30.0
 """Factor by which the random force falls in one round, at most."""
 _COLOURED_FROM = 6
@@ -38,7 +50,17 @@ _NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
-_ROUNDS = 24
+_ROUNDS, _LAST_ROUNDS = 24, 6
+"""Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
+_PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
+"""Of each record, one after the other, by which one trajectory is fitted."""
+_SHORTEST_SHARE, _HARDLY = 1e-3, 0.01
+"""Least squares of whole records end where no such part of a step helps, or a step lowers the sum of squares by less than this, over the
+mean square."""
+_OF_TWO_NUMBERS = 4.0
+"""Akaike's price of size and memory of a random force, in -2 log likelihood."""
+_SOME_FORCE = 1e-3
+"""A random force, over the suspension's, from which a larger one than none is sought."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -77,7 +99,9 @@ class Fitted:
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
 
 
-def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, progress: Progress = lambda line: None) -> Fitted:
+def fit(
+    problem: Problem, *, seed: int = 0, begin: Variances | None = None, both: bool = True, progress: Progress = lambda line: None
+) -> Fitted:
     """Fit a problem from both ends: from a large random force, and from none with autocorrelated reading errors; the likelier counts.
 
     What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
@@ -87,6 +111,7 @@ def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, prog
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
         begin: variances from which the force falls; by default those of a large one.
+        both: whether to begin without a force too, where the first end has left one.
         progress: called with a line in each round.
 
     Raises:
@@ -96,20 +121,111 @@ def fit(problem: Problem, *, seed: int = 0, begin: Variances | None = None, prog
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
     large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
+    if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
+        return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
+    rigid = isinstance(problem.model.law, AbstractInstantaneousLaw)
+    other = _of_one_trajectory(problem, small, rng, progress) if rigid else None
+    if other is not None and other.converged and _vanishes(problem, other.variances.force):
+        return other
     try:
         found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
-    if found.variances.force.std <= 1.01 * SMALLEST_FORCE * scales.force:
-        return found
-    none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
-    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
-    try:
-        other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
-    except np.linalg.LinAlgError:  # without a force to give way the iteration may diverge
-        return found
+    if other is None:
+        if not both or _vanishes(problem, found.variances.force):
+            return found
+        none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
+        try:
+            other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+        except np.linalg.LinAlgError:  # where physics is missing, the way from no force may lead nowhere
+            return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
+
+
+def _vanishes(problem: Problem, force: RandomForce) -> bool:
+    """Whether nothing is left of the random force."""
+    return force.std <= 1.01 * SMALLEST_FORCE * problem.scales.force
+
+
+def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Generator, progress: Progress) -> Fitted:
+    """Against a rigid stop: one trajectory by least squares, and about it the likeliest variances.
+
+    Impacts in a segment come and go with the state at its beginning, so that jumps between segments cannot be smoothed out there: the fit
+    without a random force does not begin at the knots of another one.
+    """
+    at, square = _longer_and_longer(problem, problem.start, small)
+    linear, local, solution = equations(problem, at, small)
+    readings = coloured(problem, at, linear, local, small.force, rng, draws=4)
+    variances, count = Variances(force=small.force, readings=readings), 0
+    for count in range(_HELD_ROUNDS):
+        variances = _likelier(problem, at, linear, variances)
+        linear, local, solution = equations(problem, at, variances)
+        progress(_line(count, problem, at, variances.force))
+        if not _vanishes(problem, variances.force) or _change(problem, solution) < _SMALL_STEP:
+            break
+        at, square = unrolled(
+            problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
+        )
+        linear, local, solution = equations(problem, at, variances)
+    return Fitted(
+        problem=problem,
+        at=at,
+        variances=variances,
+        linear=linear,
+        local=local,
+        solution=solution,
+        rounds=count + 1,
+        converged=bool(np.isfinite(square)) and _change(problem, solution) < _SMALL_STEP,
+    )
+
+
+def _likelier(problem: Problem, at: Estimate, linear: Linearised, begin: Variances) -> Variances:
+    """The likeliest variances, with a random force only where that gains what its two numbers cost."""
+    found, least = begin, np.inf
+    for share, price in ((1.0, 0.0), (_SOME_FORCE / SMALLEST_FORCE, _OF_TWO_NUMBERS)):
+        tried = RandomForce(std=share * SMALLEST_FORCE * problem.scales.force, memory=begin.force.memory)
+        force, readings = likeliest(problem, at, linear, Variances(force=tried, readings=begin.readings))
+        local, mass = reweighed(problem, at, linear, readings), problem.experiment.mass
+        deviance = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, mass).deviance
+        if deviance + price < least:
+            found, least = Variances(force=force, readings=readings), deviance
+    return found
+
+
+def _longer_and_longer(problem: Problem, at: Estimate, small: Variances) -> tuple[Estimate, float]:
+    """One trajectory through the beginning of each record, then through more of it: what it has learnt there predicts the next impacts."""
+    chains, square = problem.chains, np.inf
+    begins = np.concatenate([np.cumsum(chains.duration[chains.of_record(r)]) for r in range(len(chains.files))])
+    lengths = np.array([chains.duration[chains.of_record(r)].sum() for r in range(len(chains.files))])[chains.record]
+    for part in _PARTS:
+        seen = (begins <= part * lengths + 1e-9)[:, None, None]
+        groups = tuple(dataclasses.replace(group, weight=group.weight * seen[group.place]) for group in chains.groups)
+        shorter = dataclasses.replace(problem, chains=dataclasses.replace(chains, groups=groups, weight=chains.weight * seen))
+        at, square = _one_trajectory(shorter, at, small)
+    return at, square
+
+
+def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[Estimate, float]:
+    """Least squares of whole records, by steps of the chain that are shortened until they help; with the sum of squares."""
+
+    def unforced(one: Estimate) -> tuple[Estimate, float]:
+        return unrolled(problem.model_at(one), problem.unknowns, problem.chains, problem.integrator, one)
+
+    at, square = unforced(at)
+    for _ in range(_ROUNDS):
+        *_, solution = equations(problem, at, small)
+        share, before = _share(problem, solution), square
+        while share > _SHORTEST_SHARE:
+            tried, there = unforced(moved(problem.border, at, solution, share))
+            if there < square:
+                at, square = tried, there
+                break
+            share *= 0.5
+        if not square < before - _HARDLY * square / problem.chains.weight.size:
+            break
+    return at, square
 
 
 def _converged(
@@ -129,21 +245,23 @@ def _converged(
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
         share, change, before = _share(problem, solution), _change(problem, solution), force
         if count >= held:
-            force = likeliest(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
+            force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from:
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(border, at, solution, share)
         progress(_line(count, problem, at, force))
-        settled = abs(np.log(force.std / before.std)) < 0.05 or force.std <= 1.01 * SMALLEST_FORCE * scales.force
-        if count >= max(coloured_from, held) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
+        settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
+        if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
-    for last in (False, True):  # the likelihood is flat in the memory: let it converge
+    for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
-        force = likeliest(problem, at, local, force, evaluations=40)
+        force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
+        local = reweighed(problem, at, linear, readings)
         solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
-        if not last:
-            readings = coloured(problem, at, linear, local, force, rng, draws=4)
-            at = moved(border, at, solution, _share(problem, solution))
+        progress(_line(count, problem, at, force))
+        if last == _LAST_ROUNDS - 1 or (last and _change(problem, solution) < _SMALL_STEP):
+            break
+        at = moved(border, at, solution, _share(problem, solution))
     return Fitted(
         problem=problem,
         at=at,
@@ -201,22 +319,95 @@ def coloured(
     several = max(draws, int(np.ceil(20_000 / max(int(counted.sum()), 1))))
     drawn = [residuals_after(chains, problem.unknowns, border, linear, *solution.draw(rng)) for _ in range(min(several, 40))]
     return tuple(
-        estimated([one[..., c] for one in drawn], counted[..., c], chains.first, highest=min(HIGHEST_ORDER, chains.samples))
+        estimated(
+            [one[..., c] for one in drawn],
+            counted[..., c],
+            chains.first,
+            largest_pole=largest_pole(problem),
+            highest=min(HIGHEST_ORDER, chains.samples),
+        )
         for c in range(len(chains.channels))
     )
 
 
-def likeliest(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
+def largest_pole(problem: Problem) -> float:
+    """Largest modulus of a pole of a reading error.
+
+    One that is correlated for longer than the motion takes to change by its own size, rms u over rms u', is no matter of the sensor: it
+    moves as the rig does, and would take the place of a drift.
+    """
+    spacing = float(np.median(problem.chains.duration)) / problem.chains.samples
+    return float(np.exp(-spacing * problem.scales.velocity / problem.scales.displacement))
+
+
+def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Variances, *, iterations: int = 40) -> tuple[RandomForce, tuple]:
+    """Random force and reading errors, their orders given, of greatest restricted likelihood: all at once, since they compete.
+
+    Quasi-Newton steps in log force, log memory, log innovations and the inverse hyperbolic tangents of partial autocorrelations. The
+    gradient by a reading error is that of its likelihood with expected products (Fisher's identity); by the force, a difference quotient.
+    """
+    chains, unknowns, border, mass = problem.chains, problem.unknowns, problem.border, problem.experiment.mass
+    limit, (low, high) = largest_pole(problem), _force_range(problem)
+    free = [one.free(limit) for one in begin.readings]
+    ends = np.cumsum([2, *(len(one) for one in free)])
+    highest = max((one.order for one in begin.readings), default=0)
+
+    def at_point(x: np.ndarray) -> tuple[RandomForce, tuple[ReadingError, ...]]:
+        force = RandomForce(std=float(np.exp(x[0])), memory=float(np.exp(x[1])))
+        return force, tuple(ReadingError.of(x[a:b], limit) for a, b in zip(ends[:-1], ends[1:], strict=True))
+
+    def deviance(x: np.ndarray) -> tuple[float, np.ndarray]:
+        try:
+            return with_slope(x)
+        except np.linalg.LinAlgError:  # so far off that rounding makes the equations indefinite: the search turns back
+            return _INDEFINITE, np.zeros_like(x)
+
+    def with_slope(x: np.ndarray) -> tuple[float, np.ndarray]:
+        force, readings = at_point(x)
+        local = reweighed(problem, at, linear, readings)
+        solution = solve(chains, unknowns, border, problem.scales, at, local, force, mass)
+        slope = np.zeros_like(x)
+        for place in range(2):
+            step = np.where(np.arange(len(x)) == place, _DIFFERENCE if x[place] < high[place] - _DIFFERENCE else -_DIFFERENCE, 0.0)
+            other = solve(chains, unknowns, border, problem.scales, at, local, at_point(x + step)[0], mass)
+            slope[place] = (other.deviance - solution.deviance) / step[place]
+        products = expected_products(chains, unknowns, border, linear, solution, highest)
+        for a, b, (sums, counts) in zip(ends[:-1], ends[1:], products, strict=True):
+            for place in range(a, b):
+                step = np.where(np.arange(a, b) == place, 1e-4, 0.0)
+                up, down = (ReadingError.of(x[a:b] + sign * step, limit).deviance(sums, counts) for sign in (1.0, -1.0))
+                slope[place] = (up - down) / 2e-4
+        return solution.deviance, slope
+
+    start = np.concatenate([np.clip(np.log([begin.force.std, begin.force.memory]), low, high), *free])
+    least, most = np.full(len(start), -_STEEPEST_PARTIAL), np.full(len(start), _STEEPEST_PARTIAL)
+    least[ends[:-1]], most[ends[:-1]] = np.log(SMALLEST_INNOVATION), np.log(LARGEST_INNOVATION)
+    least[:2], most[:2] = low, high
+    start, bounds = np.clip(start, least, most), list(zip(least, most, strict=True))
+    options = {"maxiter": iterations, "ftol": 1e-6, "gtol": 0.5}
+    found = minimize(deviance, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return at_point(found.x)
+
+
+def _force_range(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest logarithm of size and memory of the random force."""
+    smallest, largest = np.log(np.array([SMALLEST_FORCE, LARGEST_FORCE]) * problem.scales.force)
+    return np.array([smallest, np.log(0.3 * float(np.median(problem.chains.duration)))]), np.array([largest, 0.0])
+
+
+def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
     """Random force of greatest restricted likelihood, but no further below the present one than annealing allows."""
     scales, chains = problem.scales, problem.chains
-    low = np.log([SMALLEST_FORCE * scales.force, 0.3 * float(np.median(chains.duration))])
-    high = np.log([LARGEST_FORCE * scales.force, 1.0])
+    low, high = _force_range(problem)
 
     def deviance(logs: np.ndarray) -> float:
         inside = np.clip(logs, low, high)
         std, memory = np.exp(inside)
         tried = RandomForce(std=float(std), memory=float(memory))
-        found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        try:
+            found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+        except np.linalg.LinAlgError:
+            return _INDEFINITE
         return found.deviance + 10.0 * float(np.sum((logs - inside) ** 2))
 
     begin = np.log([force.std, force.memory])

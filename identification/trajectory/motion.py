@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, Chains, Segments, Unknowns
 from vibrojax.channels import recorded
@@ -23,15 +23,17 @@ from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.effects import AbstractEffect
 from vibrojax.excitation import Harmonic, PiecewiseLinearForce, Unforced
-from vibrojax.integrate import Landing, Trajectory
+from vibrojax.integrate import SUCCESS, Guided, Landing, Trajectory
 from vibrojax.integrate.landing import SLOWEST_TOUCH, LandingState
 from vibrojax.model import Model
-from vibrojax.system import System
+from vibrojax.system import Approach, System
 
 CHUNK = 256
 """Segments that are integrated side by side."""
 STEEPEST = 1e3
 """Largest derivative of a segment's end by its beginning, in natural sizes, that a linearisation may have: beyond, a touch grazes."""
+SHORTEST_FLIGHT = 0.05
+"""Of the time between two samples: a body that would fly for less from a rigid stop rests there."""
 _STEPS_A_SAMPLE = 200
 """Limit to the steps between two samples; a segment that needs more has not been integrated."""
 
@@ -80,9 +82,9 @@ class Estimate:
 
 
 def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one: Segments, vector: Float[Array, " columns"]) -> System:
-    """The rig in one segment."""
-    begin = len(unknowns.states) + 2
-    force, shared, own = vector[begin - 2 : begin], vector[begin : begin + len(unknowns.shared)], vector[begin + len(unknowns.shared) :]
+    """The rig in one segment; or in several of equal length in a row, where the vector holds the force at all their knots."""
+    states, border = len(unknowns.states), len(unknowns.shared) + len(unknowns.own)
+    force, shared, own = jnp.split(vector[states:], [len(vector) - states - border, len(vector) - states - len(unknowns.own)])
     mine = dict(zip(unknowns.own, own, strict=True))
     values = {}
     for (name, logarithmic), value in zip(unknowns.shared, shared, strict=True):
@@ -99,12 +101,29 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
         amplitude = jnp.where(still, 0.0, jnp.hypot(safe, cosine))
         base = Harmonic(base_amplitude=amplitude, base_phase=jnp.arctan2(cosine, safe), frequency_hz=one.frequency_hz)
     beside = Unforced() if one.applied is None else one.applied
-    applied = PiecewiseLinearForce(start=one.ts[0], spacing=one.ts[-1] - one.ts[0], values=force, beside=beside)
+    applied = beside
+    if one.prescribed is None:
+        applied = PiecewiseLinearForce(start=one.ts[0], spacing=(one.ts[-1] - one.ts[0]) / (len(force) - 1), values=force, beside=beside)
 
     def acts(file: str) -> Float[Array, ""] | float:
         return jnp.where(one.record == files.index(file), 1.0, 0.0) if file in files else 0.0
 
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
+
+
+def read(
+    unknowns: Unknowns, one: Segments, system: System, along: Trajectory, vector: Float[Array, " columns"]
+) -> Float[Array, "samples channels"]:
+    """What the sensors read along a motion, with their zeros."""
+    return _compared(unknowns, one, recorded(system, along)[0], vector)
+
+
+def _compared(unknowns: Unknowns, one: Segments, readings, vector: Float[Array, " columns"]) -> Float[Array, "samples channels"]:
+    """Readings of the channels that are compared, with their zeros."""
+    for name, value in zip(unknowns.own, vector[len(vector) - len(unknowns.own) :], strict=True):
+        if name.startswith("zero."):
+            readings = readings | {name[5:]: readings[name[5:]] + value}
+    return jnp.stack([readings[name] for name in one.channels], axis=-1)
 
 
 def travelled(
@@ -114,13 +133,36 @@ def travelled(
     integrator: Landing,
     segments: Segments,
     vectors: Float[Array, "segments columns"],
-) -> tuple[System, Trajectory, LandingState]:
-    """The rig in every segment, its motion at all knots of the samples, the last one included, and the state of the integrator there."""
+) -> tuple[System, Trajectory, Bool[Array, " segments"]]:
+    """The rig in every segment, its motion at all knots of the samples, the last one included, and whether it was integrated."""
     systems = jax.vmap(lambda one, vector: segment_system(model, unknowns, files, one, vector))(segments, vectors)
-    integrated = len(unknowns.states) - _holds_approach_speed(unknowns)
-    start = integrator.start(systems, segments.ts, vectors[:, :integrated])
-    if _holds_approach_speed(unknowns):
-        start = start._replace(approach_speed=jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH))
+    held = _holds_approach_speed(unknowns)
+    integrated = len(unknowns.states) - held
+    states, speed = vectors[:, :integrated], jnp.maximum(vectors[:, integrated], SLOWEST_TOUCH) if held else None
+    if segments.prescribed is not None:
+        speeds = jnp.full(len(states), SLOWEST_TOUCH) if speed is None else speed
+        follow = lambda motion, speed, *where: Guided(motion, approach_speed=speed)(*where)  # noqa: E731
+        whole = jax.vmap(follow)(segments.prescribed, speeds, systems, segments.ts, states)
+        return systems, eqx.tree_at(lambda one: one.steps, whole, jnp.zeros(len(states), int)), whole.result == SUCCESS
+    along, done = _moving(integrator, systems, segments, states, speed)
+    return systems, eqx.tree_at(lambda one: one.steps, along, jnp.zeros(len(states), int)), done
+
+
+def _moving(
+    integrator: Landing,
+    systems: System,
+    segments: Segments,
+    states: Float[Array, "segments states"],
+    speed: Float[Array, " segments"] | None,
+):
+    """Trajectory and success of segments in which the hammer moves freely."""
+    start = integrator.start(systems, segments.ts, states)
+    rigid = isinstance(systems.law, AbstractInstantaneousLaw)
+    if rigid:
+        start = jax.vmap(_against_a_rigid_stop)(systems, start, jnp.asarray(segments.resting))
+    shortest = SHORTEST_FLIGHT * (segments.ts[:, 1] - segments.ts[:, 0])
+    if speed is not None:
+        start = start._replace(approach_speed=speed)
 
     def unfinished(loop):
         count, carry, t_end = loop
@@ -129,7 +171,8 @@ def travelled(
     def sample(carry, t_end):
         def advance(loop):
             count, carry, _ = loop
-            return count + 1, jax.vmap(integrator.step)(systems, t_end, carry), t_end
+            step = partial(_step_or_rest, integrator) if rigid else lambda *of_lane: integrator.step(*of_lane[:3])
+            return count + 1, jax.vmap(step)(systems, t_end, carry, shortest), t_end
 
         _, after, _ = lax.while_loop(unfinished, advance, (jnp.zeros((), int), carry, t_end))
         return after, _seen(after)
@@ -139,8 +182,9 @@ def travelled(
         lambda first, then: jnp.swapaxes(jnp.concatenate([first[None], then]), 0, 1), _seen(start), later
     )
     none = jnp.zeros(len(segments.ts), int)
-    many = Trajectory(segments.ts, u, v, in_contact, approach_speed, none, jnp.zeros((), int), own)
-    return systems, eqx.tree_at(lambda one: one.steps, many, none), last
+    finite = jnp.isfinite(last.u) & jnp.isfinite(last.v) & jnp.isfinite(last.own).all(axis=1)
+    done = finite & (last.t >= segments.ts[:, -1])
+    return Trajectory(segments.ts, u, v, in_contact, approach_speed, none, jnp.zeros((), int), own), done
 
 
 def _read(systems: System, lanes: Trajectory, segments: Segments):
@@ -204,19 +248,51 @@ def shown(
     vectors: Float[Array, "segments columns"],
     systems: System,
     along: Trajectory,
-    last: LandingState,
+    done: Bool[Array, " segments"],
 ):
     """What the sensors read along a motion, and its end; beside them whether it was integrated."""
     readings, own = _read(systems, along, segments)
-    for place, name in enumerate(unknowns.own, start=len(unknowns.states) + 2 + len(unknowns.shared)):
-        if name.startswith("zero."):
-            readings[name[5:]] = readings[name[5:]] + vectors[:, place, None]
-    stacked = jnp.stack([readings[name][:, :-1] for name in segments.channels], axis=-1)
-    end = jnp.concatenate([jnp.stack([last.u, last.v], axis=1), own[:, -1]], axis=1)
+    stacked = jax.vmap(partial(_compared, unknowns))(segments, readings, vectors)[:, :-1]
+    end = jnp.concatenate([jnp.stack([along.u[:, -1], along.v[:, -1]], axis=1), own[:, -1]], axis=1)
     if _holds_approach_speed(unknowns):
-        end = jnp.concatenate([end, last.approach_speed[:, None]], axis=1)
-    done = jnp.all(jnp.isfinite(end), axis=1) & (last.t >= segments.ts[:, -1])
-    return Passed(stacked, end), done
+        end = jnp.concatenate([end, along.approach_speed[:, -1:]], axis=1)
+    return Passed(stacked, end), done & jnp.all(jnp.isfinite(end), axis=1)
+
+
+def _at_the_stop(system: System, state: LandingState) -> tuple[Approach, LandingState, Float[Array, ""]]:
+    """Where a lane is against its nearest stop, the same lane moved onto that, and how it is accelerated into the stop there, m/s^2."""
+    near = system.approach(state.t, state.u, state.v, state.own)
+    on = state._replace(u=state.u - near.side * near.indentation, v=state.v - near.side * near.rate)
+    pressed = near.side * system.forces(on.t, on.u, on.v, on.own, on.in_contact, on.approach_speed).acceleration
+    return near, on, pressed
+
+
+def _against_a_rigid_stop(system: System, start: LandingState, resting: Bool[Array, ""]) -> LandingState:
+    """One lane at the beginning: a knot beyond the stop is on it, and a lane in which the body rests begins at rest.
+
+    Rest is contact that lasts; the stop being rigid, `in_contact` stands for it.
+    """
+    near, on, _ = _at_the_stop(system, start)
+    beyond = near.indentation > 0
+    start = start._replace(u=jnp.where(beyond | resting, on.u, start.u), v=jnp.where(resting, on.v, start.v))
+    return start._replace(in_contact=resting | start.in_contact)
+
+
+def _step_or_rest(
+    integrator: Landing, system: System, t_end: Float[Array, ""], carry: LandingState, shortest: Float[Array, ""]
+) -> LandingState:
+    """One step of one lane against a rigid stop; the body rests where its next flight would be shorter than `shortest`, s.
+
+    Impacts that follow each other ever faster end in a finite time; what is cut off is a part of the last sample. A body at rest stays
+    there until something draws it off the stop.
+    """
+    _, on, pressed = _at_the_stop(system, carry)
+    stays = carry.in_contact & (pressed > 0)
+    flying = integrator.step(system, t_end, carry._replace(in_contact=jnp.zeros_like(carry.in_contact)))
+    near, landed, pressed = _at_the_stop(system, flying)
+    rests = carry.landing & (pressed > 0) & (-2.0 * near.rate < shortest * pressed)
+    flying = jax.tree.map(lambda yes, no: jnp.where(rests, yes, no), landed._replace(in_contact=jnp.ones_like(rests)), flying)
+    return jax.tree.map(lambda yes, no: jnp.where(stays, yes, no), on._replace(t=t_end, landing=jnp.zeros_like(stays)), flying)
 
 
 @soon_compiled
@@ -274,6 +350,40 @@ def linearise(
             end[place], end_by[place] = np.where(fine[:, None], value.end, 0.0), np.where(fine[:, None, None], slope.end, 0.0)
             done[place] = fine
     return Linearised(residual=residual, by=by, end=end, end_by=end_by, done=done)
+
+
+@soon_compiled
+def _in_a_row(model, unknowns, files, integrator, segments: Segments, rest_of_vectors, states):
+    """States at the ends of segments (steps, lanes), each step beginning where the last one ended; readings, and whether all went well."""
+
+    def step(states, one):
+        here, beside = one
+        found, done = passed(model, unknowns, files, integrator, here, jnp.concatenate([states, beside], axis=1))
+        return found.end, (found, done)
+
+    return lax.scan(step, states, (segments, rest_of_vectors))[1]
+
+
+def unrolled(model: Model, unknowns: Unknowns, chains: Chains, integrator: Landing, at: Estimate) -> tuple[Estimate, float]:
+    """The motion of each record without a random force, from the first knot's state on: one trajectory in place of segments.
+
+    With it comes the sum of its squared residuals, over the noise; infinite where a record cannot be integrated.
+    """
+    square, states, model = 0.0, at.states.copy(), jax.tree.map(jnp.asarray, model)
+    beside = vectors_of(chains, dataclasses.replace(at, force=np.zeros_like(at.force)))[:, len(unknowns.states) :]
+    for group in chains.groups:
+        rows = [np.flatnonzero(group.record == record) for record in np.unique(group.record)]
+        longest = max(len(one) for one in rows)
+        order = np.stack([np.minimum(np.arange(longest), len(one) - 1) + one[0] for one in rows], axis=1)
+        going = np.stack([np.arange(longest) < len(one) for one in rows], axis=1)
+        segments, places = jax.tree.map(lambda leaf, order=order: leaf[order], group), group.place[order]
+        begin = states[chains.left[places[0]]]
+        found, done = _in_a_row(model, unknowns, chains.files, integrator, segments, jnp.asarray(beside[places]), jnp.asarray(begin))
+        if not np.all(np.asarray(done) | ~going):
+            return at, np.inf
+        states[chains.left[places[going]] + 1] = np.asarray(found.end)[going]
+        square += float(np.sum(((np.asarray(found.readings) - segments.measured) * segments.weight)[going] ** 2))
+    return dataclasses.replace(at, states=states, force=np.zeros_like(at.force)), square
 
 
 def _chunks(chains: Chains, at: Estimate, count: int):

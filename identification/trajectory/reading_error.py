@@ -12,9 +12,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import solve_toeplitz, toeplitz
 
-HIGHEST_ORDER = 4
-LARGEST_POLE = 0.9
-"""Largest modulus of a pole: an error that is slower looks like motion or like a fault of the rig, and would take its place."""
+HIGHEST_ORDER = 8
+"""Of an autoregression: one that is both quick and slow, as rounding beside an encoder's eccentricity, needs as many at a high rate."""
+_STRONGEST = 1.0 - 1e-6
+"""Largest partial autocorrelation that is turned into an unconstrained number."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -48,6 +49,37 @@ class ReadingError:
             variance[order - 1] = variance[order] / (1.0 - reflection**2)
             row = (row[:-1] + reflection * row[-2::-1]) / (1.0 - reflection**2)
         return table, np.sqrt(variance)
+
+    @classmethod
+    def of(cls, free: Float[np.ndarray, " numbers"], largest_pole: float) -> "ReadingError":
+        """From unconstrained numbers: log innovation, and inverse hyperbolic tangents of the partial autocorrelations.
+
+        Every choice is stationary, with poles up to `largest_pole`: its powers multiply the coefficients of the partial autocorrelations.
+        """
+        row = np.zeros(0)
+        for reflection in np.tanh(free[1:]):
+            row = np.concatenate([row - reflection * row[::-1], [reflection]])
+        shrunk = row * largest_pole ** np.arange(1, len(row) + 1)
+        return cls(coefficients=tuple(float(a) for a in shrunk), innovation=float(np.exp(free[0])))
+
+    def free(self, largest_pole: float) -> Float[np.ndarray, " numbers"]:
+        """The inverse of `of`; poles beyond the limit are drawn in."""
+        row, found = np.array(self.coefficients) / largest_pole ** np.arange(1, self.order + 1), np.zeros(self.order)
+        for order in range(self.order, 0, -1):
+            found[order - 1] = reflection = float(np.clip(row[-1], -_STRONGEST, _STRONGEST))
+            row = (row[:-1] + reflection * row[-2::-1]) / (1.0 - reflection**2)
+        return np.concatenate([[np.log(self.innovation)], np.arctanh(found)])
+
+    def deviance(self, sums: Float[np.ndarray, "runs lags lags"], counts: Float[np.ndarray, " runs"]) -> float:
+        """-2 log likelihood, up to a constant, from sums of r_(i-j) r_(i-l) over samples with 0, 1, ... before them, and their counts."""
+        table, std = self.predictors()
+        found = 0.0
+        for run, (products, count) in enumerate(zip(sums, counts, strict=True)):
+            row = np.zeros(len(products))
+            used = min(run, self.order)
+            row[0], row[1 : used + 1] = 1.0, -table[used, :used]
+            found += count * 2.0 * np.log(std[used]) + row @ products @ row / std[used] ** 2
+        return float(found)
 
     @property
     def std(self) -> float:
@@ -117,7 +149,12 @@ def whitening(error: ReadingError, counted: np.ndarray, first: np.ndarray) -> Wh
 
 
 def estimated(
-    draws: list[Float[np.ndarray, "segments samples"]], counted: np.ndarray, first: np.ndarray, *, highest: int = HIGHEST_ORDER
+    draws: list[Float[np.ndarray, "segments samples"]],
+    counted: np.ndarray,
+    first: np.ndarray,
+    *,
+    largest_pole: float,
+    highest: int = HIGHEST_ORDER,
 ) -> ReadingError:
     """The autoregression of greatest expected likelihood, its order by Schwarz's criterion.
 
@@ -125,6 +162,7 @@ def estimated(
         draws: residuals under samples of the posterior of everything else, over the declared noise: an expectation by simulation.
         counted: where a residual counts.
         first: the first segment of each record.
+        largest_pole: largest modulus of a pole; below 1.
         highest: order.
 
     Source: Yule-Walker equations; G. Schwarz, Ann. Stat. 6 (1978) 461-464; G. C. G. Wei, M. A. Tanner, J. Am. Stat. Assoc. 85 (1990)
@@ -140,8 +178,8 @@ def estimated(
     best, lowest = ReadingError(), np.inf
     for order in range(highest + 1):
         a = solve_toeplitz(covariance[:order], covariance[1 : order + 1]) if order else np.zeros(0)
-        if order and (pole := np.abs(np.roots(np.r_[1.0, -a])).max()) > LARGEST_POLE:
-            a = a * (LARGEST_POLE / pole) ** np.arange(1, order + 1)
+        if order and (pole := np.abs(np.roots(np.r_[1.0, -a])).max()) > largest_pole:
+            a = a * (largest_pole / pole) ** np.arange(1, order + 1)
         variance = covariance[0] - 2.0 * a @ covariance[1 : order + 1]
         variance += float(a @ toeplitz(covariance[:order]) @ a) if order else 0.0
         if not variance > 0:

@@ -12,6 +12,7 @@ from identification.trajectory.segments import APPROACH_SPEED, Lateness, chains_
 from identification.trajectory.start import FLIGHT_STEPS, Problem
 from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
+from vibrojax.parameters import Parameter
 
 _VARIATION = "variation."
 
@@ -41,7 +42,7 @@ def remodelled(
     of_effects = {p.name for p in model.parameters} - {p.name for p in problem.model.parameters}
     kept = tuple(p for p in problem.parameters if p.name in values or p.name == "m")
     kept = tuple(p for p in kept if p.name in model.values() or p.name == "m")
-    parameters = (*kept, *(p for p in model.parameters if p.name in of_effects))
+    parameters = (*kept, *(_sized(p, values[p.name]) for p in model.parameters if p.name in of_effects))
     per_record = model.record_parameters
     plain = tuple(name for name in before.own if not any(name == p.name for p in problem.model.record_parameters))
     unknowns = dataclasses.replace(
@@ -79,7 +80,7 @@ def remodelled(
     late = late_channels(model)
     chains = problem.chains
     if late or chains.groups[0].ahead is not None:
-        chains = chains_of(problem.experiment.records, chains.samples, late)
+        chains = chains_of(problem.experiment.records, chains.samples, rest=problem.rest, late=late)
     return dataclasses.replace(
         problem,
         chains=chains,
@@ -102,6 +103,11 @@ def late_channels(model: Model) -> dict[str, Lateness]:
     }
 
 
+def _sized(p: Parameter, value: float) -> Parameter:
+    """A parameter of which the usual size is its first value, by which steps are measured."""
+    return p if p.logarithmic or value == 0.0 else dataclasses.replace(p, scale=abs(value))
+
+
 def _inside(p, value: float) -> float:
     """A value in its range, in the coordinate of the fit."""
     value = float(np.clip(value, max(p.lower, 1e-300) if p.logarithmic else p.lower, p.upper))
@@ -112,7 +118,6 @@ def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record,
     """Free unknowns, scales and priors: as before for what is kept, by its first size for what is new."""
     border, before = problem.border, problem.unknowns
     places = [before.index(p.name) for p in kept]
-    size = [abs(x) or p.scale for p, x in zip(new, start.shared[len(kept) :], strict=True)]
 
     def shared(values: np.ndarray, more) -> np.ndarray:
         return np.concatenate([values[places], np.asarray(more, values.dtype)])
@@ -135,7 +140,7 @@ def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record,
         border,
         shared=shared(border.shared, [not p.searched for p in new]),
         own=own,
-        shared_scale=shared(border.shared_scale, [1.0 if p.logarithmic else s for p, s in zip(new, size, strict=True)]),
+        shared_scale=shared(border.shared_scale, [1.0 if p.logarithmic else p.scale for p in new]),
         own_scale=own_scale,
         shared_mean=shared(border.shared_mean, start.shared[len(kept) :]),
         shared_precision=shared(border.shared_precision, zeros),

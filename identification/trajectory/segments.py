@@ -10,9 +10,8 @@ from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
 from identification.windows.lanes import inputs_of
@@ -24,7 +23,7 @@ from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
 FEWEST_SAMPLES = 4
-"""Samples of a segment, at least: as many as the highest order of an autoregression, so that whitening reaches back one segment."""
+"""Samples of a segment, at least: whitening reaches back one segment, so that no reading error is of higher order."""
 SEGMENTS_PER_PERIOD = 60.0
 """Segments in a period of the natural or excitation frequency, about: the random force is linear within each."""
 CEILING_SAMPLES, CEILING_RUN = 20, 4
@@ -89,6 +88,10 @@ class Segments(eqx.Module):
     """Measured force on the hammer; None where there is none."""
     ahead: dict[str, Float[Hosted, "*segments samples"]] | None
     """By channel that is late, time from a sample of the motion to the reading that it is compared with, s; None where none is."""
+    prescribed: SampledMotion | None
+    """Measured motion relative to the cart, where a machine imposes it: nothing moves freely then, and no random force acts."""
+    resting: Bool[Hosted, "*segments"]
+    """Whether the body rests on a rigid stop: then only sensors of displacement count."""
     channels: tuple[str, ...] = eqx.field(static=True)
 
 
@@ -157,8 +160,9 @@ def _takes_approach_speed(model: Model) -> bool:
     """Whether the contact force depends on the speed at the touch, which is then part of the state."""
     if not isinstance(model.law, AbstractCompliantLaw):
         return False
-    slow, fast = (float(model.law.force(jnp.asarray(1e-4), jnp.asarray(0.1), jnp.asarray(speed))) for speed in (0.2, 0.4))
-    return slow != fast
+    number = jax.ShapeDtypeStruct((), float)
+    traced = jax.make_jaxpr(model.law.force)(number, number, number).jaxpr
+    return any(one is traced.invars[2] for step in traced.eqns for one in step.invars)
 
 
 def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
@@ -168,19 +172,27 @@ def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
     return max(FEWEST_SAMPLES, round(wanted))
 
 
-def chains_of(records: Sequence[Record], samples: int, late: Mapping[str, Lateness] = {}) -> Chains:
+def chains_of(
+    records: Sequence[Record],
+    samples: int,
+    *,
+    rest: Sequence[tuple[float, float]] | None = None,
+    late: Mapping[str, Lateness] = {},
+) -> Chains:
     """Cut the records into segments of so many samples each; the last one of a record is padded.
 
-    A channel that comes late is compared with the motion as many samples earlier; `late` gives the time by channel, s.
+    `rest` are the times between which a body flies too low from a rigid stop to be seen, and from which it rests there, s, by record: in
+    between no sample counts. A channel that comes late is compared with the motion as many samples earlier; `late` gives the time by
+    channel, s.
     """
-    lanes: dict[tuple[bool, bool], list[Segments]] = {}
+    lanes: dict[tuple[bool, ...], list[Segments]] = {}
     place, knot, owner, left, first, knots = 0, 0, [], [], [], []
     compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
     channels = tuple(name for name in EVERY_CHANNEL if name in compared)
     for index, record in enumerate(records):
-        one = _segments(index, record, samples, channels, place, late)
+        one = _segments(index, record, samples, channels, place, (np.inf, np.inf) if rest is None else rest[index], late)
         count = len(one.record)
-        lanes.setdefault((one.motion is None, one.applied is None), []).append(one)
+        lanes.setdefault(tuple(each is None for each in (one.motion, one.applied, one.prescribed)), []).append(one)
         owner.append(np.full(count, index))
         left.append(knot + np.arange(count))
         first.append(np.arange(count) == 0)
@@ -234,7 +246,15 @@ def shown_at(time: Float[np.ndarray, " samples"], late: Lateness | None) -> tupl
     return np.clip(read, 0, len(time) - 1), (read >= 0) & (read < len(time))
 
 
-def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...], place: int, late: Mapping[str, Lateness]) -> Segments:
+def _segments(
+    index: int,
+    record: Record,
+    samples: int,
+    channels: tuple[str, ...],
+    place: int,
+    rest: tuple[float, float],
+    late: Mapping[str, Lateness],
+) -> Segments:
     """The segments of one record."""
     time = record.time
     count = -(-len(time) // samples)
@@ -254,24 +274,36 @@ def _segments(index: int, record: Record, samples: int, channels: tuple[str, ...
             weight[: len(time), column] = usable / record.noise[name]
             if name in late:
                 ahead[name][: len(time)] = time[read] - time
+    low, still = rest
+    resting = padded[rows][:, 0] >= still
+    weight[: len(time)][(time > low) & ~np.repeat(resting, samples)[: len(time)]] = 0.0
+    displacements = np.array([name.endswith("displacement") for name in channels])
+    weight = weight.reshape(count, samples, -1) * (displacements | ~resting[:, None, None])
     inputs = inputs_of(record)
     driven = record.kind == "cart-excitation" and inputs.cart is None
-    cart = None
-    if inputs.cart is not None:
-        position, curvature = (_parts(one, samples, count) for one in (inputs.cart.position, inputs.cart.second_derivative))
-        cart = SampledMotion(position=position, second_derivative=curvature)
     return Segments(
         place=place + np.arange(count),
         record=np.full(count, index),
         ts=padded[rows],
         measured=measured.reshape(count, samples, -1),
-        weight=weight.reshape(count, samples, -1),
+        weight=weight,
         gap=np.full(count, record.gap),
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
-        motion=cart,
+        motion=_motion_parts(inputs.cart, samples, count),
         applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
         ahead={name: values.reshape(count, samples) for name, values in ahead.items()} if late else None,
+        prescribed=_motion_parts(inputs.prescribed, samples, count),
+        resting=resting,
         channels=channels,
+    )
+
+
+def _motion_parts(motion: SampledMotion | None, samples: int, count: int) -> SampledMotion | None:
+    """`_parts` of a motion."""
+    if motion is None:
+        return None
+    return SampledMotion(
+        position=_parts(motion.position, samples, count), second_derivative=_parts(motion.second_derivative, samples, count)
     )
 
 

@@ -21,7 +21,7 @@ from identification.trajectory.segments import (
 )
 from identification.windows.declared_model import check_wishes, expected, nominal_model, priors, varying, within_bounds
 from identification.windows.integrated_motion import integrated_motions
-from identification.windows.kinematics import Kinematics, kinematics
+from identification.windows.kinematics import Kinematics, kinematics, relative_displacement
 from identification.windows.lanes import inputs_of
 from identification.windows.release import from_release
 from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
@@ -32,8 +32,14 @@ from vibrojax.parameters import Parameter
 
 FLIGHT_STEPS = 96.0
 """Integration steps in a period of the fastest vibration in flight, at least."""
-_SLOPE = 4
-"""Samples by which a speed beside an impact is read."""
+_PARABOLA = 2
+"""Degree of the polynomial by which a speed beside an impact is read."""
+_OF_A_PERIOD = 1.0 / 6.0
+"""Of the motion, in which a parabola follows it."""
+_CLEAR = 5.0
+"""Distance from a place at which a reading is clearly off it, over the noise."""
+_AT_REST = 5
+"""Samples at the end of a record of which the median is where the body has come to."""
 _CONTACT_STEPS = 60.0
 """Integration steps in an impact."""
 
@@ -48,6 +54,7 @@ class Problem:
         parameters: shared, in the order of the unknowns.
         unknowns, chains, border, scales: of the equations.
         integrator: through a segment.
+        rest: by record, times between which a body flies too low from a rigid stop to be seen, and from which it rests, s.
         motions: smoothed relative motion of each record, None where no sensor shows it.
         start: first estimate.
     """
@@ -60,6 +67,7 @@ class Problem:
     border: Border
     scales: Scales
     integrator: Landing
+    rest: tuple[tuple[float, float], ...]
     motions: tuple[Kinematics | None, ...]
     start: Estimate
 
@@ -93,14 +101,19 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     usual = {p.name: ParameterOption(start=p.start) for p in exponents}  # loops of force over indentation that drift mislead these
     guided = dataclasses.replace(experiment, parameters=experiment.parameters | usual)
     values, gap_errors = next(iter(first_guesses(guided, model, motions).values()))
+    touched = np.array([motion is None or motion.touching.any() for motion in motions])
     if isinstance(model.law, AbstractInstantaneousLaw):
+        touched |= [motion is not None and len(_rebounds(r)) > 0 for r, motion in zip(records, motions, strict=True)]
         gap_errors = np.array([_furthest(record, motion) for record, motion in zip(records, motions, strict=True)])
         values |= _rebound(records, motions)
     values |= {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
     values = {p.name: float(np.clip(values[p.name], max(p.lower, 1e-300), p.upper)) for p in parameters}
     f_n = values.get("f_n", 0.0)
-    fastest = max([f_n] + [record.excitation_frequency or 0.0 for record in records])
-    chains = chains_of(records, samples_of_a_segment(records, fastest))
+    scales = _scales(experiment, motions, f_n, unknowns)
+    excited = [record.excitation_frequency or 0.0 for record in records]
+    fastest = max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
+    rest = [_rest(record, motion, values.get("e")) for record, motion in zip(records, motions, strict=True)]
+    chains = chains_of(records, samples_of_a_segment(records, fastest), rest=rest)
     flight = 1.0 / (FLIGHT_STEPS * max(fastest, 1e-6))
     own = np.zeros((len(records), len(unknowns.own)))
     for index, ((amplitude, phase), error) in enumerate(zip(bases, gap_errors, strict=True)):
@@ -112,6 +125,9 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
             rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(motion.u) - 1)
             states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
             states[knots, 2:] = np.abs(motion.v).max()  # of an approach speed; corrected at the first touch
+    if isinstance(model.law, AbstractInstantaneousLaw):
+        for knots, record in zip(chains.knots, records, strict=True):
+            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
     start = Estimate(states=states, force=np.zeros(chains.knot_count), shared=shared, own=own)
     return Problem(
         experiment=experiment,
@@ -119,9 +135,10 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         parameters=parameters,
         unknowns=unknowns,
         chains=chains,
-        border=_border(experiment, parameters, unknowns, chains, zeros, start, motions),
-        scales=_scales(experiment, motions, f_n, unknowns),
+        border=_border(experiment, parameters, unknowns, chains, zeros, start, touched),
+        scales=scales,
         integrator=Landing(contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight)),
+        rest=tuple(rest),
         motions=tuple(motions),
         start=start,
     )
@@ -148,27 +165,73 @@ def _motions(experiment: Experiment, model: Model) -> tuple[list[tuple[float, fl
 
 
 def _furthest(record: Record, motion: Kinematics | None) -> float:
-    """Setting error of the gap of a rigid stop, m: the hammer gets as far as the stop and no further; 0 where it does not get there."""
-    if motion is None or not motion.touching.any():
+    """Setting error of the gap of a rigid stop, m: the hammer gets as far as the stop and no further; 0 where it does not get there.
+
+    From the readings themselves, since smoothing rounds off the impacts.
+    """
+    u = relative_displacement(record)
+    if motion is None or u is None or not (motion.touching.any() or _rebounds(record)):
         return 0.0
-    return float(motion.u.max()) - record.gap
+    return float(u.max()) - record.gap
+
+
+def _rest(record: Record, motion: Kinematics | None, restitution: float | None) -> tuple[float, float]:
+    """Times between which the flights from a rigid stop are too low to be seen, and from which the body rests on it; infinite where never.
+
+    Behind the last sample that is clearly off the stop, flights last less than T = (8 h / a)^(1/2), with the height h that is clear and the
+    acceleration a towards the stop; and all of them together T (1 + e + e^2 + ...).
+    """
+    if restitution is None or motion is None:
+        return np.inf, np.inf
+    clear, place = _CLEAR * _noise(record), float(np.median(motion.u[-_AT_REST:]))
+    off = np.flatnonzero(np.abs(motion.u - place) > clear)
+    flying = motion.a[motion.u < place - 0.3 * np.ptp(motion.u)]
+    if not len(off) or motion.u.max() - place > clear or not len(flying) or np.median(flying) <= 0:
+        return np.inf, np.inf
+    last = float(record.time[off[-1]])
+    return last, last + float(np.sqrt(8.0 * clear / np.median(flying))) / (1.0 - min(restitution, 0.99))
+
+
+def _rebounds(record: Record) -> list[tuple[float, float]]:
+    """Speeds before and after each impact on a rigid stop, m/s: slopes there of parabolas through half of the flights on both sides."""
+    u, time = relative_displacement(record), record.time
+    if u is None:
+        return []
+    found, clear = [], 2.0 * _CLEAR * _noise(record)
+    peaks, _ = find_peaks(u, height=u.max() - 0.2 * np.ptp(u), prominence=clear)
+    edges = np.concatenate([[0], (peaks[:-1] + peaks[1:]) // 2, [len(u)]])
+    for peak, begin, end in zip(peaks, edges[:-1], edges[1:], strict=True):
+        sides = slice(begin, peak), slice(peak + 1, end)
+        if min(one.stop - one.start for one in sides) <= _PARABOLA:
+            continue
+        before, after = (np.polyfit(time[one] - time[peak], u[one], _PARABOLA)[-2] for one in sides)
+        if before > 0.0 > after:
+            found.append((float(before), float(-after)))
+    return found
+
+
+def _noise(record: Record) -> float:
+    """Of the sensor of the relative motion, m; 0 where there is none."""
+    return next((record.noise[name] for name in ("relative_displacement", "hammer_displacement") if name in record.noise), 0.0)
+
+
+def _beginning(record: Record, duration: float, otherwise: np.ndarray) -> np.ndarray:
+    """u, m, and u', m/s, at the first sample: of a parabola through so many seconds, or up to the first impact where that is sooner."""
+    u, time = relative_displacement(record), record.time - record.time[0]
+    if u is None:
+        return otherwise
+    peaks, _ = find_peaks(u, height=u.max() - 0.2 * np.ptp(u), prominence=2.0 * _CLEAR * _noise(record))
+    seen = (time <= duration) & (np.arange(len(u)) < (peaks[0] if len(peaks) else len(u)))
+    return np.polyfit(time[seen], u[seen], _PARABOLA)[[2, 1]] if seen.sum() > _PARABOLA + 1 else otherwise
 
 
 def _rebound(records: list[Record], motions: list[Kinematics | None]) -> dict[str, float]:
-    """Restitution: median of the speeds after over those before the impacts, each the slope of a few samples; empty where none is seen."""
-    found = []
-    for record, motion in zip(records, motions, strict=True):
-        if motion is None or not motion.touching.any():
-            continue
-        peaks, _ = find_peaks(motion.u, height=motion.u.max() - 0.05 * np.ptp(motion.u), distance=2 * _SLOPE)
-        for peak in peaks[(peaks > _SLOPE) & (peaks < len(motion.u) - _SLOPE - 1)]:
-            before, after = (
-                np.polyfit(record.time[part], motion.u[part], 1)[0]
-                for part in (slice(peak - _SLOPE, peak), slice(peak + 1, peak + 1 + _SLOPE))
-            )
-            if before > 0.0 > after:
-                found.append(-after / before)
-    return {"e": float(np.clip(np.median(found), 0.02, 1.0))} if found else {}
+    """Restitution: slope of the speeds after over those before the impacts of all records; empty where none is seen."""
+    found = [one for record, motion in zip(records, motions, strict=True) if motion is not None for one in _rebounds(record)]
+    if not found:
+        return {}
+    before, after = np.array(found).T
+    return {"e": float(np.clip(before @ after / (before @ before), 0.02, 1.0))}
 
 
 def _base_acceleration(record: Record, base: tuple[float, float]) -> np.ndarray:
@@ -199,14 +262,13 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
     )
 
 
-def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, start: Estimate, motions) -> Border:
-    """Free unknowns, their scales and priors."""
+def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, start: Estimate, touched: np.ndarray) -> Border:
+    """Free unknowns, their scales and priors; `touched` are the records in which the stop is reached."""
     options = experiment.parameters
     fixed = {name for name, option in options.items() if option.fixed and option.start is not None}
     fixed |= set() if weighable(experiment) else {MASS.name}
     records = experiment.records
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
-    touched = np.array([motion is None or motion.touching.any() for motion in motions])
     own = np.ones((len(records), len(unknowns.own)), bool)
     own[:, 0], own[:, 1], own[:, 2] = driven, driven, touched
     own_scale, own_std = np.ones(len(unknowns.own)), np.full(len(unknowns.own), np.inf)

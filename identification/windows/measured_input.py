@@ -61,11 +61,11 @@ def measured_force(record: Record) -> SampledForce:
 
 
 def part(signal: CubicSignal, first: int, samples: int) -> CubicSignal:
-    """The pieces of a signal under one window, padded with its last piece to `samples` knots."""
-    wanted = np.minimum(np.arange(first, first + samples), len(signal.knots) - 1)
-    pieces = np.minimum(wanted[:-1], signal.coefficients.shape[1] - 1)
-    knots = signal.knots[wanted] + np.maximum(np.arange(first, first + samples) - (len(signal.knots) - 1), 0) * 1.0
-    return CubicSignal(knots=knots, coefficients=signal.coefficients[:, pieces])
+    """The pieces of a signal under one window, padded to `samples` knots: the last piece goes on, also at the record's last sample."""
+    index, last = np.arange(first, first + samples), signal.coefficients.shape[1] - 1
+    pieces = np.minimum(index, last)
+    knots = signal.knots[pieces] + np.maximum(index - max(first, last), 0) * 1.0
+    return CubicSignal(knots=knots, coefficients=signal.coefficients[:, pieces[:-1]])
 
 
 def motion_part(motion: SampledMotion, first: int, samples: int) -> SampledMotion:

@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 from benchmarks.simulator import EFFECTS, LISTED, UNLISTED, Hidden, Order, RecordPlan, draw_case, simulate
 from benchmarks.simulator.example import RIG
@@ -13,7 +14,8 @@ CONTRACT = {
     *("coulomb_friction", "quadratic_drag", "cubic_stiffness", "constant_force", "hysteresis", "stop_compliance", "contact_adhesion"),
     *("back_stop", "base_harmonics", "cart_recoil", "frequency_drift", "gap_drift", "gap_step", "second_mode", "force_lag"),
     *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset", "deep_stop", "asymmetric_damping"),
-    "force_saturation",
+    *("force_saturation", "quintic_stiffness", "power_law_damping", "sensor_high_pass", "recorder_low_pass", "nonlinear_reading"),
+    *("reading_tone", "clock_drift"),
 }
 FREE = RecordPlan(file="free.csv", kind="free-decay", gap=1.0, true_gap=1.0, samples=2001, release=-3e-3)
 DROP = dataclasses.replace(FREE, file="drop.csv", kind="drop-test", gap=0.0, true_gap=0.0)
@@ -87,6 +89,35 @@ def test_a_saturating_force_holds_its_greatest_force_beyond_the_threshold():
         x = true_signals(rig, dataclasses.replace(FREE, samples=8001), hidden)["hammer_displacement"]
         assert (place < 1e-3) == (push < 1.0)
         assert x[-1] == pytest.approx(place, rel=1e-4)
+
+
+def test_a_quintic_spring_shifts_the_equilibrium_under_a_constant_force():
+    """k u + k_5 u^5 = F_0."""
+    rig = dataclasses.replace(RIG, zeta=0.5)
+    push, place = 0.5 * rig.k * 2e-3, optimize.brentq(lambda u: rig.k * (u + 0.4 * u**5 / 2e-3**4 - 1e-3), 0.0, 2e-3)
+    hidden = Hidden(motion={"quintic": 0.4 * rig.k / 2e-3**4, "constant_force": push})
+    x = true_signals(rig, dataclasses.replace(FREE, samples=8001), hidden)["hammer_displacement"]
+    assert x[-1] == pytest.approx(place, rel=1e-4)
+    assert place < 0.99e-3
+
+
+@pytest.mark.parametrize(("exponent", "loss"), [(0.5, 0.1), (1.5, 1.0), (3.0, 80.0)])
+def test_a_power_law_takes_its_work_from_the_energy(exponent, loss):
+    rig = dataclasses.replace(RIG, zeta=0.0)
+    hidden = Hidden(motion={"power_loss": loss, "power_exponent": exponent, "power_speed": 1e-6})
+    signals = true_signals(rig, FREE, hidden)
+    x, v = signals["hammer_displacement"], signals["hammer_velocity"]
+    energy = 0.5 * rig.m * v**2 + 0.5 * rig.k * x**2
+    assert energy[0] - energy[-1] == pytest.approx(np.trapezoid(loss * np.abs(v) ** (exponent + 1), dx=SAMPLING_STEP), rel=1e-3)
+    assert energy[-1] < 0.95 * energy[0]
+
+
+def test_the_recorder_filters_every_channel_alike_and_has_settled_before():
+    case = short("recorder_low_pass")
+    assert {fault.channel for fault in case.hidden.faults} == {sensor.channel for sensor in case.sensors}
+    assert len({fault.time_constant for fault in case.hidden.faults}) == 1
+    time, level = SAMPLING_STEP * np.arange(50), np.full(50, -3e-3)
+    np.testing.assert_allclose(case.hidden.faults[0].distort("", time, level), level, rtol=1e-12)
 
 
 def test_bouc_wen_with_one_way_of_motion_saturates():

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -34,3 +35,24 @@ def unheard(effect):
     others = {name: value for name, value in ideal.items() if name != effect.channel}
     motion = rig.system().motion(trajectory.ts, trajectory.u, trajectory.v, trajectory.own, trajectory.in_contact)
     return effect.read(others, motion, jnp.zeros((len(trajectory.ts), 0))) == others
+
+
+def continued(effect, cut):
+    """A record that is cut in two and begins the second stretch with the memory of the filter reads as in one piece."""
+    ideal, trajectory = record()
+    motion = rig.system().motion(trajectory.ts, trajectory.u, trajectory.v, trajectory.own, trajectory.in_contact)
+
+    def read(part, start):
+        given = {name: values[part] for name, values in ideal.items()}
+        there = jax.tree.map(lambda values: values[part], motion)
+        own = jnp.broadcast_to(start, (len(there.t), len(start)))
+        return given, effect.read(given, there, own), own
+
+    start = 0.01 * jnp.arange(1.0, 1.0 + len(effect.own_states))
+    given, whole, own = read(slice(None), start)
+    memory = effect.memory(given, whole, own)
+    np.testing.assert_allclose(memory[0], start, rtol=1e-9)
+    assert np.abs(memory[cut] - start).max() > 1e-6
+    _, second, _ = read(slice(cut, None), memory[cut])
+    for name, values in whole.items():
+        np.testing.assert_allclose(second[name], values[cut:], atol=1e-12 * np.abs(values).max(), rtol=0, err_msg=name)

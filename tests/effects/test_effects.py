@@ -21,6 +21,7 @@ from vibrojax.integrate import Landing
 CONTRACT = """
     coulomb_friction quadratic_drag cubic_stiffness constant_force hysteresis stop_compliance contact_adhesion back_stop base_harmonics
     cart_recoil frequency_drift gap_drift gap_step second_mode force_lag force_clipping mains_hum missing_stop gain_error time_offset
+    quintic_stiffness power_law_damping sensor_high_pass recorder_low_pass nonlinear_reading reading_tone clock_drift
 """.split()
 TS = jnp.arange(0.0, 0.2, 1e-3)
 each_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)

@@ -5,7 +5,7 @@ from scipy.signal import lfilter
 
 from identification.diagnosis.lags import is_recorded
 from tests.effects.scales import SCALES
-from tests.effects.sensor import shown, unheard
+from tests.effects.sensor import continued, shown, unheard
 from vibrojax.effects import ForceLag
 
 
@@ -30,6 +30,10 @@ def test_keeps_the_impulse_and_comes_late_by_the_time_constant_less_half_a_sampl
 def test_a_lag_of_zero_is_the_ideal_channel():
     reading, force, _ = shown(ForceLag(0.0))
     np.testing.assert_array_equal(reading, force)
+
+
+def test_a_stretch_can_begin_anywhere():
+    continued(ForceLag(8e-3), 341)
 
 
 def test_begins_where_the_records_show_a_delay_but_never_comes_early():

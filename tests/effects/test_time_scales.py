@@ -34,7 +34,10 @@ def test_frequencies_go_with_the_rig(name, field, f_n):
     assert probed(name, field, fast) == pytest.approx([FASTER * f for f in found])
 
 
-@pytest.mark.parametrize(("name", "field"), [("force_lag", "lag"), ("time_offset", "delay")])
+@pytest.mark.parametrize(
+    ("name", "field"),
+    [("force_lag", "lag"), ("time_offset", "delay"), ("sensor_high_pass", "time_constant"), ("recorder_low_pass", "time_constant")],
+)
 def test_lags_go_with_contact_and_sampling(name, field):
     assert probed(name, field, FAST) == pytest.approx([lag / FASTER for lag in probed(name, field, SCALES)])
 

@@ -19,6 +19,8 @@ SUSPENSION = (
     "hysteresis",
     "second_mode",
     "frequency_drift",
+    "quintic_stiffness",
+    "power_law_damping",
 )
 STOP_AND_CART = (
     "stop_compliance",
@@ -31,7 +33,19 @@ STOP_AND_CART = (
     "base_harmonics",
     "cart_recoil",
 )
-SENSORS = ("force_lag", "force_clipping", "force_saturation", "mains_hum", "gain_error", "time_offset")
+SENSORS = (
+    "force_lag",
+    "force_clipping",
+    "force_saturation",
+    "mains_hum",
+    "gain_error",
+    "time_offset",
+    "sensor_high_pass",
+    "recorder_low_pass",
+    "nonlinear_reading",
+    "reading_tone",
+    "clock_drift",
+)
 
 
 _DRIVEN = {"missing_stop": 3}

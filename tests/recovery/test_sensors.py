@@ -12,5 +12,5 @@ def test_the_effect_is_named_alone(name, tmp_path):
     assert_recovered(name, tmp_path)
 
 
-def test_every_listed_effect_is_among_those_recovered():
+def test_every_effect_that_is_looked_for_is_among_those_recovered():
     assert sorted((*SUSPENSION, *STOP_AND_CART, *SENSORS)) == sorted(EFFECTS)

@@ -29,6 +29,13 @@ from vibrojax.effects.mains_hum import MainsHum as MainsHum
 from vibrojax.effects.missing_stop import MissingStop as MissingStop
 from vibrojax.effects.gain_error import GainError as GainError
 from vibrojax.effects.time_offset import TimeOffset as TimeOffset
+from vibrojax.effects.quintic_stiffness import QuinticStiffness as QuinticStiffness
+from vibrojax.effects.power_law_damping import PowerLawDamping as PowerLawDamping
+from vibrojax.effects.sensor_high_pass import SensorHighPass as SensorHighPass
+from vibrojax.effects.recorder_low_pass import RecorderLowPass as RecorderLowPass
+from vibrojax.effects.nonlinear_reading import NonlinearReading as NonlinearReading
+from vibrojax.effects.reading_tone import ReadingTone as ReadingTone
+from vibrojax.effects.clock_drift import ClockDrift as ClockDrift
 from vibrojax.effects.force_saturation import ForceSaturation as ForceSaturation
 from vibrojax.effects.deep_stop import DeepStop as DeepStop
 from vibrojax.effects.asymmetric_damping import AsymmetricDamping as AsymmetricDamping

@@ -4,8 +4,8 @@ The same object simulates the effect, stands as a candidate in a diagnosis, and 
 
 To add one: write a file with a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and
 `own_states`, its `probe` (how it is searched for: `vibrojax.effects.probe`), and implements `scaled` and those of the hooks `force`,
-`stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `rates` and `read` through which it acts (by
-default each does nothing), then import it in `vibrojax/effects/__init__.py`.
+`stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `rates`, `read` and `lateness` through which it
+acts (by default each does nothing), then import it in `vibrojax/effects/__init__.py`.
 """
 
 import abc
@@ -15,6 +15,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from vibrojax.channel_units import UNITS
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.probe import Probe
 from vibrojax.excitation import AbstractBaseMotion
@@ -25,7 +26,20 @@ Own = Float[Array, "... own"]
 """States of one effect, on the last axis; empty where it has none."""
 Readings = dict[str, Float[Array, " time"]]
 UNIT_OF_CHANNEL = "unit of the channel"
-"""Unit of a parameter that is added to a reading."""
+"""Unit of a parameter that is added to a reading; `(unit of the channel)` where it is a factor."""
+
+
+def unit_in(unit: str, channel: str | None) -> str:
+    """Unit of a parameter of an effect on one channel; as it is where there is none.
+
+    Example:
+        >>> unit_in("1/(unit of the channel)^2", "cart_displacement"), unit_in("unit of the channel", "cart_acceleration")
+        ('1/m^2', 'm/s^2')
+    """
+    if not channel:
+        return unit
+    found = UNITS[channel]
+    return unit.replace(f"({UNIT_OF_CHANNEL})", found if found.isalpha() else f"({found})").replace(UNIT_OF_CHANNEL, found)
 
 
 class Motion(eqx.Module):
@@ -54,7 +68,8 @@ class OwnState:
     scale: float
     """Size that it may have at the start of a stretch of record, in its unit; 0 where it has died down by then."""
     carried: bool = True
-    """Whether it ends a stretch of record as it begins the next one."""
+    """Whether it ends a stretch of record as it begins the next one. If not, it is the memory of a digital filter at the stretch's first
+    sample: what the channel shows less what goes into the filter."""
 
 
 class AbstractEffect(eqx.Module):
@@ -85,11 +100,6 @@ class AbstractEffect(eqx.Module):
     def switch_speed(self) -> Value | None:
         """Velocity u' over which its force switches where the hammer turns back, m/s; None where it does not switch with u'."""
         return None
-
-    @property
-    def looks_ahead(self) -> Value:
-        """Time after an instant up to which the motion is read at that instant, s: windows are integrated so much further, if padded."""
-        return 0.0
 
     @property
     def record(self) -> str | None:
@@ -148,11 +158,14 @@ class AbstractEffect(eqx.Module):
         return readings
 
     def lateness(self, t: Scalars) -> Scalars:
-        """Time by which its channel is late, s, at a time on the record's clock."""
+        """Time by which its channel is late, s: at t it shows what was so much earlier; below zero, what is still to come."""
         return jnp.zeros_like(t)
 
-    def kept(self, own: Own, before: Readings, after: Readings) -> Own:
-        """Its own states along a motion once `read` has been applied: those of a filter on samples are what it adds to its channel."""
+    def memory(self, readings: Readings, shown: Readings, own: Own) -> Own:
+        """Its own states at the samples of a stretch, (time, own), were a stretch to begin there; from what `read` was given and gave.
+
+        Those that a stretch carries to its end are as in `own`.
+        """
         return own
 
 

@@ -5,9 +5,9 @@ import math
 from typing import ClassVar
 
 import jax.numpy as jnp
-from jax import lax
 
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.first_order import low_passed
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Scalars, Value
@@ -76,19 +76,9 @@ class ForceLag(AbstractEffect):
         """The load cell's channel through the filter."""
         if "impact_force" not in readings:
             return readings
-        force, lags = readings["impact_force"], jnp.asarray(self.lag) > 0
-        dt = jnp.diff(motion.t, prepend=motion.t[:1])
-        keeps = jnp.where(lags, jnp.exp(-dt / jnp.where(lags, self.lag, 1.0)), 0.0)
-        fresh = jnp.where(jnp.arange(force.shape[0]) == 0, force, (1.0 - keeps) * force)
+        filtered = low_passed(motion.t, readings["impact_force"], self.lag, own[0, 0])
+        return readings | {"impact_force": filtered}
 
-        def follow(before, sample):
-            kept, filtered = before[0] * sample[0], before[1] * sample[0] + sample[1]
-            return (kept, filtered), (kept, filtered)
-
-        start = (jnp.ones_like(force[0]), jnp.zeros_like(force[0]))
-        _, (kept, filtered) = lax.scan(follow, start, (keeps.at[0].set(1.0), fresh))
-        return readings | {"impact_force": filtered + jnp.where(lags, kept, 0.0) * own[..., 0]}
-
-    def kept(self, own: Own, before: Readings, after: Readings) -> Own:
-        """What the filter shows less what goes in, N."""
-        return (after["impact_force"] - before["impact_force"])[..., None] if "impact_force" in before else own
+    def memory(self, readings: Readings, shown: Readings, own: Own) -> Own:
+        """The filter's, N."""
+        return (shown["impact_force"] - readings["impact_force"])[:, None] if "impact_force" in readings else own

@@ -14,34 +14,25 @@ from vibrojax.shapes import Value
 
 _LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
 _MAINS_HZ = (50.0, 60.0, 100.0, 120.0)
-_FEWEST_CYCLES = 10.0
-"""In a record of middling length: three cycles with phases of their own fit any oscillation."""
-_LINES_IN_A_SPECTRUM = 5000
-_NEAR = 0.02
-"""Distance of a line from a multiple of the excitation, relative to the excitation, within which it is taken for that."""
 _ON_MAINS = 0.01
 """Relative distance from a frequency of the mains within which a line is theirs, excitation or not."""
+LINES_IN_A_SPECTRUM = 5000
+"""Places that are searched for a line."""
+
+
+def is_of_mains(line: float) -> bool:
+    """Whether a line, Hz, is one of the mains."""
+    return any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ)
 
 
 def _candidates(scales: ProbeScales) -> list["MainsHum"]:
     """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
-    lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in scales.clock.values()]))
-    lines = [(channel, line) for channel in scales.channels for line in scales.lines.get(channel, ())]
     return [
         MainsHum(frequency_hz=line, sine=scales.noise[channel], cosine=scales.noise[channel], of_channel=channel)
-        for channel, line in lines
-        if line >= lowest and _is_foreign(line, scales.drives)
+        for channel in scales.channels
+        for line in scales.foreign_lines(channel, but=is_of_mains)
+        if _LOWEST_HZ <= line <= _HIGHEST_HZ
     ]
-
-
-def _is_foreign(line: float, drives: tuple[float, ...]) -> bool:
-    """Whether a line is no multiple of any record's excitation, or else the mains' own."""
-    if not _LOWEST_HZ <= line <= _HIGHEST_HZ:
-        return False
-    if any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ):
-        return True
-    orders = [line * 2.0 * np.pi / omega for omega in drives]
-    return all(order < 0.5 or abs(order - round(order)) > _NEAR for order in orders)
 
 
 class MainsHum(AbstractChannelFault):
@@ -90,7 +81,7 @@ class MainsHum(AbstractChannelFault):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
-    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=_LINES_IN_A_SPECTRUM)
+    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=LINES_IN_A_SPECTRUM)
 
     frequency_hz: Value
     sine: Value

@@ -11,12 +11,17 @@ from typing import Generic, TypeVar
 import equinox as eqx
 import numpy as np
 
+from vibrojax.channel_units import UNITS
 from vibrojax.contact import AbstractContactLaw
 
 Kind = TypeVar("Kind", bound=eqx.Module)
 """Class of the effect."""
 _SOFTEST = 0.7
 """Lowest frequency of candidates over f_n."""
+_FEWEST_CYCLES = 10.0
+"""Of a foreign line in a record of middling length: three cycles with phases of their own fit any oscillation."""
+_NEAR = 0.02
+"""Distance of a line from a multiple of the excitation, relative to the excitation, within which it is taken for that."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -83,6 +88,20 @@ class ProbeScales:
             return ()
         count = 1 + math.ceil(math.log(high / low) / math.log(ratio))
         return tuple(np.geomspace(low, high, count).tolist())
+
+    def foreign_lines(self, channel: str, but: Callable[[float], bool] = lambda line: False) -> tuple[float, ...]:
+        """Strong lines in the residual of a channel, Hz, that last ten cycles and are no multiple of an excitation, or else `but` these."""
+        lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in self.clock.values()]))
+        return tuple(line for line in self.lines.get(channel, ()) if line >= lowest and (but(line) or not self._is_driven(line)))
+
+    def _is_driven(self, line: float) -> bool:
+        orders = [line * 2.0 * math.pi / omega for omega in self.drives]
+        return any(order >= 0.5 and abs(order - round(order)) <= _NEAR for order in orders)
+
+    def largest(self, channel: str) -> float:
+        """Size of the largest readings of a channel, in its unit."""
+        size = {"m": self.amplitude, "m/s^2": max(self.flight_force, self.force) / self.mass, "N": max(self.flight_force, self.force)}
+        return size[UNITS[channel]]
 
     @property
     def latest(self) -> float:

@@ -69,11 +69,6 @@ class TimeOffset(AbstractChannelFault):
         """Delay in proportion."""
         return dataclasses.replace(self, delay=factor * self.delay)
 
-    @property
-    def looks_ahead(self) -> Value:
-        """By as much as the channel comes early."""
-        return jnp.maximum(-jnp.asarray(self.delay), 0.0)
-
     def lateness(self, t: Scalars) -> Scalars:
         """The delay, s."""
         return self.delay + jnp.zeros_like(t)
@@ -82,10 +77,10 @@ class TimeOffset(AbstractChannelFault):
         """The channel as it was a delay before."""
         if self.of_channel not in readings:
             return readings
-        return readings | {self.of_channel: _interpolated(motion.t - self.delay, motion.t, readings[self.of_channel])}
+        return readings | {self.of_channel: interpolated(motion.t - self.lateness(motion.t), motion.t, readings[self.of_channel])}
 
 
-def _interpolated(at: Float[Array, " time"], ts: Float[Array, " time"], values: Float[Array, " time"]) -> Float[Array, " time"]:
+def interpolated(at: Float[Array, " time"], ts: Float[Array, " time"], values: Float[Array, " time"]) -> Float[Array, " time"]:
     """Values at other times, by the cubic through the four samples around each."""
     points = min(_POINTS, ts.shape[0])
     behind = jnp.searchsorted(ts, lax.stop_gradient(at), side="right") - points // 2

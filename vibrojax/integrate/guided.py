@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.excitation import SampledMotion
 from vibrojax.integrate.base import NOT_FINITE, SUCCESS, AbstractIntegrator, Trajectory
+from vibrojax.shapes import Value
 from vibrojax.steps import runge_kutta_step
 from vibrojax.system import System
 
@@ -23,6 +24,7 @@ class Guided(AbstractIntegrator):
 
     Arguments:
         motion: u and u'' along the record.
+        approach_speed: m/s.
 
     Example:
         >>> from vibrojax.contact import NoContact
@@ -37,6 +39,8 @@ class Guided(AbstractIntegrator):
     """
 
     motion: SampledMotion
+    approach_speed: Value = SLOWEST_APPROACH
+    """m/s; at the last touch before the first sample, which counts where the hammer is in contact there."""
 
     def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
         """Trajectory along the prescribed motion; of `state` only what lies behind u and u' is used. See `AbstractIntegrator`."""
@@ -44,7 +48,7 @@ class Guided(AbstractIntegrator):
         own = jnp.concatenate([state[2:], jnp.zeros(system.own_size - (state.shape[0] - 2), state.dtype)])
         u, v = motion.displacement(ts), motion.velocity(ts)
         touching = system.approach(ts[0], u[0], v[0], own).indentation > 0.0
-        begin = (own, touching, jnp.asarray(SLOWEST_APPROACH, ts.dtype))
+        begin = (own, touching, jnp.asarray(self.approach_speed, ts.dtype))
 
         def interval(carry, ends):
             t, dt = ends

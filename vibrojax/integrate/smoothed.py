@@ -127,7 +127,10 @@ class Smoothed(AbstractBatchIntegrator):
     max_steps: int = eqx.field(static=True, default=100_000)
 
     def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
-        """Integrate one trajectory of a system without effects; see `AbstractIntegrator`."""
+        """Integrate one trajectory of a system without effects; see `AbstractIntegrator`.
+
+        One that begins in contact takes the speed at its touch, m/s, from a third number of the state; without, u' stands in for it.
+        """
         return self._until(ts[-1], system, ts, state)
 
     def batch(
@@ -143,7 +146,8 @@ class Smoothed(AbstractBatchIntegrator):
         without_effects(system, "the smoothed integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
         uses_speed = _uses_approach_speed(system)
-        u, v = state[0], state[1]
+        u, v, touched = (*state, state[1])[:3]
+        w = jnp.where(system.indentation(u) > 0, touched, v)
         error_control = diffrax.PIDController(
             rtol=self.rtol, atol=self.atol, dtmax=self.longest_step, dtmin=_SHORTEST_STEP, force_dtmin=False, pcoeff=0.3, icoeff=0.4
         )
@@ -153,7 +157,7 @@ class Smoothed(AbstractBatchIntegrator):
             t0=ts[0],
             t1=end,
             dt0=1e-2 * (ts[1] - ts[0]),
-            y0=(u, v, v) if uses_speed else (u, v),
+            y0=(u, v, w) if uses_speed else (u, v),
             args=system,
             saveat=diffrax.SaveAt(ts=ts),
             stepsize_controller=BoundarySteps(error_control, self.smoothing),

@@ -21,6 +21,9 @@ LISTED: dict[str, Effect] = {
     **_table(channels.force_lag, channels.force_clipping, needs=_FORCE),
     **_table(channels.mains_hum, stop.missing_stop, channels.gain_error, channels.time_offset),
     **_table(stop.deep_stop, suspension.asymmetric_damping, suspension.force_saturation),
+    **_table(suspension.quintic_stiffness, suspension.power_law_damping),
+    **_table(channels.sensor_high_pass, needs=_FORCE),
+    **_table(channels.recorder_low_pass, channels.nonlinear_reading, channels.reading_tone, channels.clock_drift),
 }
 UNLISTED: dict[str, Effect] = _table(
     unlisted.x_foreign_force,

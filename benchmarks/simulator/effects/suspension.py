@@ -1,10 +1,10 @@
-"""Effects of the suspension: friction, drag, asymmetric damping, a curved or saturating force, preload, hysteresis, a second mode."""
+"""Effects of the suspension: friction, losses by a power of the speed, a curved or saturating force, preload, hysteresis, a second mode."""
 
 import numpy as np
 
 from benchmarks.simulator.effects.base import either_sign
 from benchmarks.simulator.effects.setting import Setting
-from benchmarks.simulator.hidden import Hidden
+from benchmarks.simulator.hidden import NOTHING, Hidden
 
 _SOFTEST = 0.3
 """The force of a softening suspension is at most this much less than that of a linear one."""
@@ -64,3 +64,19 @@ def force_saturation(rng: np.random.Generator, setting: Setting, strength: float
     """F = -F_s u / u_s up to |u| = u_s, and constant beyond; F_s = 0.08 k A0, u_s = 0.3 to 0.6 A0."""
     threshold = rng.uniform(0.3, 0.6) * setting.rig.base_amplitude
     return Hidden(motion={"saturation_force": 0.08 * strength * setting.spring_force, "saturation_threshold": float(threshold)})
+
+
+def quintic_stiffness(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = k_5 u^5; as far as the linear suspension goes, 12 % of its force hardening or 6 % softening, less where the hammer runs away."""
+    share = 0.12 if either_sign(rng) > 0.0 else -0.06
+    hidden = Hidden(motion={"quintic": share * strength * setting.rig.k / setting.farthest(NOTHING) ** 4})
+    while hidden.motion["quintic"] < 0.0 and -hidden.motion["quintic"] * setting.farthest(hidden) ** 4 > _SOFTEST * setting.rig.k:
+        hidden = Hidden(motion={"quintic": 0.7 * hidden.motion["quintic"]})
+    return hidden
+
+
+def power_law_damping(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """F = d v |v|^(p - 1), p near 0.5, 1.5, 2.5 or 3, smoothed below 0.1 to 0.5 mm/s; at the speed A0 omega_n 0.04 k A0."""
+    exponent = float(rng.choice((0.5, 1.5, 2.5, 3.0)) + rng.uniform(-0.1, 0.1))
+    loss = 0.04 * strength * setting.spring_force / setting.speed**exponent
+    return Hidden(motion={"power_loss": loss, "power_exponent": exponent, "power_speed": float(rng.uniform(1e-4, 5e-4))})

@@ -139,21 +139,27 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
 
 
 def _residual(model: Model, names, samples, slot):
-    """Residual as a function of (internal parameters, gap errors over `_length`) for SciPy, and its Jacobian, each compiled once."""
-    specs = {p.name: p for p in model.parameters}
+    """Residual as a function of (internal parameters, gap errors over `_length`) for SciPy, and its Jacobian."""
     data = {key: jnp.asarray(value) for key, value in samples.items()}
-    slot, length, scale = jnp.asarray(slot), _length(samples), _scale(samples)
+    units = jnp.asarray([_length(samples), _scale(samples)])
+    given = (jax.tree.map(jnp.asarray, model), tuple(names), data, jnp.asarray(slot), units)
+    return lambda x: np.asarray(_misfit(*given, jnp.asarray(x))), lambda x: np.asarray(_misfit_slope(*given, jnp.asarray(x)))
 
-    def misfit(x):
-        changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
-        delta, law = data["indentation"] - length * x[len(names) :][slot], changed.law
-        for effect in changed.effects:
-            law, _ = effect.stop(law, 0.0)
-        force = cast(AbstractCompliantLaw, law).force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
-        return (force - data["force"]) / scale
 
-    compiled, derivative = soon_compiled(misfit), soon_compiled(jax.jacfwd(misfit))
-    return lambda x: np.asarray(compiled(x)), lambda x: np.asarray(derivative(x))
+@soon_compiled
+def _misfit(model: Model, names: tuple[str, ...], data, slot, units, x):
+    specs = {p.name: p for p in model.parameters}
+    changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
+    delta, law = data["indentation"] - units[0] * x[len(names) :][slot], changed.law
+    for effect in changed.effects:
+        law, _ = effect.stop(law, 0.0)
+    force = cast(AbstractCompliantLaw, law).force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
+    return (force - data["force"]) / units[1]
+
+
+@soon_compiled
+def _misfit_slope(model: Model, names: tuple[str, ...], data, slot, units, x):
+    return jax.jacfwd(lambda moved: _misfit(model, names, data, slot, units, moved))(x)
 
 
 def _length(samples: dict[str, np.ndarray]) -> float:
@@ -174,6 +180,12 @@ def _of_some(samples: dict[str, np.ndarray], owner: str) -> dict[str, np.ndarray
     return {name: values[keep] for name, values in samples.items()}
 
 
+@soon_compiled
+def _in_flight(model: Model, u, v, base):
+    """Absolute acceleration of the hammer without contact, m/s^2."""
+    return model.suspension.acceleration(u, v, model.load.force(model.mass) / model.mass - base) + base
+
+
 def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
     """Force, indentation, its rate, approach speed and record of (an even selection of) all samples in contact."""
     parts = []
@@ -181,7 +193,7 @@ def _samples(model: Model, records: list[Record], motions: list[Kinematics | Non
         if motion is None or not motion.touching.any():
             continue
         u, v, base = (jnp.asarray(values) for values in (motion.u, motion.v, motion.base_acceleration))
-        free = np.asarray(model.suspension.acceleration(u, v, model.load.force(model.mass) / model.mass - base) + base)
+        free = np.asarray(_in_flight(jax.tree.map(jnp.asarray, model), u, v, base))
         force = motion.force if load_cell else motion.inertia + model.mass * free
         if force is None:
             continue

@@ -1,7 +1,6 @@
 """Records that no fit may see: kept from it, and predicted."""
 
 import dataclasses
-import re
 import shutil
 
 import numpy as np
@@ -11,8 +10,6 @@ from identification.estimation import held_back
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.held_back import held_back_fits
 from identification.experiment import ExperimentError, load_experiment
-from identification.report import fit_summary, write_report
-from identification.result.files import fit_json
 from identification.windows.prepare import prepare
 from identification.windows.simulate import simulate_record
 from identification.windows.windows import WindowLength
@@ -67,24 +64,6 @@ def test_no_window_is_cut_from_a_held_back_record(parted):
     assert set(prepared.record) == {0, 1}
 
 
-def test_what_is_held_back_cannot_change_the_fit(parted, fitted):
-    """The same numbers to the last digit with the held-back record turned upside down."""
-    last = parted.records[2]
-    turned = dataclasses.replace(last, channels={name: -values for name, values in last.channels.items()})
-    again = fit_experiment(dataclasses.replace(parted, records=(*parted.records[:2], turned)))
-    assert [p.value for p in again.parameters] == [p.value for p in fitted.parameters]
-    assert again.held_back[0].chi2_reduced["hammer_displacement"] > 100 * fitted.held_back[0].chi2_reduced["hammer_displacement"]
-
-
-def test_a_held_back_record_of_the_same_rig_is_predicted_to_its_noise(fitted, parted):
-    (predicted,) = fitted.held_back
-    assert predicted.file == parted.records[2].file
-    assert all(chi2 == pytest.approx(1.0, abs=0.15) for chi2 in predicted.chi2_reduced.values())
-    gap = next(nuisance for nuisance in predicted.nuisances if nuisance.name == "gap_error")
-    assert gap.stderr is not None
-    assert abs(gap.value - -7e-6) < 5 * gap.stderr + 2e-6
-
-
 def test_of_a_long_record_windows_spread_evenly_are_predicted(fitted, parted, monkeypatch):
     monkeypatch.setattr(held_back, "MOST_SAMPLES", 800.0)
     (whole,) = held_back_fits(parted, fitted.model)
@@ -118,14 +97,3 @@ def test_a_model_with_effects_predicts_its_own_motion(parted, fitted):
     )
     assert complete == pytest.approx(1.0, abs=0.15)
     assert bare > 2.0
-
-
-def test_reports_separate_fitted_from_predicted(fitted, tmp_path):
-    document = fit_json(fitted)
-    assert [record["file"] for record in document["held_back"]] == ["cart2.csv.gz"]
-    assert [record["file"] for record in document["records"]] == ["drop.csv.gz", "cart1.csv.gz"]
-    assert set(document["provenance"]["sha256"]) == {"experiment.toml", "drop.csv.gz", "cart1.csv.gz", "cart2.csv.gz"}
-    assert "not fitted, predicted:" in [str(block) for block in fit_summary(fitted).renderables]
-    write_report(fitted, tmp_path, provenance=document["provenance"])
-    page = (tmp_path / "report.html").read_text()
-    assert re.findall(r"Held back, and predicted only: ([^<]+)\.<", page) == ["cart2.csv.gz"]

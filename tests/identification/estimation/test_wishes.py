@@ -11,7 +11,7 @@ from identification.experiment import Experiment, ExperimentError, ParameterOpti
 from identification.report.tables import parameters, wishes
 from identification.result.files import fit_json
 from identification.result.result import AT_BOUND, OK
-from identification.windows.prepare import prepare
+from identification.trajectory.start import problem_of
 from identification.windows.simulate import simulate_record
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
@@ -69,8 +69,8 @@ def test_bounds_that_do_not_bind_change_nothing(small, plain):
 
 
 def test_a_first_guess_outside_the_bounds_starts_at_them(small):
-    prepared = prepare(wishing(small, k_i=ParameterOption(bounds=(1e4, 1e5))))
-    assert prepared.layout.physical(prepared.start.shared)["k_i"] == pytest.approx(1e5)
+    problem = problem_of(wishing(small, k_i=ParameterOption(bounds=(1e4, 1e5))))
+    assert problem.values(problem.start)["k_i"] == pytest.approx(1e5)
 
 
 @pytest.fixture(scope="module")
@@ -151,9 +151,9 @@ def test_a_parameter_that_may_vary_and_does_not_stays_common(small, plain):
 )
 def test_a_wish_that_the_model_cannot_fulfil_is_refused(small, name, option, message):
     with pytest.raises(ExperimentError, match=message):
-        prepare(wishing(small, **{name: option}))
+        problem_of(wishing(small, **{name: option}))
 
 
 def test_nothing_varies_between_the_records_of_one(small):
     with pytest.raises(ExperimentError, match=r"\[parameters.n\] varies between records, and one is fitted: expected two or more"):
-        prepare(dataclasses.replace(wishing(small, n=ParameterOption(varies=True)), records=small.records[:1]))
+        problem_of(dataclasses.replace(wishing(small, n=ParameterOption(varies=True)), records=small.records[:1]))

@@ -5,7 +5,8 @@ from rich.console import Console
 
 from identification.report import fit_summary
 from identification.result.reference import read_reference
-from identification.result.result import Unfitted
+from identification.result.result import Horizon
+from identification.result.variation import Unrest
 from tests.identification.made_result import with_unknown
 from vibrojax.data_files import data_path
 
@@ -40,15 +41,22 @@ def test_a_missing_error_has_its_reason_and_brackets_are_no_markup(good, poor):
     assert "drop.csv: impact_force: one <odd> sample" in printed(poor)
 
 
-def test_windows_that_were_not_fitted_are_stated_with_those_that_failed(good):
-    rest = Unfitted(windows=12, failed=0, samples=9000, chi2_reduced=1.04, of_fitted=0.99)
-    said = (
-        "12 windows that were not fitted are predicted with a median chi-square of 1.04 (0.990 in the fitted ones), with nothing but their "
+def test_the_misfit_is_shared_out_between_force_and_readings(good):
+    assert "The whole misfit is put down to errors of the readings" in printed(good, width=200)
+    force = Unrest(force_rms=(0.02, 1e-3), memory=(8e-3, 1e-3), share=0.012, reference="the spring's force", gain=40.0)
+    text = printed(dataclasses.replace(good, unrest=force, force_share=0.87), width=200)
+    assert "Of the squared misfit 87 % goes away with the random force on the hammer; 13 % is errors of the readings" in text
+    assert "autocorrelated, order 3" in text
+
+
+def test_forecasts_are_shown_by_how_far_they_reach(good):
+    far = (
+        Horizon(periods=0.25, seconds=0.04, nrmse={"impact_force": 0.02}),
+        Horizon(periods=None, seconds=0.7, nrmse={"impact_force": 0.3}),
     )
-    assert f"{said}initial states estimated." in printed(dataclasses.replace(good, unfitted=rest), width=200)
-    rest = dataclasses.replace(rest, failed=1)
-    assert "states estimated; 1 could not be integrated." in printed(dataclasses.replace(good, unfitted=rest), width=200)
-    assert "not fitted are" not in printed(good)
+    held = dataclasses.replace(good.records[1], file="last.csv", horizons=far)
+    text = printed(dataclasses.replace(good, held_back=(held,)), width=200)
+    assert "0.250 period" in text and "all of it" in text and "impact force 30 %" in text
 
 
 def test_it_stands_beside_a_reference(good):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from identification.result.files import fit_json, plain, write_fit_json
-from identification.result.result import Unfitted
+from identification.result.result import Horizon
 from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 
@@ -38,7 +38,8 @@ def test_the_document_is_what_others_rely_on(result):
 def test_noise_and_random_force_are_those_that_were_found(result):
     document = fit_json(result)
     assert document["unrest"] is None
-    assert document["noise"]["impact_force"] == {"scale": 1.02, "order": 3}
+    assert document["reading_error"]["impact_force"] == {"rms": pytest.approx(0.153), "unit": "N", "order": 3, "over_noise": 1.02}
+    assert document["force_share"] == 0.0
     force = Unrest(force_rms=(0.02, None), memory=(8e-3, 1e-3), share=0.012, reference="the spring's force", gain=40.0)
     assert fit_json(dataclasses.replace(result, unrest=force))["unrest"] == {
         "force_rms": {"value": 0.02, "stderr": None, "unit": "N"},
@@ -48,11 +49,15 @@ def test_noise_and_random_force_are_those_that_were_found(result):
     }
 
 
-def test_windows_that_were_not_fitted_are_stated(result):
-    rest = Unfitted(windows=12, failed=1, samples=9000, chi2_reduced=1.04, of_fitted=0.99)
-    found = fit_json(dataclasses.replace(result, unfitted=rest))["unfitted"]
-    assert found == {"windows": 12, "failed": 1, "samples": 9000, "chi2_reduced": 1.04, "of_fitted": 0.99}
-    assert fit_json(result)["unfitted"] is None
+def test_forecasts_of_held_back_records_are_stated(result):
+    far = (Horizon(periods=1.0, seconds=0.2, nrmse={"impact_force": 0.1}), Horizon(periods=None, seconds=0.7, nrmse={"impact_force": 0.3}))
+    held = dataclasses.replace(result.records[1], horizons=far)
+    (found,) = fit_json(dataclasses.replace(result, held_back=(held,)))["held_back"]
+    assert found["horizons"] == [
+        {"periods": 1.0, "seconds": 0.2, "nrmse": {"impact_force": 0.1}},
+        {"periods": None, "seconds": 0.7, "nrmse": {"impact_force": 0.3}},
+    ]
+    assert "horizons" not in fit_json(result)["records"][0]
 
 
 def test_provenance_holds_versions_inputs_seed_and_time(result):

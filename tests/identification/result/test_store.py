@@ -11,7 +11,7 @@ from identification.commands.run import run_report
 from identification.report import write_report
 from identification.result.files import StoredFit, stored_fit, write_result
 from identification.result.reference import read_reference
-from identification.result.result import Added, Unfitted
+from identification.result.result import Added, Horizon
 from identification.result.store import from_plain, read_stored, to_plain, write_dataset
 from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
@@ -31,8 +31,8 @@ def stored(tmp_path_factory):
     apart = dataclasses.replace(result.records[1], file="märz/späteres.csv", nrmse={"impact_force": float("nan")})
     result = dataclasses.replace(result, records=(gappy, result.records[1]), held_back=(apart,), warnings=("look out",))
     added = Added(names=("coulomb_friction",), places=("",), gain=12.5, chance=1e-6, bic=-3.25, held_back=(0.14, 0.0625))
-    rest = Unfitted(windows=12, failed=1, samples=9000, chi2_reduced=1.04, of_fitted=0.99)
-    result = dataclasses.replace(result, added=added, unfitted=rest)
+    far = Horizon(periods=None, seconds=0.5, nrmse={"impact_force": 0.25})
+    result = dataclasses.replace(result, added=added, held_back=(dataclasses.replace(apart, horizons=(far,)),), smoothed={"n": 1.5})
     reference = read_reference(data_path("thesis", "figure_3_3.toml"))
     stored = StoredFit(result=result, reference=reference, provenance=PROVENANCE)
     folder = tmp_path_factory.mktemp("fit")

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from statsmodels.tsa.arima_process import arma_acovf
 from statsmodels.tsa.stattools import levinson_durbin
 
-from identification.trajectory.reading_error import LARGEST_POLE, ReadingError, estimated, run_lengths, whitening
+from identification.trajectory.reading_error import ReadingError, estimated, run_lengths, whitening
 
 TWO = ReadingError(coefficients=(0.9, -0.35), innovation=0.7)
 SEGMENTS, SAMPLES = 6, 5
@@ -58,7 +58,7 @@ def test_runs_end_at_gaps_and_at_the_beginning_of_a_record():
 
 def test_estimates_solve_the_yule_walker_equations():
     values = drawn(TWO, 4000)
-    found = estimated([values.reshape(-1, SAMPLES)], np.ones((800, SAMPLES), bool), np.arange(800) == 0, highest=2)
+    found = estimated([values.reshape(-1, SAMPLES)], np.ones((800, SAMPLES), bool), np.arange(800) == 0, largest_pole=0.99, highest=2)
     variance, coefficients, *_ = levinson_durbin(values, nlags=2)
     assert found.order == 2
     assert np.allclose(found.coefficients, coefficients, atol=2e-3)
@@ -68,12 +68,30 @@ def test_estimates_solve_the_yule_walker_equations():
 
 def test_white_noise_gets_no_memory():
     values = np.random.default_rng(5).standard_normal((800, SAMPLES))
-    found = estimated([values], np.ones_like(values, bool), np.arange(800) == 0)
+    found = estimated([values], np.ones_like(values, bool), np.arange(800) == 0, largest_pole=0.99)
     assert found.order == 0
     assert found.std == pytest.approx(1.0, abs=0.03)
 
 
 def test_no_pole_is_slower_than_the_limit():
     walk = np.cumsum(np.random.default_rng(6).standard_normal(4000)).reshape(-1, SAMPLES)
-    found = estimated([walk], np.ones_like(walk, bool), np.arange(800) == 0)
-    assert np.abs(np.roots([1.0, *(-a for a in found.coefficients)])).max() <= LARGEST_POLE + 1e-9
+    found = estimated([walk], np.ones_like(walk, bool), np.arange(800) == 0, largest_pole=0.9)
+    assert np.abs(np.roots([1.0, *(-a for a in found.coefficients)])).max() <= 0.9 + 1e-9
+
+
+def test_unconstrained_numbers_give_the_autoregression_back():
+    again = ReadingError.of(TWO.free(0.98), 0.98)
+    assert np.allclose(again.coefficients, TWO.coefficients)
+    assert again.innovation == pytest.approx(TWO.innovation)
+    wild = ReadingError.of(np.array([0.0, 3.0, -2.0, 2.0, 1.0]), 0.95)
+    assert np.abs(np.roots([1.0, *(-a for a in wild.coefficients)])).max() <= 0.95
+
+
+def test_the_deviance_of_sums_of_products_is_that_of_the_values():
+    first = np.array([True, False, False, True, False, False])
+    values, counted = drawn(TWO, SEGMENTS * SAMPLES).reshape(SEGMENTS, SAMPLES), np.ones((SEGMENTS, SAMPLES), bool)
+    white, runs = whitening(TWO, counted, first), run_lengths(counted, first, 3).ravel()
+    shifted = np.stack([np.concatenate([np.zeros(lag), values.ravel()[: values.size - lag]]) for lag in range(4)], axis=-1)
+    sums = np.stack([np.einsum("ij,il->jl", shifted[runs == run], shifted[runs == run]) for run in range(4)])
+    expected = np.sum(white(values) ** 2) + white.log_determinant
+    assert TWO.deviance(sums, np.array([np.sum(runs == run) for run in range(4)], float)) == pytest.approx(expected, rel=1e-10)

@@ -1,0 +1,103 @@
+"""One-step errors of a fitted chain: each reading less what all earlier ones predict, over the standard deviation of that.
+
+The states given the readings of earlier segments are filtered in information form; a segment's readings have the covariance J P J' + 1
+about their prediction, with J their whitened derivative, and its Cholesky factor makes them independent of each other, in the order of
+time. Parameters are those of the estimate. Where physics and variances are right, these errors are white, with variance one.
+
+Source: A. C. Harvey, Forecasting, structural time series models and the Kalman filter (1989), section 5.4 (diagnostics by standardised
+innovations); T. Kailath, IEEE Trans. Autom. Control 13 (1968) 646-655.
+"""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from identification.trajectory.chain_equations import whitened_rows, whitenings, with_motion
+from identification.trajectory.fit import Fitted
+
+_ROUNDING = 1e-13
+"""Added to a precision with a diagonal of one: a hundred times the rounding error."""
+
+
+def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"]:
+    """Standardised one-step errors, NaN where no sample counts."""
+    problem, chains, linear = fitted.problem, fitted.problem.chains, fitted.linear
+    size, segments = len(problem.unknowns.states) + 1, len(chains.left)
+    inside, force, scales = 3 * size, fitted.variances.force, problem.scales
+    silent = dataclasses.replace(fitted.local, gram=np.zeros_like(fitted.local.gram), right=np.zeros_like(fitted.local.right))
+    motion, drive, *_ = with_motion(chains, scales, fitted.at, silent, force, problem.experiment.mass, size)
+    white = whitenings(chains, linear, fitted.variances.readings)
+    parts = list(whitened_rows(chains, problem.unknowns, problem.border, linear, white))
+    rows = np.stack([one[..., :inside] for one, _ in parts], axis=2).reshape(segments, -1, inside)
+    errors = np.stack([one for _, one in parts], axis=2).reshape(segments, -1)
+    counted = np.stack([one.scale > 0 for one in white], axis=2).reshape(segments, -1)
+    found = np.full(counted.shape, np.nan)
+    wide = np.concatenate([scales.widest, [force.std]]) ** -2.0
+    precision, gradient = np.zeros((inside, inside)), np.zeros(inside)
+    for k in range(segments):
+        precision, gradient = _later(precision, gradient, size)
+        begins = chains.first[k]
+        if begins:
+            precision, gradient = np.diag(np.concatenate([np.ones(size), wide, np.zeros(size)])), np.zeros(inside)
+            gradient[2 * size - 1] = fitted.at.force[chains.left[k]] / force.std**2
+        elif not fitted.local.linked[k - 1]:
+            states = np.arange(size, 2 * size - 1)
+            precision[states, states] += wide[:-1]
+        precision, gradient = precision + motion[k, :inside, :inside], gradient + drive[k, :inside]
+        if not fitted.local.linked[k]:
+            states = np.arange(2 * size, 3 * size - 1)
+            precision[states, states] += wide[:-1]
+        used = counted[k]
+        if used.any():
+            by, error = rows[k, used], errors[k, used]
+            scale = 1.0 / np.sqrt(np.diag(precision))
+            factor = cho_factor(precision * scale[:, None] * scale + _ROUNDING * np.eye(inside), lower=True)
+            spread = by * scale @ cho_solve(factor, (by * scale).T) + np.eye(len(by))
+            ahead = error - by * scale @ cho_solve(factor, scale * gradient)
+            found[k, used] = solve_triangular(np.linalg.cholesky(spread), ahead, lower=True)
+            precision, gradient = precision + by.T @ by, gradient + by.T @ error
+    return found.reshape(segments, chains.samples, -1)
+
+
+def _later(precision: np.ndarray, gradient: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Information of three knots, the first one eliminated, and room for one more."""
+    found, onward = np.zeros_like(precision), np.zeros_like(gradient)
+    if precision.any():
+        head, rest = slice(0, size), slice(size, None)
+        solved = np.linalg.solve(precision[head, head], np.column_stack([precision[head, rest], gradient[head]]))
+        found[: 2 * size, : 2 * size] = precision[rest, rest] - precision[rest, head] @ solved[:, :-1]
+        onward[: 2 * size] = gradient[rest] - precision[rest, head] @ solved[:, -1]
+    return found, onward
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Whiteness:
+    """Of the one-step errors of a channel.
+
+    Attributes:
+        variance: about zero; 1 where physics and variances are right.
+        correlations: at 1, 2, ... samples; 0 there, with a standard error of samples^(-1/2).
+        samples: count of errors.
+    """
+
+    variance: float
+    correlations: tuple[float, ...]
+    samples: int
+
+
+def whiteness(fitted: Fitted, lags: int = 4) -> dict[str, Whiteness]:
+    """Variance and correlations of the one-step errors by channel, all records together."""
+    chains, found, errors = fitted.problem.chains, {}, innovations(fitted)
+    for c, name in enumerate(chains.channels):
+        series = [errors[chains.of_record(r), :, c].ravel() for r in range(len(chains.files))]
+        values = np.concatenate(series)
+        count = int(np.isfinite(values).sum())
+        if count == 0:
+            continue
+        square = float(np.nanmean(values**2))
+        products = [[one[lag:] * one[:-lag] for one in series if len(one) > lag] for lag in range(1, lags + 1)]
+        means = tuple(float(np.nanmean(np.concatenate(one))) / square for one in products)
+        found[name] = Whiteness(variance=square, correlations=means, samples=count)
+    return found

@@ -1,0 +1,90 @@
+"""What the chain leaves uncertain, segment by segment, and the products of reading errors that are expected under it.
+
+The covariance of three neighbouring knots is a part of the inverse of the banded Hessian, by a recursion from the last knot to the first:
+with H = L L', G_k = (L_(k+1,k); L_(k+2,k)) L_kk^-1 and S_k the covariance of the knots k+1 and k+2,
+
+    cov(z_k) = (L_kk L_kk')^-1 + G_k' S_k G_k,   cov(z_k, (z_(k+1), z_(k+2))) = -G_k' S_k.
+
+Source: K. Takahashi, J. Fagan, M. Chen, Formation of a sparse bus impedance matrix, Proc. PICA (1973) 63-69; R. A. Fisher's identity, as in
+T. A. Louis, J. R. Stat. Soc. B 44 (1982) 226-233: the gradient of a marginal likelihood is the expected gradient of the joint one.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.trajectory.chain_equations import Border, Solution, lagged, residuals_after
+from identification.trajectory.motion import Linearised
+from identification.trajectory.reading_error import run_lengths
+from identification.trajectory.segments import Chains, Unknowns
+
+_BLOCK = 2048
+"""Segments whose derivatives are held side by side."""
+
+
+def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three"]:
+    """Covariance of each knot with the two behind it, given the numbers outside the chain; three times (states + force)."""
+    knots, size = solution.knots.shape
+    factor, rows = solution.factor, np.arange(3 * size)
+    padded = np.concatenate([factor, np.zeros((3 * size, 2 * size))], axis=1)
+    begin = size * np.arange(knots)
+    column = np.zeros((knots, 3 * size, size))  # L below and at the diagonal, by block
+    for j in range(size):
+        column[:, j:, j] = padded[rows[: 3 * size - j], begin[:, None] + j]
+    inverse = np.linalg.inv(column[:, :size])
+    gain = column[:, size:] @ inverse
+    own = inverse.swapaxes(1, 2) @ inverse
+    found, behind = np.zeros((knots, 3 * size, 3 * size)), np.zeros((2 * size, 2 * size))
+    for k in range(knots - 1, -1, -1):
+        across = -behind @ gain[k]
+        here = found[k]
+        here[:size, :size] = own[k] - gain[k].T @ across
+        here[size:, :size], here[:size, size:], here[size:, size:] = across, across.T, behind
+        behind = here[: 2 * size, : 2 * size]
+    return found
+
+
+def segments_covariance(chains: Chains, solution: Solution) -> Float[np.ndarray, "segments columns columns"]:
+    """Posterior covariance of what a segment's readings depend on, in the order of `Weighed`."""
+    size = solution.knots.shape[1]
+    between, before = knots_covariance(solution), np.maximum(chains.left - 1, 0)
+    inside = between[before]
+    early = chains.left == 0  # no knot stands before the first one
+    inside[early] = 0.0
+    inside[np.ix_(early, np.arange(size, 3 * size), np.arange(size, 3 * size))] = between[chains.left[early], : 2 * size, : 2 * size]
+    outside = solution.outside_covariance
+    by = solution.knots_by_outside.reshape(len(solution.knots), size, -1)
+    places = np.stack([before, chains.left, chains.left + 1], axis=1)
+    fixed = np.broadcast_to(np.eye(outside.shape[1]), (len(places), *outside.shape[1:]))
+    turn = np.concatenate([by[places].reshape(len(places), 3 * size, -1), fixed], axis=1)
+    found = turn @ outside[chains.record] @ turn.swapaxes(1, 2)
+    found[:, : 3 * size, : 3 * size] += inside
+    return found
+
+
+def expected_products(
+    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, solution: Solution, highest: int
+) -> Iterator[tuple[Float[np.ndarray, "runs lags lags"], Float[np.ndarray, " runs"]]]:
+    """By channel: expected sums of r_(i-j) r_(i-l) over the samples that have 0, 1, ..., `highest` counted ones in a row before them.
+
+    And how many samples these are. Residuals are over the declared noise.
+    """
+    covariance = segments_covariance(chains, solution)
+    mean = residuals_after(chains, unknowns, border, linear, solution.shared, solution.own, solution.knots)
+    counted = (chains.weight > 0) & linear.done[:, None, None]
+    for c in range(len(chains.channels)):
+        runs = run_lengths(counted[..., c], chains.first, highest)
+        sums, flat = np.zeros((highest + 1, highest + 1, highest + 1)), mean[..., c].ravel()
+        shifted = np.stack([np.concatenate([np.zeros(lag), flat[: len(flat) - lag]]) for lag in range(highest + 1)], axis=-1)
+        shifted = shifted.reshape(*counted.shape[:2], highest + 1)
+        here = counted[..., c]
+        for begin in range(0, len(chains.left), _BLOCK):
+            part = slice(begin, begin + _BLOCK)
+            rows = lagged(chains, unknowns, border, linear, c, highest, part)
+            flatter = rows.reshape(len(rows), -1, rows.shape[-1])
+            spread = (flatter @ covariance[part]).reshape(rows.shape) @ rows.swapaxes(2, 3)
+            products = spread + shifted[part, :, :, None] * shifted[part, :, None, :]
+            for run in range(highest + 1):
+                sums[run] += products[here[part] & (runs[part] == run)].sum(axis=0)
+        yield sums, np.array([np.sum(here & (runs == run)) for run in range(highest + 1)], float)
