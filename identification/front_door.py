@@ -27,7 +27,7 @@ from identification.report.diagnosis import diagnosis_summary
 from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.posterior import check_extra
 from identification.result.result import FitResult, ParameterEstimate
-from identification.windows.prepare import check_precision
+from identification.windows.declared_model import check_precision
 from identification.windows.simulate import simulate_record
 from vibrojax.aside import filled, of_earlier_set
 from vibrojax.errors import InputError

@@ -1,7 +1,6 @@
 """The course of a search, with the gains of its candidates made to order; and limits of it on request."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import pytest
 
@@ -35,7 +34,7 @@ def gains(seen, monkeypatch):
     """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
-        def step(at: SimpleNamespace, progress) -> Step:
+        def step(at: Look, progress) -> Step:
             inside = len(at.fitted.problem.model.effects)
             if inside >= len(order):
                 return Step(look=at, alternatives=())
@@ -44,7 +43,7 @@ def gains(seen, monkeypatch):
             return Step(look=at, alternatives=(alternative(name, gain, after), alternative("gain_error", 0.5 * gain)))
 
         monkeypatch.setattr(module, "_step", step)
-        monkeypatch.setattr(module, "look", lambda at, among: SimpleNamespace(fitted=at))
+        monkeypatch.setattr(module, "look", lambda at, among: dataclasses.replace(seen, fitted=at))
 
     return found
 

@@ -1,6 +1,5 @@
-"""Significance of a log-likelihood gain: p-values with a correction for the number of tests, and the Bayesian information criterion."""
+"""Significance of a log-likelihood gain: p-values with a correction for the number of tests."""
 
-import numpy as np
 from scipy.special import chdtrc
 
 
@@ -29,11 +28,3 @@ def chance_of_force(gain: float) -> float:
         0.05
     """
     return 0.5 * float(chdtrc(1, max(gain, 0.0))) if gain > 0 else 1.0
-
-
-def criterion(log_likelihood: float, numbers: int, samples: int) -> float:
-    """Bayesian information criterion: -2 log L + k ln n, the lower the better.
-
-    Source: G. Schwarz, Ann. Stat. 6 (1978) 461-464.
-    """
-    return -2.0 * log_likelihood + numbers * float(np.log(max(samples, 1.0)))

@@ -1,10 +1,10 @@
-"""Chances and criteria against the distributions and densities that they stand for."""
+"""Chances against the distributions that they stand for."""
 
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from identification.likelihood.evidence import chance, chance_of_force, criterion
+from identification.result.evidence import chance, chance_of_force
 
 
 @pytest.mark.parametrize(("gain", "degrees", "trials"), [(12.0, 1, 1), (12.0, 1, 10), (30.0, 4, 25), (80.0, 2, 1000)])
@@ -38,17 +38,3 @@ def test_chance_of_a_force_is_one_sided(gain):
 @pytest.mark.parametrize("gain", [0.0, -1.0])
 def test_no_gain_is_no_force(gain):
     assert chance_of_force(gain) == 1.0
-
-
-def test_criterion_prefers_the_line_as_the_textbook_does():
-    """n ln(RSS / n) + k ln n of two regressions differs by as much."""
-    rng, x = np.random.default_rng(0), np.linspace(-1.0, 1.0, 50)
-    y = 1.0 + 0.2 * x + 0.3 * rng.standard_normal(50)
-    textbook, found = [], []
-    for columns in (1, 2, 5):
-        design = np.vander(x, columns)
-        rest = y - design @ np.linalg.lstsq(design, y)[0]
-        std = np.sqrt(np.mean(rest**2))
-        textbook.append(50 * np.log(std**2) + columns * np.log(50))
-        found.append(criterion(float(norm(scale=std).logpdf(rest).sum()), columns, 50))
-    np.testing.assert_allclose(np.diff(found), np.diff(textbook), rtol=1e-9)
