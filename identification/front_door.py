@@ -121,7 +121,7 @@ class Diagnosed(_Shown):
 
     @property
     def verdict(self) -> str:
-        """One of "adequate", "restless", "missing" and "unlisted"."""
+        """One of "adequate", "restless", "missing", "unlisted" and "undecided"."""
         return self.diagnosis.verdict
 
     @property
@@ -204,12 +204,12 @@ def diagnose(
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         only: names of effects; no others are looked for. Left out: all that are listed.
         without: names of effects that are not looked for.
-        budget_minutes: no new search step is begun after so long; the verdict then says that it was not finished.
+        budget_minutes: no new search step is begun after so long; the verdict is then "undecided".
         progress: called with a line of text at each stage.
 
     Raises:
         InputError: JAX computes in single precision, the experiment cannot be used, or a name is unknown.
-        NoConvergenceError: the nominal model cannot be integrated in any window.
+        NoConvergenceError: the nominal model cannot be fitted at all.
     """
     check_precision()
     if not budget_minutes > 0.0:
