@@ -71,12 +71,12 @@ def test_effects_say_where_they_act_and_in_which_units():
     document = model_document(WITH_EFFECTS)
     assert document["effects"] == [
         {"name": "gap_step", "record": "cart2.csv", "gap_jump": -1e-4, "instant": 0.7},
-        {"name": "coulomb_friction", "friction_force": 1 / 3},
+        {"name": "coulomb_friction", "friction_force": 1 / 3, "creep_speed": 5e-4},
         {"name": "mains_hum", "channel": "hammer_acceleration", "frequency_hz": 50.0, "sine": 0.0, "cosine": -1e-5},
     ]
     assert document["units"]["effects"] == [
         {"gap_jump": "m", "instant": "s"},
-        {"friction_force": "N"},
+        {"friction_force": "N", "creep_speed": "m/s"},
         {"frequency_hz": "Hz", "sine": "m/s^2", "cosine": "m/s^2"},
     ]
     assert "effects" not in model_document(MODEL)
@@ -177,7 +177,11 @@ def test_units_and_provenance_may_be_left_out(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "effect", [GainError(factor=1.1, of_channel="reaction_force"), FreeForm(terms=("u",), of_channel="reaction_force")]
+    "effect",
+    [
+        GainError(factor=1.1, of_channel="reaction_force"),
+        FreeForm(coordinate="reading", knots=(0.0, 1.0), of_channel="reaction_force", c1=0.1, c2=-1 / 3),
+    ],
 )
 def test_what_acts_on_the_gauge_behind_the_stop_comes_back(effect, tmp_path):
     model = dataclasses.replace(MODEL, effects=(effect,))
@@ -192,17 +196,16 @@ def test_a_restitution_above_one_is_not_possible(tmp_path):
         read_model(tmp_path / "model.json")
 
 
-def with_term(term: str) -> str:
-    """A model with one learned term."""
-    document = model_document(MODEL) | {"effects": [{"name": "free_form", "terms": [term], "c1": 1.0}]}
-    return json.dumps({key: value for key, value in document.items() if key != "units"})
-
-
 @pytest.mark.parametrize(
-    ("term", "message"), [("u " * 2_500_000, "a term has more than 6 factors"), ("u" * 5_000_000, "factor 'uuu.* is not known")]
+    ("coordinate", "knots", "message"),
+    [
+        ("u" * 5_000_000, [0.0, 1.0], "unknown coordinate 'uuu"),
+        ("time", [0] * 3_000_000, r"knots is \[0, 0.*expected a list of at most 16 numbers"),
+    ],
 )
-def test_a_term_of_megabytes_is_refused_in_a_short_line(term, message, tmp_path):
-    (tmp_path / "model.json").write_text(with_term(term))
+def test_a_free_form_of_megabytes_is_refused_in_a_short_line(coordinate, knots, message, tmp_path):
+    effect = {"name": "free_form", "coordinate": coordinate, "knots": knots, "by_direction": False, "c1": 1.0, "c2": 0.0}
+    (tmp_path / "model.json").write_text(json.dumps(model_document(MODEL) | {"effects": [effect]}))
     with pytest.raises(InputError, match=message) as caught:
         read_model(tmp_path / "model.json")
     assert len(str(caught.value)) < 1000

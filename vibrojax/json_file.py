@@ -100,12 +100,20 @@ class Table:
             self.refuse(f"{key} is {shown(value)}: expected a text in quotes")
         return value
 
-    def texts(self, key: str, *, most: int) -> tuple[str, ...]:
-        """A list of so many texts at most."""
+    def flag(self, key: str) -> bool:
+        """True or false."""
+        value = self.needed(key)
+        if not isinstance(value, bool):
+            self.refuse(f"{key} is {shown(value)}: expected true or false")
+        return value
+
+    def numbers(self, key: str, *, most: int) -> tuple[float, ...]:
+        """A list of so many finite numbers at most."""
         values = self.needed(key)
-        if not isinstance(values, list) or not 1 <= len(values) <= most or not all(isinstance(value, str) for value in values):
-            self.refuse(f"{key} is {shown(values)}: expected a list of 1 to {most} texts in quotes")
-        return tuple(values)
+        if not isinstance(values, list) or len(values) > most:
+            self.refuse(f"{key} is {shown(values)}: expected a list of at most {most} numbers")
+        parts = dataclasses.replace(self, values={f"{key}[{index}]": value for index, value in enumerate(values)})
+        return tuple(parts.number(name, zero=True, negative=True) for name in parts.values)
 
     def choice(self, key: str, known: Iterable[str]) -> str:
         """One of some texts."""

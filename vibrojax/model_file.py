@@ -13,7 +13,7 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import unit_in
-from vibrojax.effects.free_form import MOST_TERMS, FreeForm
+from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm
 from vibrojax.errors import shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
@@ -46,9 +46,9 @@ def write_model(model: Model, path: Path, *, provenance: Mapping[str, Any] | Non
 def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """What `model.json` holds: mass in kg, suspension by field, law and effects by parameter name, and the unit of each number.
 
-    An effect that acts in one record or on one channel names it (`record`, `channel`), one that was learned lists its
-    `terms`. A parameter of which every record has its own value is written as the model holds it, zero unless it was set. `effects` is left
-    out where there are none, and so is `load`, the constant forces that are known.
+    An effect that acts in one record or on one channel names it (`record`, `channel`), and a free form its `coordinate`, its `knots`
+    and whether it differs `by_direction`. A parameter of which every record has its own value is written as the model holds it, zero unless
+    it was set. `effects` is left out where there are none, and so is `load`, the constant forces that are known.
 
     Example:
         >>> from vibrojax.suspension import Linear
@@ -136,7 +136,8 @@ def _load(table: Table) -> Load:
 def effect_document(effect: AbstractEffect) -> dict[str, Any]:
     """What a file holds of one effect: its name, the record or channel that it acts on, and its numbers."""
     if isinstance(effect, FreeForm):
-        places = {"terms": list(effect.terms)} | ({"channel": effect.of_channel} if effect.of_channel else {})
+        places = {"channel": effect.of_channel} if effect.of_channel else {}
+        places |= {"coordinate": effect.coordinate, "knots": list(effect.knots), "by_direction": effect.by_direction}
     else:
         places = {key: getattr(effect, field) for field, key in _places(type(effect))}
     if places.get("channel", EVERY_CHANNEL[0]) not in EVERY_CHANNEL:
@@ -164,16 +165,16 @@ def _effect(table: Table) -> AbstractEffect:
 
 
 def _free_form(table: Table) -> FreeForm:
-    """A learned term from its object in the file."""
-    terms = table.texts("terms", most=MOST_TERMS)
+    """A tabulated function from its object in the file."""
+    coordinate, knots = table.choice("coordinate", COORDINATES), table.numbers("knots", most=MOST_KNOTS)
+    by_direction = table.flag("by_direction")
     of_channel = table.choice("channel", EVERY_CHANNEL) if "channel" in table.values else ""
     try:
-        blank = FreeForm(terms=terms, of_channel=of_channel)
+        blank = FreeForm(coordinate=coordinate, knots=knots, of_channel=of_channel, by_direction=by_direction)
     except ValueError as error:
-        table.refuse(f"terms are {shown(list(terms))}: {error}")
-    table.allow(["name", "terms", "channel", *(p.name for p in blank.parameters)])
-    numbers = {p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in blank.parameters}
-    return dataclasses.replace(blank, **numbers)
+        table.refuse(str(error))
+    table.allow(["name", "channel", "coordinate", "knots", "by_direction", *blank.coefficients])
+    return dataclasses.replace(blank, **{name: table.number(name, zero=True, negative=True) for name in blank.coefficients})
 
 
 def _places(effect: type[AbstractEffect]) -> list[tuple[str, str]]:

@@ -96,7 +96,7 @@ def reference(path: Path) -> None:
 
 
 def model(path: Path) -> None:
-    """With a listed effect and a learned term."""
+    """With a listed effect and a free form."""
     from vibrojax.contact import HuntCrossley
     from vibrojax.effects import CoulombFriction
     from vibrojax.effects.free_form import FreeForm
@@ -104,7 +104,7 @@ def model(path: Path) -> None:
     from vibrojax.model_file import write_model
     from vibrojax.suspension import Linear
 
-    effects = (CoulombFriction(0.2), FreeForm(terms=("u^3", "|u| u'"), c1=-2e5, c2=-30.0))
+    effects = (CoulombFriction(0.2), FreeForm(coordinate="velocity", knots=(-0.2, 0.0, 0.2), c1=0.1, c3=-0.1))
     write_model(Model(mass=0.5, suspension=Linear(0.02, 4.0), law=HuntCrossley(1e6, 1.5, 0.3), effects=effects), path)
 
 

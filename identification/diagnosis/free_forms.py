@@ -8,12 +8,12 @@ import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float
 
 from identification.diagnosis.signals import on_segments
 from identification.trajectory.course import Course, Signal
 from identification.trajectory.fit import Fitted
 from vibrojax.effects import ProbeScales
+from vibrojax.effects.free_form import hats
 
 _HATS = 8
 """Hats over the range of a coordinate."""
@@ -50,11 +50,6 @@ class Form:
         return f"any {quantity} over {self.coordinate}"
 
 
-def hats(values: Float[np.ndarray, " time"], knots: Float[np.ndarray, " knots"]) -> Float[np.ndarray, "knots time"]:
-    """Piecewise linear functions that add up to one, each one at its knot; constant beyond the ends."""
-    return np.stack([np.interp(values, knots, unit) for unit in np.eye(len(knots))])
-
-
 def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales) -> Iterator[Form]:
     """Every free form that the records can show."""
     problem, chains = fitted.problem, fitted.problem.chains
@@ -64,11 +59,12 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
     force = problem.scales.force
     both, ways = np.array([0]), np.array([1, -1])
 
-    def of_force(coordinate: str, unit: str, knots: np.ndarray, series, directions: np.ndarray, *, skip: int = 0) -> Form:
-        columns = [(k, way) for k in range(skip, len(knots)) for way in directions]
+    def of_force(coordinate: str, unit: str, knots: np.ndarray, series, directions: np.ndarray) -> Form:
+        columns = [(k, way) for k in range(len(knots)) for way in directions]
         made = []
         for index, course in enumerate(courses):
-            value, speed = hats(np.asarray(series(course)), knots), np.asarray(course.motion.v)
+            value = hats(np.asarray(series(course)), knots, vanishing_below=coordinate == "indentation")
+            speed = np.asarray(course.motion.v)
             acts = {0: 1.0, 1: speed > 0, -1: speed <= 0}
             made.append([on_segments(chains, index, force * value[k] * acts[int(way)]) for k, way in columns])
         signals = tuple(Signal(force=np.concatenate(parts), stop=None, readings={}) for parts in zip(*made, strict=True))
@@ -87,8 +83,8 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
     fastest = float(np.quantile(np.abs(v), 0.99))
     yield of_force("velocity", "m/s", np.linspace(-fastest, fastest, 2 * _HATS), lambda c: c.motion.v, both)
     if scales.deepest > 0:
-        deep = np.linspace(-scales.deepest, scales.deepest, 5)
-        yield of_force("indentation", "m", deep, lambda c: c.motion.indentation, ways, skip=1)
+        deep = scales.deepest * np.array([-0.5, 0.0, 0.5, 1.0])
+        yield of_force("indentation", "m", deep, lambda c: c.motion.indentation, ways)
         yield _paths(fitted)
     for channel in chains.channels:
         values = [np.asarray(course.readings[channel]) for course in courses]
@@ -96,7 +92,7 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
         if not high > low:
             continue
         knots, noise = np.linspace(low, high, _HATS), scales.noise[channel]
-        made = [[on_segments(chains, i, noise * hat) for hat in hats(one, knots)] for i, one in enumerate(values)]
+        made = [[on_segments(chains, i, noise * hat) for hat in hats(one, knots, vanishing_below=False)] for i, one in enumerate(values)]
         yield Form(
             coordinate="reading",
             quantity=channel,
@@ -115,7 +111,7 @@ def _paths(fitted: Fitted) -> Form:
     share = np.linspace(0.0, 1.0, _PATHS + 1)
     for index, record in enumerate(records):
         time = (record.time - record.time[0]) / (record.time[-1] - record.time[0])
-        for k, hat in enumerate(hats(time, share)[1:], start=1):
+        for k, hat in enumerate(hats(time, share, vanishing_below=False)[1:], start=1):
             stop = np.zeros((len(chains.left), chains.samples + 1))
             stop[chains.of_record(index)] = on_segments(chains, index, size * hat)
             signals.append(Signal(force=None, stop=stop, readings={}))

@@ -77,7 +77,7 @@ def fit_experiment(
     experiment, limits = in_part(experiment)
     problem = with_variation(problem_of(experiment, law=law), dict.fromkeys(names, 0.0))
     clock.lap("prepare")
-    nominal, between = with_variations(_converged(fit(problem, seed=seed, progress=progress)), names, progress)
+    nominal, between = with_variations(_converged(fit(problem, seed=seed, progress=progress)), names, seed=seed, progress=progress)
     found, added = (nominal, None) if not effects else with_effects(nominal, effects, progress=progress)
     found = _converged(found)
     clock.lap("fit")

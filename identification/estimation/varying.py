@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from identification.estimation.parameters import deviance, record_estimates
-from identification.trajectory.fit import Fitted, reweighed, settled
+from identification.trajectory.fit import Fitted, fit, reweighed, settled
 from identification.trajectory.remodel import with_variation
 
 _SWEEPS = 4
@@ -20,7 +20,7 @@ _NO_GAIN = 1e-3
 
 
 def with_variations(
-    fitted: Fitted, names: Sequence[str], progress: Callable[[str], None] = lambda line: None
+    fitted: Fitted, names: Sequence[str], *, seed: int = 0, progress: Callable[[str], None] = lambda line: None
 ) -> tuple[Fitted, dict[str, float]]:
     """The fit with a value of these parameters for each record, and the standard deviations, in the coordinate of the chain; 0 for none.
 
@@ -32,15 +32,18 @@ def with_variations(
     if not std:
         return fitted, dict.fromkeys(names, 0.0)
     progress(f"fitting {', '.join(std)} with a value for each record")
-    found, before = fitted, dict(std)
+    problem = with_variation(fitted.problem, std)
+    start = dataclasses.replace(problem.start, shared=fitted.at.shared)
+    found, before = fit(dataclasses.replace(problem, start=start), seed=seed), dict(std)  # a common value would leave a random force
     for _ in range(_SWEEPS):
-        found = _settled(found, std)
         for name in [name for name, size in std.items() if size > 0.0]:
             std[name] = _likeliest(found, name, scatter[name], std)
         if all(abs(np.log(max(std[n], 1e-300) / max(before[n], 1e-300))) < _STEADY for n in std):
             break
         before = dict(std)
-    return _settled(found, std), dict.fromkeys(names, 0.0) | std
+        found = _settled(found, std)
+    varies = any(size > 0.0 for size in std.values())
+    return (_settled(found, std) if varies else fitted), dict.fromkeys(names, 0.0) | std
 
 
 def _settled(fitted: Fitted, std: dict[str, float]) -> Fitted:

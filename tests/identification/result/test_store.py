@@ -86,9 +86,9 @@ def test_a_result_that_cannot_be_read_is_one_clear_line(stored, tmp_path):
     with pytest.raises(InputError, match=r"result\.nc does not exist: expected the result\.nc of a fit or a diagnosis"):
         run_report(tmp_path, tmp_path)
     whole = (stored[1] / "result.nc").read_bytes()
-    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 7,', b'"schema": 9,', 1)):
+    for content in (b"", b"nothing", whole[:5000], whole[: len(whole) // 2], whole.replace(b'"schema": 8,', b'"schema": 9,', 1)):
         (tmp_path / "result.nc").write_bytes(content)
-        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 7") as caught:
+        with pytest.raises(InputError, match=r"cannot be read as a result|is of schema 9: expected 8") as caught:
             read_stored(tmp_path / "result.nc", {"fit": stored_fit})
         assert "\n" not in str(caught.value)
 

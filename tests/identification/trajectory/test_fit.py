@@ -59,6 +59,26 @@ def test_without_a_force_the_chain_is_one_trajectory_fitted_by_least_squares():
     assert np.allclose(found.stderr, scale * stderr, rtol=0.02)
 
 
+def test_a_slow_reading_error_is_no_random_force():
+    """A free decay at 1 kHz, read with an error that is correlated for 20 ms, a twelfth of a period, and no force."""
+    rng, pole, rate, count = np.random.default_rng(9), 0.95, 1000.0, 1500
+    experiment = shaken(1)
+    phi = expm(Linear().rates / rate)
+    z, u, error = np.array([5e-3, 0.0]), [], NOISE * np.sqrt(1.0 / (1.0 - pole**2)) * rng.standard_normal()
+    for _ in range(count):
+        u.append(z[0] + error)
+        z, error = phi @ z, pole * error + NOISE * rng.standard_normal()
+    record = dataclasses.replace(experiment.records[0], time=np.arange(count) / rate, channels={"hammer_displacement": np.array(u)})
+    problem = problem_of(dataclasses.replace(experiment, records=(record,)))
+    found = fit(problem)
+    assert found.converged
+    assert found.variances.force.std < 1e-3 * problem.scales.force
+    assert found.variances.readings[0].coefficients[0] == pytest.approx(pole, abs=0.05)
+    values = problem.values(found.at)
+    for name, error, truth in zip(("zeta", "f_n"), found.stderr, (ZETA, F_N), strict=True):
+        assert abs(np.log(values[name] / truth)) < 3.0 * error
+
+
 def test_samples_at_a_ceiling_do_not_count():
     wave = np.sin(np.linspace(0.0, 40.0, 400))
     assert not at_ceiling(wave).any()
