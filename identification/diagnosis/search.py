@@ -10,7 +10,7 @@ from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.fit import Fitted, fit, polished
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 
@@ -109,8 +109,9 @@ def search(
         fitted = step.alternatives[0].fitted if step.alternatives else None
         if fitted is None or not is_significant(step.alternatives[0]):
             return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=step, finished=True), progress)
-        steps.append(step)
-        current = fitted
+        current = polished(fitted, progress=progress)
+        best = dataclasses.replace(step.alternatives[0], fitted=current)
+        steps.append(dataclasses.replace(step, alternatives=(best, *step.alternatives[1:])))
         if len(steps) == MOST_EFFECTS or spent():
             return Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=len(steps) == MOST_EFFECTS)
 
@@ -176,7 +177,7 @@ def _needed(found: Search, progress: Progress) -> Search:
         if len(steps) < 2:
             break
         progress(f"asking whether {name} is still needed")
-        lesser = fit(without(final, name), progress=progress)
+        lesser = fit(without(final, name), both=False, progress=progress)
         rise = lesser.solution.deviance - final.solution.deviance
         if chance(rise, step.alternatives[0].degrees, step.alternatives[0].tried) > LEVEL and lesser.converged:
             final, steps = lesser, [one for one in steps if one is not step]

@@ -328,8 +328,8 @@ def solve(
     knots = -x - xs @ step
     knots[size:] -= (xo[size:] * own_step[rows]).sum(axis=1)
     quadratic = square - gradient_square - float(np.einsum("ro,rop,rp->", go, inverse, go)) - float(gs @ covariance @ gs)
-    if not quadratic >= -1e-9 * square:  # a sum of squares: rounding has taken over
-        raise np.linalg.LinAlgError("the equations of the chain are too ill conditioned for a sum of squares")
+    if quadratic < -1e-6 * square:
+        raise np.linalg.LinAlgError("a sum of squares came out negative: rounding has spoilt the factorisation")
     restricted = border.shared & ~border.strengths
     known = ss[np.ix_(restricted, restricted)] + np.eye(int(restricted.sum())) / _UNKNOWN
     marginal = ~border.own_strengths

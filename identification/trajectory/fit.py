@@ -111,7 +111,7 @@ def fit(
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
         begin: variances from which the force falls; by default those of a large one.
-        both: whether to begin without a force too, where the first end has left one.
+        both: whether to begin without a force too, where the first end has left one, and to weigh both together at the end.
         progress: called with a line in each round.
 
     Raises:
@@ -129,7 +129,7 @@ def fit(
     if other is not None and other.converged and _vanishes(problem, other.variances.force):
         return other
     try:
-        found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM)
+        found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM, together=both)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
@@ -237,6 +237,7 @@ def _converged(
     *,
     coloured_from: int,
     held: int = 1,
+    together: bool = True,
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds."""
     scales, border = problem.scales, problem.border
@@ -253,15 +254,27 @@ def _converged(
         settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
         if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
+    return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, together=together)
+
+
+def _with_likeliest(
+    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, together: bool
+) -> Fitted:
+    """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
+    force, readings = variances.force, variances.readings
     for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
-        force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
+        if together and not _vanishes(problem, force) and any(one.order for one in readings):
+            force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
+        else:
+            force = annealed(problem, at, local, force, evaluations=40)
+            readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
-        solution = solve(problem.chains, problem.unknowns, border, scales, at, local, force, problem.experiment.mass)
-        progress(_line(count, problem, at, force))
+        solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
+        progress(_line(rounds - 1, problem, at, force))
         if last == _LAST_ROUNDS - 1 or (last and _change(problem, solution) < _SMALL_STEP):
             break
-        at = moved(border, at, solution, _share(problem, solution))
+        at = moved(problem.border, at, solution, _share(problem, solution))
     return Fitted(
         problem=problem,
         at=at,
@@ -269,9 +282,17 @@ def _converged(
         linear=linear,
         local=local,
         solution=solution,
-        rounds=count + 1,
+        rounds=rounds,
         converged=_change(problem, solution) < _SMALL_STEP,
     )
+
+
+def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
+    """A fit with random force and reading errors weighed together, where it has both."""
+    if _vanishes(fitted.problem, fitted.variances.force) or not any(one.order for one in fitted.variances.readings):
+        return fitted
+    rng = np.random.default_rng(seed)
+    return _with_likeliest(fitted.problem, fitted.at, fitted.variances, rng, progress, rounds=fitted.rounds, together=True)
 
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:

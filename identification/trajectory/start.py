@@ -101,9 +101,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     usual = {p.name: ParameterOption(start=p.start) for p in exponents}  # loops of force over indentation that drift mislead these
     guided = dataclasses.replace(experiment, parameters=experiment.parameters | usual)
     values, gap_errors = next(iter(first_guesses(guided, model, motions).values()))
-    touched = np.array([motion is None or motion.touching.any() for motion in motions])
     if isinstance(model.law, AbstractInstantaneousLaw):
-        touched |= [motion is not None and len(_rebounds(r)) > 0 for r, motion in zip(records, motions, strict=True)]
         gap_errors = np.array([_furthest(record, motion) for record, motion in zip(records, motions, strict=True)])
         values |= _rebound(records, motions)
     values |= {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
@@ -135,7 +133,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         parameters=parameters,
         unknowns=unknowns,
         chains=chains,
-        border=_border(experiment, parameters, unknowns, chains, zeros, start, touched),
+        border=_border(experiment, parameters, unknowns, chains, zeros, start, stop=not isinstance(model.law, NoContact)),
         scales=scales,
         integrator=Landing(contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight)),
         rest=tuple(rest),
@@ -262,15 +260,15 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
     )
 
 
-def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, start: Estimate, touched: np.ndarray) -> Border:
-    """Free unknowns, their scales and priors; `touched` are the records in which the stop is reached."""
+def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, start: Estimate, *, stop: bool) -> Border:
+    """Free unknowns, their scales and priors; where the stop is not reached, the gap stays as set by its prior."""
     options = experiment.parameters
     fixed = {name for name, option in options.items() if option.fixed and option.start is not None}
     fixed |= set() if weighable(experiment) else {MASS.name}
     records = experiment.records
     driven = np.array([record.kind == "cart-excitation" and record.base == "sine" for record in records])
     own = np.ones((len(records), len(unknowns.own)), bool)
-    own[:, 0], own[:, 1], own[:, 2] = driven, driven, touched
+    own[:, 0], own[:, 1], own[:, 2] = driven, driven, stop
     own_scale, own_std = np.ones(len(unknowns.own)), np.full(len(unknowns.own), np.inf)
     amplitude = max(float(np.abs(start.own[:, :2]).max()), 1e-6)
     own_scale[:3], own_std[2] = (amplitude, amplitude, 1e-4), GAP_PRIOR_STD_M
