@@ -17,7 +17,7 @@ from identification.commands.run import check_converged, write_diagnosed, write_
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
-from identification.diagnosis.search.among import among_effects
+from identification.diagnosis.look import among_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.sample import DRAWS, FEWEST
 from identification.experiment import Experiment, load_experiment
@@ -27,7 +27,7 @@ from identification.report.diagnosis import diagnosis_summary
 from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.posterior import check_extra
 from identification.result.result import FitResult, ParameterEstimate
-from identification.windows.prepare import check_precision
+from identification.windows.declared_model import check_precision
 from identification.windows.simulate import simulate_record
 from vibrojax.aside import filled, of_earlier_set
 from vibrojax.errors import InputError
@@ -121,7 +121,7 @@ class Diagnosed(_Shown):
 
     @property
     def verdict(self) -> str:
-        """One of "adequate", "restless", "missing" and "unlisted"."""
+        """One of "adequate", "restless", "missing", "unlisted" and "undecided"."""
         return self.diagnosis.verdict
 
     @property
@@ -204,12 +204,12 @@ def diagnose(
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         only: names of effects; no others are looked for. Left out: all that are listed.
         without: names of effects that are not looked for.
-        budget_minutes: no new search step is begun after so long; the verdict then says that it was not finished.
+        budget_minutes: no new search step is begun after so long; the verdict is then "undecided".
         progress: called with a line of text at each stage.
 
     Raises:
         InputError: JAX computes in single precision, the experiment cannot be used, or a name is unknown.
-        NoConvergenceError: the nominal model cannot be integrated in any window.
+        NoConvergenceError: the nominal model cannot be fitted at all.
     """
     check_precision()
     if not budget_minutes > 0.0:

@@ -73,8 +73,8 @@ table(before)
 
 # %% [markdown]
 # ## Where
-# What is missing, as a force, against the coordinate that explains it best: each point is a mean over a bin, with its error. A step at
-# zero velocity on a rising slope is the picture of dry friction beside a damper that has taken too much.
+# What is missing, as a free form over the coordinate that explains it best: piecewise linear, each point a knot with its error, estimated
+# beside all parameters and the sizes of all errors.
 
 # %%
 location = diagnosis.location
@@ -83,12 +83,13 @@ profile = location.profiles[0]
 figure, axes = plt.subplots(figsize=(6.2, 2.8), layout="constrained")
 axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=SCREEN.nominal, ecolor=SCREEN.nominal, lw=1)
 axes.axhline(0.0, color="#606060", lw=0.8)
-quantity = "missing force (N)" if profile.quantity == "force" else f"residual of {profile.quantity} (σ)"
+quantity = "missing force (N)" if profile.quantity == "force" else f"error of {profile.quantity} (σ)"
 _ = axes.set(xlabel=f"{profile.coordinate} ({profile.unit})", ylabel=quantity)
 
 # %% [markdown]
 # ## What
-# All listed effects were tried. The best by their evidence:
+# All listed effects were scored along the motion; the best were weighed with the sizes of force and reading errors estimated anew, and the
+# very best fitted. By their evidence:
 
 # %%
 print(f"verdict: {diagnosis.verdict}")
@@ -98,7 +99,7 @@ for one in diagnosis.effects:
 print(f"as good with these records: {', '.join(diagnosis.ambiguous_with) or 'no other'}\n")
 tried = sorted((one for one in diagnosis.considered if one.bic is not None), key=lambda one: one.bic)
 for one in tried[:6]:
-    print(f"{one.name:24} χ² falls by {one.drop:10.1f}   BIC above the best by {one.bic:10.1f}")
+    print(f"{one.name:24} 2 ln L gains {one.drop:10.1f}   BIC above the best by {one.bic:10.1f}")
 
 # %% [markdown]
 # ## Then the cure

@@ -79,7 +79,7 @@ if experiment:
 
 # %% [markdown]
 # ## What was missing
-# The missing force against the coordinate that explains it best.
+# As a free form over the coordinate that explains it best.
 
 # %%
 if experiment:
@@ -88,7 +88,7 @@ if experiment:
     axes.errorbar(profile.center, profile.mean, profile.stderr, fmt="o", ms=4, color=SCREEN.nominal, lw=1)
     axes.axhline(0.0, color="#606060", lw=0.8)
     volts = {"m": "V", "m/s": "V/s"}  # this oscillator's
-    quantity = "missing force (V)" if profile.quantity == "force" else f"residual of {profile.quantity} (σ)"
+    quantity = "missing force (V)" if profile.quantity == "force" else f"error of {profile.quantity} (σ)"
     axes.set(xlabel=f"{profile.coordinate} ({volts.get(profile.unit, profile.unit)})", ylabel=quantity)
 
 # %% [markdown]

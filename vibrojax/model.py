@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from scipy.constants import g as STANDARD_GRAVITY
 
@@ -97,6 +98,11 @@ class Model(eqx.Module):
             effects=tuple(_with(effect, values) for effect in self.effects),
             load=self.load,
         )
+
+    def as_arrays(self) -> "Model":
+        """The same model with array leaves, so that compiled code does not depend on its values."""
+        arrays = jax.tree.map(jnp.asarray, eqx.filter(self, eqx.is_inexact_array_like))
+        return eqx.combine(arrays, self)
 
     def system(self, *, gap: Number, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""

@@ -4,8 +4,10 @@ import dataclasses
 from collections.abc import Mapping
 
 PROGRAM = "program"
-ADEQUATE, RESTLESS, UNLISTED, MISSING, FAILURE = "adequate", "restless", "unlisted", "missing", "failure"
-VERDICTS = (ADEQUATE, RESTLESS, UNLISTED, MISSING, FAILURE)
+ADEQUATE, RESTLESS, UNLISTED, MISSING, UNDECIDED, FAILURE = "adequate", "restless", "unlisted", "missing", "undecided", "failure"
+VERDICTS = (ADEQUATE, RESTLESS, UNLISTED, MISSING, UNDECIDED, FAILURE)
+OPEN = (UNDECIDED, FAILURE)
+"""No verdict on the rig."""
 _UNREST = ("unrest", "colour", "scatter")
 """Where a case says what unrest its rig has."""
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from scipy.stats import binomtest
 
-from benchmarks.concealed.outcome import FAILURE, PROGRAM, UNLISTED, VERDICTS, Outcome, outcome
+from benchmarks.concealed.outcome import OPEN, PROGRAM, UNLISTED, VERDICTS, Outcome, outcome
 
 _STRENGTH_EDGES = (0.0, 0.4, 0.7, 1.0, 1.3)
 LIMIT = 180.0
@@ -23,6 +23,7 @@ def summary(trials: Sequence[Mapping]) -> dict:
         **verdicts(trials, PROGRAM),
         "held_out_ratio": held_out(trials)["displacement"]["median"],
         "seconds_per_case": float(np.median(seconds)) if seconds else None,
+        "null_gains": null_gains(trials),
         "held_out": held_out(trials),
         "detail": detail(trials),
         "gap_step_located": located(trials),
@@ -32,6 +33,12 @@ def summary(trials: Sequence[Mapping]) -> dict:
         "revisions": sorted({trial["revision"] for trial in trials if trial.get("revision")}),
         "failures": failures(trials),
     }
+
+
+def null_gains(trials: Sequence[Mapping]) -> list[float]:
+    """Largest gain of twice the log-likelihood on every complete rig, the largest first: what the level of the decision has to exceed."""
+    found = [t["diagnosis"]["largest_gain"] for t in trials if t["group"] == "null" and "diagnosis" in t]
+    return sorted((gain for gain in found if gain is not None), reverse=True)
 
 
 def failures(trials: Sequence[Mapping]) -> dict[str, str]:
@@ -46,13 +53,13 @@ def failures(trials: Sequence[Mapping]) -> dict[str, str]:
 def verdicts(trials: Sequence[Mapping], method: str) -> dict:
     """How often is something claimed where nothing is concealed; how often is the truth named.
 
-    A case that failed counts as not named. Among complete models, and for wrong names among all cases, only those with a verdict count;
-    failures are told elsewhere. On a rig with unrest "restless" is no false alarm, and right for what is on no list.
+    A case that failed or stayed undecided counts as not named. Among complete models, and for wrong names among all cases, only those with
+    a verdict count; the others are told elsewhere. On a rig with unrest "restless" is no false alarm, and right for what is on no list.
     """
     by_group = {group: [outcome(t, method) for t in trials if t["group"] == group] for group in _GROUPS}
-    null = [found for found in by_group["null"] if found.verdict != FAILURE]
+    null = [found for found in by_group["null"] if found.verdict not in OPEN]
     listed, pairs, off_list = by_group["listed"], by_group["pair"], by_group["off-list"]
-    answered = [found for group in by_group.values() for found in group if found.verdict != FAILURE]
+    answered = [found for group in by_group.values() for found in group if found.verdict not in OPEN]
     return {
         "false_alarm": _count(null, lambda found: found.false_alarm),
         "named": _share(listed, lambda found: found.named),

@@ -94,7 +94,7 @@ def scored(diagnosis, folder: Path) -> dict:
         "probabilities": [effect["probability"] for effect in document["effects"]],
         "ambiguous_with": list(document["ambiguous_with"]),
         "warnings": document["warnings"],
-        "chances": [one["chance"] for one in document["considered"] if not one["beside"]],
+        "largest_gain": max((one["drop"] for one in document["considered"] if one["drop"] is not None), default=None),
         "location": document["location"],
         "chi2_nominal": document["nominal"]["chi2_reduced"],
         "chi2_augmented": document["augmented"]["chi2_reduced"],

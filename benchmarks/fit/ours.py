@@ -9,71 +9,78 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.estimation.multistart import Multistart
-from identification.least_squares.fit import as_arrays, fit, free_unknowns, integrator_for, on_device
-from identification.least_squares.levenberg_marquardt import Outcome
-from identification.least_squares.residual import residuals, weighted_residual
-from identification.least_squares.uncertainty import uncertainty
-from identification.windows.layout import Estimate
-from identification.windows.prepare import Prepared
+from benchmarks.fit.windows import Point, Windows
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.motion import passed, vectors_of
+from identification.trajectory.start import Problem
+from vibrojax.channels import channels
+from vibrojax.excitation import Harmonic, Unforced
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class OurFit:
     """Where our fit ended, and how long it took."""
 
-    outcome: Outcome
+    fitted: Fitted
     seconds: tuple[float, ...]
     """Of every run but the first."""
     first_seconds: float
     """Of the run that compiled, or fetched what the cache on disk holds."""
-    sigma: np.ndarray
-    """Standard errors of the shared parameters, internal coordinates."""
 
 
-def our_fit(prepared: Prepared, *, repeats: int) -> OurFit:
-    """Fit from `prepared.start`, once to compile and `repeats` times for the clock."""
-    first, outcome = timed(lambda: fit(prepared))
-    seconds = tuple(timed(lambda: fit(prepared))[0] for _ in range(repeats))
-    active = free_unknowns(prepared)
-    spread = uncertainty(outcome.equations, outcome.estimate, active)
-    return OurFit(outcome=outcome, seconds=seconds, first_seconds=first, sigma=spread.stderr[: prepared.layout.shared])
+def our_fit(problem: Problem, *, repeats: int) -> OurFit:
+    """Fit from the first guess, once to compile and `repeats` times for the clock."""
+    first, fitted = timed(lambda: fit(problem))
+    return OurFit(fitted=fitted, seconds=tuple(timed(lambda: fit(problem))[0] for _ in range(repeats)), first_seconds=first)
 
 
-def screened(prepared: Prepared) -> Prepared:
-    """The same at the start that the program chooses among several."""
-    shared, _ = Multistart()(prepared, seed=0)
-    return dataclasses.replace(prepared, start=dataclasses.replace(prepared.start, shared=shared))
-
-
-def our_residuals(prepared: Prepared, estimate: Estimate) -> np.ndarray:
+def our_residuals(problem: Problem, windows: Windows, at: Point) -> np.ndarray:
     """(samples of all windows, channels), as the fit's integrator gives them."""
-    (group,) = prepared.groups
-    local = jnp.asarray(estimate.local(prepared.record))
-    found, _ = residuals(as_arrays(prepared.model), prepared.layout, integrator_for(prepared), on_device(group), local)
-    return np.concatenate([np.asarray(found[lane, :samples]) for lane, samples in enumerate(group.lengths)])
+    lanes, longest = len(windows.record), int(windows.counts.max())
+    rows = windows.offsets[:, None] + np.minimum(np.arange(longest), windows.counts[:, None] - 1)
+    step = np.array([np.median(np.diff(windows.time[r[:n]])) for r, n in zip(rows, windows.counts, strict=True)])
+    ts = windows.time[windows.offsets][:, None] + step[:, None] * np.arange(longest)
+    base = at.nuisances[windows.record]
+    model = jax.tree.map(jnp.asarray, problem.model_at(dataclasses.replace(problem.start, shared=at.shared)))
+
+    def system(gap, amplitude, phase, hz):
+        return model.system(gap=gap, base=Harmonic(amplitude, phase, hz), applied=Unforced())
+
+    @eqx.filter_jit
+    def shown(ts, states, *settings):
+        systems = jax.vmap(system)(*settings)
+        paths = problem.integrator.batch(systems, ts, states, jnp.asarray(windows.counts))
+        return jax.vmap(channels)(systems, paths)
+
+    settings = (windows.gap + base[:, 2], base[:, 0], base[:, 1], windows.frequency_hz)
+    found = shown(jnp.asarray(ts), jnp.asarray(at.states), *map(jnp.asarray, settings))
+    predicted = np.stack([np.asarray(found[name]) for name in windows.channels], axis=-1)
+    flat = np.concatenate([predicted[lane, : windows.counts[lane]] for lane in range(lanes)])
+    return (windows.measured - flat) * windows.weight
 
 
-def jacobian_cost(prepared: Prepared, estimate: Estimate, *, repeats: int) -> tuple[float, float]:
-    """Seconds of one simulation of all windows, and of its value and Jacobian in the shared parameters; compiled before."""
-    (group,) = prepared.groups
-    arguments = (as_arrays(prepared.model), prepared.layout, integrator_for(prepared), on_device(group))
-    local = jnp.asarray(estimate.local(prepared.record))
-    simulation = best_time(lambda: residuals(*arguments, local), repeats)
-    return simulation, best_time(lambda: _value_and_jacobian(*arguments, local), repeats)
+def jacobian_cost(fitted: Fitted, *, repeats: int) -> tuple[float, float]:
+    """Seconds of one pass along all segments, and of its value and Jacobian in the shared parameters; compiled before."""
+    problem = fitted.problem
+    (group,) = problem.chains.groups
+    arguments = (jax.tree.map(jnp.asarray, problem.model_at(fitted.at)), problem.unknowns, problem.chains.files, problem.integrator, group)
+    vectors = jnp.asarray(vectors_of(problem.chains, fitted.at)[group.place])
+    first = len(problem.unknowns.states) + 2
+    directions = jnp.eye(problem.unknowns.columns)[first : first + len(problem.unknowns.shared)]
+    simulation = best_time(lambda: _value(*arguments, vectors), repeats)
+    return simulation, best_time(lambda: _value_and_jacobian(*arguments, vectors, directions), repeats)
+
+
+_value = eqx.filter_jit(passed)
 
 
 @eqx.filter_jit
-def _value_and_jacobian(model, layout, integrator, windows, local):
-    """Residuals of all windows and their derivatives with respect to the shared parameters only."""
-
+def _value_and_jacobian(model, unknowns, files, integrator, segments, vectors, directions):
     def along(direction):
-        def value(vectors):
-            return weighted_residual(model, layout, integrator, windows, vectors)
+        function = lambda moved: passed(model, unknowns, files, integrator, segments, moved)  # noqa: E731
+        return jax.jvp(function, (vectors,), (jnp.broadcast_to(direction, vectors.shape),), has_aux=True)
 
-        return jax.jvp(value, (local,), (jnp.broadcast_to(direction, local.shape),), has_aux=True)
-
-    return jax.vmap(along, out_axes=(None, 0, None))(jnp.eye(layout.size)[: layout.shared])
+    return jax.vmap(along, out_axes=(None, 0, None))(directions)
 
 
 def timed(call: Callable):

@@ -1,6 +1,7 @@
-"""The fit's peer: SciPy `least_squares` with finite differences around a compiled simulator.
+"""The fit's peer: SciPy `least_squares` with finite differences around a compiled simulator, by multiple shooting.
 
-Same windows, same data, same unknowns, same start, same residuals and the same weak prior on the gap errors as the program's own fit.
+Same data, same parameters, same start and the same weak prior on the gap errors as the program's own fit; the states at the starts of the
+windows are free.
 """
 
 import dataclasses
@@ -11,9 +12,9 @@ from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix, lil_matrix, vstack
 
 from benchmarks.fit import peer_kernel as kernel
-from identification.least_squares.fit import free_unknowns
-from identification.windows.layout import GAP_PRIOR_STD, Estimate
-from identification.windows.prepare import Prepared
+from benchmarks.fit.windows import Point, windows_of
+from identification.trajectory.segments import GAP_PRIOR_STD_M
+from identification.trajectory.start import Problem as Chain
 
 _CODES = {
     "hammer_displacement": kernel.HAMMER,
@@ -27,7 +28,9 @@ _CODES = {
 class PeerFit:
     """Where the peer ended."""
 
-    estimate: Estimate
+    at: Point
+    sigma: np.ndarray
+    """Standard errors of the shared parameters."""
     cost: float
     seconds: float
     jacobians: int | None
@@ -53,83 +56,86 @@ VARIANTS = {
 class Problem:
     """The residual vector of all windows as a function of one vector of unknowns: shared, free nuisances, window states."""
 
-    def __init__(self, prepared: Prepared, *, substeps: int) -> None:
-        (group,) = prepared.groups
-        self.prepared, self.substeps = prepared, substeps
-        self.active = free_unknowns(prepared)
-        self.windows = group
-        used = [np.arange(samples) for samples in group.lengths]
-        self.counts = np.asarray(group.lengths, dtype=np.int64)
-        self.offsets = np.concatenate([[0], np.cumsum(self.counts)[:-1]])
-        self.measured = np.concatenate([group.measured[lane, index] for lane, index in enumerate(used)])
-        self.weight = np.concatenate([group.weight[lane, index] for lane, index in enumerate(used)])
-        self.steps = np.array([(t[n - 1] - t[0]) / (n - 1) for t, n in zip(group.ts, self.counts, strict=True)])
-        self.codes = np.array([_CODES[name] for name in group.channels])
-        self.owners = np.concatenate([np.full(n, record) for n, record in zip(self.counts, group.record, strict=True)])
+    def __init__(self, chain: Chain, *, substeps: int) -> None:
+        self.chain, self.windows, self.substeps = chain, windows_of(chain), substeps
+        self.free = chain.border.own[:, :3]
+        self.steps = np.array(
+            [
+                (self.windows.time[begin + n - 1] - self.windows.time[begin]) / (n - 1)
+                for begin, n in zip(self.windows.offsets, self.windows.counts, strict=True)
+            ]
+        )
+        self.codes = np.array([_CODES[name] for name in self.windows.channels])
 
-    def pack(self, estimate: Estimate) -> np.ndarray:
+    @property
+    def start(self) -> Point:
+        """First guess."""
+        return self.windows.start
+
+    def values(self, at: Point) -> dict[str, float]:
+        """Parameters by name, SI, with the mass."""
+        found = self.chain.values(dataclasses.replace(self.chain.start, shared=at.shared))
+        return {"m": float(self.chain.experiment.mass)} | found
+
+    def pack(self, at: Point) -> np.ndarray:
         """Vector of unknowns."""
-        return np.concatenate([estimate.shared, estimate.nuisances[self.active.nuisances], estimate.states.ravel()])
+        return np.concatenate([at.shared, at.nuisances[self.free], at.states.ravel()])
 
-    def unpack(self, vector: np.ndarray) -> Estimate:
+    def unpack(self, vector: np.ndarray) -> Point:
         """The inverse of `pack`; unknowns that are not free stay as they start."""
-        shared, count = len(self.prepared.start.shared), int(self.active.nuisances.sum())
-        nuisances = self.prepared.start.nuisances.copy()
-        nuisances[self.active.nuisances] = vector[shared : shared + count]
-        return Estimate(shared=vector[:shared], nuisances=nuisances, states=vector[shared + count :].reshape(-1, 2))
+        shared, count = len(self.start.shared), int(self.free.sum())
+        nuisances = self.start.nuisances.copy()
+        nuisances[self.free] = vector[shared : shared + count]
+        return Point(shared=vector[:shared], nuisances=nuisances, states=vector[shared + count :].reshape(-1, 2))
 
-    def data_residuals(self, estimate: Estimate, *, substeps: int | None = None) -> np.ndarray:
+    def data_residuals(self, at: Point, *, substeps: int | None = None) -> np.ndarray:
         """(samples of all windows, channels)."""
-        values, group = self.prepared.layout.physical(estimate.shared), self.windows
-        rows = np.empty((len(self.counts), 10))
-        mass = values.get("m", self.prepared.model.mass)
-        rows[:, :6] = mass, values["zeta"], 2 * np.pi * values["f_n"], values["k_i"], values["n"], values["lambda_i"]
-        amplitude, phase, gap_error = estimate.nuisances[group.record].T
-        rows[:, 6:] = np.stack([group.gap + gap_error, amplitude, 2 * np.pi * group.frequency_hz, phase], axis=1)
-        out = np.empty_like(self.measured)
+        values, windows = self.values(at), self.windows
+        rows = np.empty((len(windows.counts), 10))
+        rows[:, :6] = values["m"], values["zeta"], 2 * np.pi * values["f_n"], values["k_i"], values["n"], values["lambda_i"]
+        amplitude, phase, gap_error = at.nuisances[windows.record].T
+        rows[:, 6:] = np.stack([windows.gap + gap_error, amplitude, 2 * np.pi * windows.frequency_hz, phase], axis=1)
+        out = np.empty_like(windows.measured)
         kernel.residuals(
-            np.ascontiguousarray(group.ts[:, 0]),
+            windows.time[windows.offsets],
             self.steps,
-            self.counts,
-            self.offsets,
+            windows.counts.astype(np.int64),
+            windows.offsets.astype(np.int64),
             rows,
-            np.ascontiguousarray(estimate.states),
+            np.ascontiguousarray(at.states),
             self.codes,
-            self.measured,
-            self.weight,
+            windows.measured,
+            windows.weight,
             substeps or self.substeps,
             out,
         )
         return out
 
-    def size(self, estimate: Estimate) -> dict[str, int]:
+    def size(self, at: Point) -> dict[str, int]:
         """Counts of samples, channels, residuals and unknowns."""
-        return {
-            "samples": len(self.measured),
-            "channels": len(self.codes),
-            "residuals": self.measured.size + len(estimate.nuisances),
-            "unknowns": len(self.pack(estimate)),
-        }
+        samples, channels = self.windows.measured.shape
+        residuals = samples * channels + len(at.nuisances)
+        return {"samples": samples, "channels": channels, "residuals": residuals, "unknowns": len(self.pack(at))}
 
     def __call__(self, vector: np.ndarray) -> np.ndarray:
         """What SciPy squares and adds up."""
-        estimate = self.unpack(vector)
-        return np.concatenate([self.data_residuals(estimate).ravel(), estimate.nuisances[:, 2] / GAP_PRIOR_STD])
+        at = self.unpack(vector)
+        return np.concatenate([self.data_residuals(at).ravel(), at.nuisances[:, 2] / GAP_PRIOR_STD_M])
 
     def sparsity(self) -> csr_matrix:
         """Which unknowns each residual depends on."""
-        shared, free = len(self.prepared.start.shared), self.active.nuisances
+        shared, free, windows = len(self.start.shared), self.free, self.windows
         number = np.full(free.shape, -1)
         number[free] = shared + np.arange(free.sum())
         first_state, channels = shared + int(free.sum()), len(self.codes)
-        lane = np.repeat(np.arange(len(self.counts)), self.counts)
+        lane = np.repeat(np.arange(len(windows.counts)), windows.counts)
         columns = [np.full(len(lane), i) for i in range(shared)]
-        columns += [number[self.owners, i] for i in range(free.shape[1])]
+        columns += [number[windows.record[lane], i] for i in range(free.shape[1])]
         columns += [first_state + 2 * lane, first_state + 2 * lane + 1]
         table = np.repeat(np.stack(columns, axis=1), channels, axis=0)
         rows = np.broadcast_to(np.arange(len(table))[:, None], table.shape)
         there = table >= 0
-        width = first_state + 2 * len(self.counts)
+        width = first_state + 2 * len(windows.counts)
         data = csr_matrix((np.ones(there.sum()), (rows[there], table[there])), (len(table), width))
         prior = lil_matrix((len(free), width))
         for record in np.flatnonzero(free[:, 2]):
@@ -137,16 +143,19 @@ class Problem:
         return csr_matrix(vstack([data, prior]))
 
 
-def peer_fit(problem: Problem, start: Estimate, variant: Variant) -> PeerFit:
+def peer_fit(problem: Problem, start: Point, variant: Variant) -> PeerFit:
     """SciPy's fit from `start`; the simulator is compiled before the clock starts."""
     vector = problem.pack(start)
     problem(vector)
     before = time.perf_counter()
     sparsity = problem.sparsity() if variant.sparse else None
     found = least_squares(problem, vector, jac="2-point", jac_sparsity=sparsity, **variant.options)
+    seconds = time.perf_counter() - before
+    jacobian = found.jac.toarray() if variant.sparse else found.jac
     return PeerFit(
-        estimate=problem.unpack(found.x),
+        at=problem.unpack(found.x),
+        sigma=np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))[: len(start.shared)],
         cost=float(found.cost),
-        seconds=time.perf_counter() - before,
+        seconds=seconds,
         jacobians=None if found.njev is None else int(found.njev),
     )

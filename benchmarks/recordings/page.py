@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.recordings.known import Known
 from benchmarks.recordings.runs import Run
-from identification.wording.numbers import millimetres, rounded, with_unit
+from identification.wording.numbers import rounded, with_unit
 from vibrojax.effects import EFFECTS
 
 BEGIN, END = "<!-- written by python -m benchmarks.recordings: begin -->", "<!-- end -->"
@@ -38,12 +38,11 @@ def row(known: Known, run: Run) -> str:
 
 
 def said(run: Run) -> str:
-    """Verdict and what is named, with numbers, or where the contact law has a kink and the term that was learned."""
+    """Verdict and what is named, with numbers, or the term that was learned."""
     document = run.document or {}
     if not document["effects"]:
-        kink, learned = (document.get("location") or {}).get("kink"), document.get("free_form")
-        harder = f"; harder beyond {millimetres(kink['depth'])} in {', '.join(kink['records'])}" if kink else ""
-        return document["verdict"] + harder + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
+        learned = document.get("free_form")
+        return document["verdict"] + (f"; learned: {learned.replace('|', chr(92) + '|')}" if learned else "")
     return f"{document['verdict']}: " + "; ".join(f"{one['name']} ({numbers(one, _gaps(document))})" for one in document["effects"])
 
 

@@ -11,7 +11,7 @@ from rich.console import RenderableType
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
-from identification.diagnosis.search.among import among_effects
+from identification.diagnosis.look import among_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
 from identification.experiment import Experiment, load_experiment

@@ -11,7 +11,7 @@ Levels, each set once:
 
 import dataclasses
 
-from identification.diagnosis.evidence import chance
+from identification.result.evidence import chance
 
 LEVEL = 1e-4
 IDENTIFIED = 3.0

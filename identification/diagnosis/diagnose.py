@@ -22,7 +22,6 @@ from identification.diagnosis.diagnosis import (
     Number,
     Side,
 )
-from identification.diagnosis.evidence import chance
 from identification.diagnosis.left_out import left_out_density, left_out_fits
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, Scored, best_of_each, detail, limit_warning, look, weighed_anew
@@ -33,6 +32,7 @@ from identification.estimation.prediction import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.unseen import held_back_chain, rms_nrmse
 from identification.experiment import Experiment
+from identification.result.evidence import chance
 from identification.result.result import OK, RecordFit
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit

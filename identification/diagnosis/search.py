@@ -7,8 +7,8 @@ import numpy as np
 
 from identification.diagnosis.augment import augmented, without
 from identification.diagnosis.decide import LEVEL
-from identification.diagnosis.evidence import chance
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
+from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit, polished
 from vibrojax.effects import EFFECTS

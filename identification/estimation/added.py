@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from identification.diagnosis.augment import augmented
-from identification.diagnosis.evidence import chance
 from identification.diagnosis.look import look, weighed_anew
+from identification.result.evidence import chance
 from identification.result.result import Added
 from identification.trajectory.fit import Fitted
 from identification.wording.numbers import joined

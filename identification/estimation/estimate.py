@@ -22,15 +22,15 @@ from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
 from identification.estimation.unseen import held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
-from identification.experiment import Experiment, Record
+from identification.experiment import Experiment
 from identification.result.result import FitResult, RecordFit
 from identification.result.variation import Unrest
 from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import Problem, problem_of
+from identification.windows.clearance import check_clearance
 from identification.windows.declared_model import check_smoothing, nominal_model, varying
-from identification.windows.prepare import MOST_SAMPLES, selected
-from identification.windows.windows import WindowLength
+from identification.windows.selection import in_part
 from vibrojax.errors import InputError
 
 Progress = Callable[[str], None]
@@ -71,7 +71,9 @@ def fit_experiment(
     clock = _Clock()
     progress("reading first guesses from the records")
     names = varying(experiment)
-    check_smoothing(nominal_model(experiment, law).law, smoothing)
+    nominal_law = nominal_model(experiment, law).law
+    check_smoothing(nominal_law, smoothing)
+    check_clearance(experiment, nominal_law)
     experiment, limits = in_part(experiment)
     problem = with_variation(problem_of(experiment, law=law), dict.fromkeys(names, 0.0))
     clock.lap("prepare")
@@ -129,33 +131,6 @@ def fit_experiment(
         posterior=sample,
         profiles=curves,
     )
-
-
-def in_part(experiment: Experiment, most_samples: float = MOST_SAMPLES) -> tuple[Experiment, tuple[str, ...]]:
-    """The experiment with about so many fitted samples at most, and sentences on what is left out.
-
-    Of very many records an even selection of each kind with the same channels is taken, of long records the first part, without gaps, so
-    that the decay counts in full; a record that `crop` chooses is taken whole.
-    """
-    fitted = experiment.fitting.records
-    taken = selected(fitted, most_samples, WindowLength())
-    lengths = sorted(len(record.time) for record in taken)
-    rest = [most_samples - sum(lengths[:place]) for place in range(len(lengths))]
-    shares = [left / (len(lengths) - place) for place, left in enumerate(rest)]
-    longest = next((int(share) for share, length in zip(shares, lengths, strict=True) if length > share), max(lengths))
-
-    def cut(record: Record) -> Record:
-        if record.preparation.crop is not None or len(record.time) <= longest:
-            return record
-        used, whole = record.time[longest - 1] - record.time[0], record.time[-1] - record.time[0]
-        notice = f"The first {used:.4g} of {whole:.4g} s are fitted; a part that `crop` chooses is taken whole."
-        channels = {name: values[:longest] for name, values in record.channels.items()}
-        return dataclasses.replace(record, time=record.time[:longest], channels=channels, notices=(*record.notices, notice))
-
-    chosen = {id(record) for record in taken}
-    records = tuple(cut(one) for one in experiment.records if one.held_back or id(one) in chosen)
-    said = [] if len(taken) == len(fitted) else [f"{len(taken)} of {len(fitted)} records are fitted, spread evenly over each kind"]
-    return dataclasses.replace(experiment, records=records), tuple(said)
 
 
 def _smoothed(found: Fitted, smoothing: float, progress: Progress) -> dict[str, float]:

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from identification.experiment import Experiment, Record
-from identification.least_squares.fit import as_arrays
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
 from identification.windows.simulate import system_in
@@ -152,7 +151,7 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
     ts = np.concatenate([time, time[-1] + interval * np.arange(1, padded - len(time) + 1)])
     state = np.array([one.fit.relative_displacement[first], one.fit.relative_velocity[first]])
     here = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
-    system = system_in(as_arrays(here), dataclasses.replace(one.record, gap=one.fit.gap))
+    system = system_in(here.as_arrays(), dataclasses.replace(one.record, gap=one.fit.gap))
     run = _trajectory(_integrator(here, float(ts[-1] - ts[0]), padded), system, jnp.asarray(ts), jnp.asarray(state), jnp.asarray(len(time)))
     if int(run.result) != SUCCESS:
         return np.zeros(0)

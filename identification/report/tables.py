@@ -1,7 +1,7 @@
 """A fit as tables and sentences of text, the same for the terminal and the page; and the summary that a terminal shows."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from rich import box
@@ -14,7 +14,8 @@ from identification.report.base import recorded
 from identification.report.verdict import GOOD, judge
 from identification.result.posterior import SHAPE_LIMIT
 from identification.result.reference import Comparison, Reference, compare, unmatched
-from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit
+from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit, SensorError
+from identification.result.variation import Unrest
 from identification.wording.names import label, spoken, symbol_text
 from identification.wording.numbers import NONE, chance_text, compact, grouped, joined, percent, rounded, significant, unit_text, with_unit
 from vibrojax.model import Model
@@ -82,7 +83,8 @@ def fit_summary(result: FitResult, reference: Reference | None = None) -> Group:
     if result.posterior is not None:
         blocks += [Text(f"{posterior_words(result)}:"), posterior(result).for_terminal()]
     blocks += [found(result.records, result.experiment).for_terminal() for found in (records, channels)]
-    blocks += [reading_errors(result).for_terminal(), Text(shares(result))]
+    blocks += [reading_errors(result.reading_error, result.experiment).for_terminal()]
+    blocks += [Text(shares(result.reading_error, result.unrest, result.force_share))]
     if result.between_records:
         blocks += [Text("estimates of each record alone:"), between(result).for_terminal()]
     if result.held_back:
@@ -223,23 +225,23 @@ def forecasts(result: FitResult) -> Table:
     return Table(columns=("record", "forecast over", "s", "error"), rows=tuple(rows), words=(0, 1, 3))
 
 
-def reading_errors(result: FitResult) -> Table:
+def reading_errors(errors: Mapping[str, SensorError], experiment: Experiment) -> Table:
     """Size and order of each channel's error as estimated, over all records."""
     rows = []
-    for channel, one in result.reading_error.items():
-        look = label(channel, result.experiment)
+    for channel, one in errors.items():
+        look = label(channel, experiment)
         rms = with_unit(significant(look.factor * one.rms, 2), look.unit)
         rows.append((look.words, rms, significant(one.over_noise, 3), "white" if one.order == 0 else f"autocorrelated, order {one.order}"))
     return Table(columns=("channel", "reading error", "over σ", "in time"), rows=tuple(rows), words=(0, 1, 3))
 
 
-def shares(result: FitResult) -> str:
+def shares(errors: Mapping[str, SensorError], unrest: Unrest | None, of_force: float) -> str:
     """Which share of the misfit is random force and which is error of the readings, in one sentence."""
-    name, worst = max(result.reading_error.items(), key=lambda item: item[1].over_noise)
+    name, worst = max(errors.items(), key=lambda item: item[1].over_noise)
     of_readings = f"{spoken(name)} has the largest, {significant(worst.over_noise, 2)} times its noise"
-    if result.unrest is None:
+    if unrest is None:
         return f"The whole misfit is put down to errors of the readings ({of_readings}), and none to a random force on the hammer."
-    force, rest = percent(result.force_share, 1.0), percent(1.0 - result.force_share, 1.0)
+    force, rest = percent(of_force, 1.0), percent(1.0 - of_force, 1.0)
     return f"Of the squared misfit {force} goes away with the random force on the hammer; {rest} is errors of the readings ({of_readings})."
 
 

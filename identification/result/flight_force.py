@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from identification.least_squares.fit import as_arrays
 from identification.result.result import RecordFit
 from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import Unforced, at_rest
@@ -48,7 +47,7 @@ def flight_force(records: Sequence[RecordFit], model: Model, nominal: Model) -> 
     if not samples.shape[1]:
         return None
     t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, _SAMPLES).round().astype(int)]
-    models = tuple(map(as_arrays, (model, dataclasses.replace(model, effects=()), nominal)))
+    models = tuple(one.as_arrays() for one in (model, dataclasses.replace(model, effects=()), nominal))
     whole, without, before = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
     if np.abs(whole - without).max() == 0.0:
         return None

@@ -18,7 +18,7 @@ from identification.trajectory.motion import CHUNK, Estimate, linearise, travell
 from identification.trajectory.remodel import late_channels
 from identification.trajectory.segments import APPROACH_SPEED, Chains, chains_of
 from identification.trajectory.start import Problem
-from identification.windows.lanes import inputs_of
+from identification.windows.measured_input import inputs_of
 from vibrojax.channels import recorded
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw

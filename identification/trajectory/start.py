@@ -22,7 +22,7 @@ from identification.trajectory.segments import (
 from identification.windows.declared_model import check_wishes, expected, nominal_model, priors, varying, within_bounds
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics, relative_displacement
-from identification.windows.lanes import inputs_of
+from identification.windows.measured_input import inputs_of
 from identification.windows.release import from_release
 from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact

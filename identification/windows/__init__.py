@@ -1,1 +1,1 @@
-"""Windows of the records (multiple shooting), and first guesses for a fit."""
+"""What is read off an experiment before a fit: declared model, recorded inputs, smoothed motion, first guesses; and simulation."""

@@ -5,6 +5,8 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+import jax.numpy as jnp
+
 from identification.experiment import Experiment, ExperimentError
 from identification.experiment.errors import suggestion
 from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
@@ -14,6 +16,12 @@ from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 DEFAULT_LAW = "hunt-crossley"
+
+
+def check_precision() -> None:
+    """Raise `InputError` unless JAX computes in double precision."""
+    if jnp.result_type(float) != jnp.float64:
+        raise InputError('JAX computes in single precision: expected float64; call jax.config.update("jax_enable_x64", True) first')
 
 
 def nominal_model(experiment: Experiment, law: str | None) -> Model:

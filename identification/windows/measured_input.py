@@ -1,5 +1,6 @@
 """Recorded motion and recorded force as inputs of the model."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,24 @@ from scipy.interpolate import CubicSpline, splev, splrep
 from identification.experiment import MOTION_CHANNELS, ExperimentError, Record
 from identification.windows.kinematics import bridged, relative_displacement
 from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """Recorded inputs that drive the model along one record; None where the input is not recorded."""
+
+    cart: SampledMotion | None = None
+    applied: SampledForce | None = None
+    prescribed: SampledMotion | None = None
+
+
+def inputs_of(record: Record) -> Inputs:
+    """Recorded inputs of a record."""
+    return Inputs(
+        cart=measured_motion(record) if record.base == "measured" else None,
+        applied=measured_force(record) if record.kind == "forced" else None,
+        prescribed=prescribed_motion(record) if record.kind == "prescribed" else None,
+    )
 
 
 def driving_channels(record: Record) -> frozenset[str]:
@@ -61,16 +80,11 @@ def measured_force(record: Record) -> SampledForce:
 
 
 def part(signal: CubicSignal, first: int, samples: int) -> CubicSignal:
-    """The pieces of a signal under one window, padded to `samples` knots: the last piece goes on, also at the record's last sample."""
+    """The pieces of a signal under a stretch, padded to `samples` knots: the last piece goes on, also at the last sample."""
     index, last = np.arange(first, first + samples), signal.coefficients.shape[1] - 1
     pieces = np.minimum(index, last)
     knots = signal.knots[pieces] + np.maximum(index - max(first, last), 0) * 1.0
     return CubicSignal(knots=knots, coefficients=signal.coefficients[:, pieces[:-1]])
-
-
-def motion_part(motion: SampledMotion, first: int, samples: int) -> SampledMotion:
-    """`part` of a motion."""
-    return SampledMotion(position=part(motion.position, first, samples), second_derivative=part(motion.second_derivative, first, samples))
 
 
 def _smoothing(time: np.ndarray, values: np.ndarray, noise: float) -> Any:

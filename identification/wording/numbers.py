@@ -129,16 +129,6 @@ def with_unit(text: str, unit: str) -> str:
     return f"{text} {unit_text(unit)}".strip()
 
 
-def millimetres(length: float) -> str:
-    """A length, given in m, to two digits.
-
-    Example:
-        >>> millimetres(0.02771)
-        '28 mm'
-    """
-    return f"{significant(1e3 * length, 2)} mm"
-
-
 def _exponent(magnitude: float) -> int:
     """Zero for numbers that read well as they are, else the power of ten."""
     if not magnitude:

@@ -9,7 +9,7 @@ from benchmarks.concealed import __main__ as command
 from benchmarks.concealed.jobs import Draw, jobs
 from benchmarks.concealed.outcome import outcome
 from benchmarks.concealed.prediction import displacement_error, impact_peaks, peak_error, sealed_errors
-from benchmarks.concealed.summary import summary
+from benchmarks.concealed.summary import null_gains, summary
 from benchmarks.concealed.table import effects_table, methods_table, time_table, verdicts_table
 from benchmarks.concealed.trial import BASELINES, trial, unanswered, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
@@ -21,7 +21,8 @@ SMALL = (801, 1201)
 
 
 def said(verdict, *effects, twins=(), after=0.1, before=1.0, location=None):
-    sealed = {"sealed_nominal": {"displacement": before, "peaks": before}, "sealed_augmented": {"displacement": after, "peaks": after}}
+    sealed = {"largest_gain": None}
+    sealed |= {"sealed_nominal": {"displacement": before, "peaks": before}, "sealed_augmented": {"displacement": after, "peaks": after}}
     return {"verdict": verdict, "effects": list(effects), "ambiguous_with": list(twins), "location": location or {}} | sealed
 
 
@@ -75,10 +76,21 @@ def test_names_of_what_is_not_there_are_counted_in_all_cases_with_a_verdict():
     assert low < 4 / 9 < high
 
 
+def test_undecided_is_neither_a_false_alarm_nor_a_wrong_name():
+    found = summary([*TRIALS, case("null-3", "null", (), said("undecided"))])
+    assert (found["false_alarm"]["count"], found["false_alarm"]["of"], found["wrong_names"]["of"]) == (1, 2, 9)
+
+
+def test_gains_on_complete_rigs_are_kept_for_the_level():
+    rigs = [case(f"null-{k}", "null", (), said("adequate") | {"largest_gain": gain}) for k, gain in enumerate((9.0, 14.0, None))]
+    assert null_gains([*rigs, case("a", "listed", ("gap_drift",), said("missing") | {"largest_gain": 400.0})]) == [14.0, 9.0]
+
+
 def test_each_verdict_is_counted():
-    nothing = dict.fromkeys(("adequate", "restless", "unlisted", "missing", "failure"), 0)
-    found = summary([*TRIALS, case("i", "pair", ("gap_drift", "hysteresis"), said("restless"))])["verdicts"]
-    assert found["null"] == nothing | {"adequate": 1, "missing": 1, "failure": 1}
+    nothing = dict.fromkeys(("adequate", "restless", "unlisted", "missing", "undecided", "failure"), 0)
+    more = case("i", "pair", ("gap_drift", "hysteresis"), said("restless")), case("null-3", "null", (), said("undecided"))
+    found = summary([*TRIALS, *more])["verdicts"]
+    assert found["null"] == nothing | {"adequate": 1, "missing": 1, "undecided": 1, "failure": 1}
     assert found["listed"] == nothing | {"missing": 2, "unlisted": 1, "failure": 1}
     assert found["off-list"] == nothing | {"missing": 1, "unlisted": 1}
     assert found["pair"] == nothing | {"missing": 1, "restless": 1}
@@ -244,7 +256,7 @@ class FakeResult:
             "ambiguous_with": ["gain_error"],
             "location": {"time": None},
             "warnings": [],
-            "considered": [{"chance": 1e-6, "beside": []}, {"chance": 0.5, "beside": []}, {"chance": 1e-9, "beside": ["force_lag"]}],
+            "considered": [{"drop": 31.0}, {"drop": 4.0}, {"drop": None}],
             "nominal": scores,
             "augmented": scores,
         }
@@ -272,7 +284,7 @@ def test_trial_asks_the_program_and_scores_sealed_records(program):
     assert [record.stem for record in experiment.records] == ["drop", "cart1", "cart2", "cart3"]
     assert outcome(found).named
     assert 0.0 < found["diagnosis"]["sealed_nominal"]["displacement"] < 10.0
-    assert found["diagnosis"]["chances"] == [1e-6, 0.5]
+    assert found["diagnosis"]["largest_gain"] == 31.0
     assert found["effects"][0]["faults"][0]["kind"] == "LowPass"
     assert set(found["baselines"]) == {"bic", "sindy"}
 

@@ -71,12 +71,6 @@ def test_a_learned_term_stands_where_no_effect_is_named_and_breaks_no_cell(tmp_p
     assert "| unlisted; learned: force = -0.1 N \\|u'\\| u' |" in row(FRICTION, made(tmp_path, document))
 
 
-def test_a_kink_stands_before_the_learned_term(tmp_path):
-    kink = {"depth": 0.0277, "records": ["a.npz", "b.npz"]}
-    document = DOCUMENT | {"verdict": "unlisted", "effects": [], "free_form": "force = 1 N", "location": {"kink": kink}}
-    assert "| unlisted; harder beyond 28 mm in a.npz, b.npz; learned: force = 1 N |" in row(FRICTION, made(tmp_path, document))
-
-
 def test_a_failure_stays_in_the_table(tmp_path):
     cells = row(FRICTION, made(tmp_path, document=None, failure="no convergence")).split("|")
     assert "failed: no convergence" in cells[4] and cells[6].strip() == "no"

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from identification.diagnosis.search.among import SEARCHED
 from identification.experiment import ExperimentError
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.cli import main
 from vibrojax.data_files import data_path
+from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 from vibrojax.model_file import read_model
 
@@ -25,7 +25,7 @@ def engine(monkeypatch, tmp_path):
     """Stands in for the search: records what it was asked for, returns a diagnosis made by hand or raises what it is told to."""
     module = SimpleNamespace(calls=[], error=None, verdict="missing")
 
-    def diagnose_experiment(experiment, *, among=SEARCHED, budget_minutes=5.0, progress=lambda stage: None):
+    def diagnose_experiment(experiment, *, among=EFFECTS, budget_minutes=5.0, progress=lambda stage: None):
         module.calls.append((experiment.name, budget_minutes))
         module.among = among
         progress("scoring all candidates")
@@ -65,9 +65,9 @@ def test_everything_is_written_and_reported(engine, monkeypatch, capsys, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "among"),
     [
-        ((), SEARCHED),
+        ((), EFFECTS),
         (("--only", "hysteresis", "--only", "coulomb_friction"), ("coulomb_friction", "hysteresis")),
-        (("--without", "hysteresis"), tuple(name for name in SEARCHED if name != "hysteresis")),
+        (("--without", "hysteresis"), tuple(name for name in EFFECTS if name != "hysteresis")),
     ],
 )
 def test_the_search_is_limited_on_request(engine, monkeypatch, arguments, among):

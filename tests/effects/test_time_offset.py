@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from identification.diagnosis.score.lags import is_recorded
+from identification.diagnosis.lags import is_recorded
 from tests.effects.rig import sine, system
 from tests.effects.scales import SCALES
 from tests.effects.sensor import record, shown, unheard

@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulator import Order, draw_case, write_case
-from identification.diagnosis.errors import numbers
-from identification.diagnosis.search.forward import COMPLETE, search
-from identification.estimation.nominal import nominal_fit
+from identification.diagnosis.search import search
 from identification.experiment import load_experiment
-from identification.windows.prepare import prepare
+from identification.trajectory.fit import fit
+from identification.trajectory.start import problem_of
 
 SUSPENSION = (
     "coulomb_friction",
@@ -20,6 +19,8 @@ SUSPENSION = (
     "hysteresis",
     "second_mode",
     "frequency_drift",
+    "quintic_stiffness",
+    "power_law_damping",
 )
 STOP_AND_CART = (
     "stop_compliance",
@@ -32,7 +33,19 @@ STOP_AND_CART = (
     "base_harmonics",
     "cart_recoil",
 )
-SENSORS = ("force_lag", "force_clipping", "force_saturation", "mains_hum", "gain_error", "time_offset")
+SENSORS = (
+    "force_lag",
+    "force_clipping",
+    "force_saturation",
+    "mains_hum",
+    "gain_error",
+    "time_offset",
+    "sensor_high_pass",
+    "recorder_low_pass",
+    "nonlinear_reading",
+    "reading_tone",
+    "clock_drift",
+)
 
 
 _DRIVEN = {"missing_stop": 3}
@@ -44,9 +57,11 @@ def assert_recovered(name: str, folder: Path) -> None:
     rng = np.random.default_rng(1)
     case = draw_case(rng, Order(kind="soft", driven=_DRIVEN.get(name, 1), samples=(1601, 4001), effects=((name, 1.0),)))
     write_case(folder, case, rng)
-    found = search(nominal_fit(prepare(load_experiment(folder))).fitted, deadline=np.inf)
-    assert (found.fitted.names, found.ended) == ((name,), COMPLETE)
-    beside = {p.name: p for p in numbers(found.fitted) if p.name in case.rig.fitted}
-    assert set(beside) == {"zeta", "f_n"} | (set() if name == "missing_stop" else {"k_i", "n", "lambda_i"})
-    for p in beside.values():
-        assert p.stderr is not None and abs(p.value - case.rig.fitted[p.name]) < 4.0 * p.stderr, p.name
+    found = search(fit(problem_of(load_experiment(folder))))
+    problem, at = found.final.problem, found.final.at
+    assert ([effect.name for effect in problem.model.effects], found.finished) == ([name], True)
+    values, beside = problem.values(at), {"zeta", "f_n"} | (set() if name == "missing_stop" else {"k_i", "n", "lambda_i"})
+    for (known, logarithmic), stderr in zip(problem.unknowns.shared, found.final.stderr, strict=True):
+        if known in beside:
+            error = stderr * (values[known] if logarithmic else 1.0)
+            assert 0.0 < error and abs(values[known] - case.rig.fitted[known]) < 4.0 * error, known

@@ -2,8 +2,8 @@
 
 import pytest
 
-from identification.diagnosis.search.among import SEARCHED
 from tests.recovery.concealed import SENSORS, STOP_AND_CART, SUSPENSION, assert_recovered
+from vibrojax.effects import EFFECTS
 
 
 @pytest.mark.thorough
@@ -13,4 +13,4 @@ def test_the_effect_is_named_alone(name, tmp_path):
 
 
 def test_every_effect_that_is_looked_for_is_among_those_recovered():
-    assert sorted((*SUSPENSION, *STOP_AND_CART, *SENSORS)) == sorted(SEARCHED)
+    assert sorted((*SUSPENSION, *STOP_AND_CART, *SENSORS)) == sorted(EFFECTS)

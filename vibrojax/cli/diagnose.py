@@ -32,7 +32,7 @@ def diagnose(
         float,
         typer.Option(
             metavar="MINUTES",
-            help="Time after which no further effect is looked for; the report then says that the search was cut short.",
+            help="Time after which no further effect is looked for; the verdict is then undecided.",
             callback=_above_zero,
         ),
     ] = 5.0,

@@ -105,8 +105,7 @@ class DeepStop(AbstractEffect):
         ),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
-    probe: ClassVar[Probe] = Probe(_candidates, starts=2, kink="depth")
-    """Two starts: a fit does not move a depth beyond all impacts, and the expected gains are those of a motion that goes too deep."""
+    probe: ClassVar[Probe] = Probe(_candidates)
 
     stiffness: Value
     depth: Value

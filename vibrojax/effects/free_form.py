@@ -41,7 +41,9 @@ COORDINATES = (*_OF_MOTION, _READING)
 """Coordinates that a free form may be a function of."""
 
 
-def hats(values: Float[Values, "..."], knots: Sequence[float], *, vanishing_below: bool) -> Float[Values, "knots ..."]:
+def hats(
+    values: Float[Values, "..."], knots: Sequence[float] | Float[np.ndarray, " knots"], *, vanishing_below: bool
+) -> Float[Values, "knots ..."]:
     """Piecewise linear functions of a coordinate, each 1 at its own knot and 0 at all others.
 
     Beyond the last knot they stay constant, and so they do below the first: their sum is 1 everywhere. NumPy and JAX arrays alike;

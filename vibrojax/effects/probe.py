@@ -119,16 +119,14 @@ class Probe(Generic[Kind]):
     """How an effect is searched for.
 
     The score test estimates a candidate's strength from the derivative along the motion without the effect; what does not enter linearly
-    needs a grid of candidates. `is_stop`, `kink` and `delay` mark effects that the records show otherwise, where that test is not enough.
+    needs a grid of candidates. `is_stop` and `delay` mark effects that the records show otherwise, where that test is not enough.
 
     Attributes:
         effects: effects at a finite, plausible strength, each a candidate, from the scales of the records; none where it cannot act.
         parts: fields of the strengths that are estimated together (sine and cosine of a line); empty for one strength.
         either_sign: whether a negative strength is possible.
         searched: number of possibilities searched for each candidate, which the significance counts.
-        starts: number of candidates, those of largest expected gain first, from which a refit starts.
         is_stop: whether it is a stop that the motion without it passes through: there the derivative gives no strength.
-        kink: name and field of the parameter that places a kink in the force-indentation loops; empty where they show none.
         delay: name and field of the parameter by which its channel is late, as `ProbeScales.lags` may show; empty where it delays none.
     """
 
@@ -137,9 +135,7 @@ class Probe(Generic[Kind]):
     parts: tuple[str, ...] = ()
     either_sign: bool = False
     searched: int = 1
-    starts: int = 1
     is_stop: bool = False
-    kink: str = ""
     delay: str = ""
 
     def candidates(self, scales: ProbeScales) -> tuple[tuple[Kind, ...], ...]:

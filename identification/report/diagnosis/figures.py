@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: what is missing over its coordinates, where in each record, and the prediction before and after.
+"""Figures of a diagnosis: what is missing as free forms, where in each record, and the prediction before and after.
 
 Nominal is dashed, augmented not, measured a wide grey line, throughout; in colours, nominal is blue and augmented orange.
 """
@@ -13,15 +13,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogFormatter
 
 from identification.diagnosis.diagnosis import Diagnosis, Profile
-from identification.report.base import DASHED, MANY, MOST, PageStyle, Picture, panels, recorded, residual_panel
+from identification.experiment import Experiment
+from identification.report.base import DASHED, MOST, PageStyle, Picture, panels, recorded, residual_panel
 from identification.result.flight_force import flight_force
 from identification.result.result import RecordFit, impacts, largest, residual
-from identification.wording.names import coordinate_label, label, spoken
-from identification.wording.numbers import joined, millimetres, significant
-from vibrojax.drawing import GREY, envelope, few_ticks, literal
+from identification.wording.names import Label, coordinate_label, label, spoken
+from identification.wording.numbers import significant
+from vibrojax.drawing import envelope, few_ticks, literal
 
-_SOMETHING, _LITTLE = 0.005, 0.15
-"""Share of the excess misfit from which on a coordinate is worth a picture, and below which its mean explains little."""
 _PERIODS, _FEWEST = 3.0, 60
 """Length of a stretch of a record: periods, and samples at least."""
 _IN_FLIGHT = {"displacement": "u", "velocity": "v", "indentation": "indentation"}
@@ -31,122 +30,105 @@ _IN_FLIGHT = {"displacement": "u", "velocity": "v", "indentation": "indentation"
 def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """What is missing against its best coordinate, with the force that the augmented model puts in its place; one picture."""
     where = diagnosis.location
-    best = where.profiles[0] if where is not None and where.profiles else None
-    if where is None or best is None or (best.coordinate == "time" and where.interval is None and not best.explained >= _SOMETHING):
+    if where is None or not where.profiles:
         return
+    best = where.profiles[0]
     figure, ((axes,),) = panels((2.7,), edges=(0.72, 0.1, 0.45, 0.12))
-    factor = coordinate_label(best.coordinate, best.unit).factor
+    factor = _coordinate(best, diagnosis.experiment).factor
     if where.interval is not None and best.coordinate == where.coordinate:
         low, high = factor * np.clip(where.interval, best.center.min(), best.center.max())
         axes.axvspan(low, high, color=style.contact, linewidth=0, label="where most of it is")
-    _profile(axes, best, style, marker="o", markersize=3.0, label="missing from the nominal model")
+    _profile(axes, best, diagnosis.experiment, style, marker="o", markersize=3.0, label="missing from the nominal model")
     model = _added_force(diagnosis, best)
     if model is not None:
         axes.plot(factor * best.center, model, color=style.model, linewidth=1.4, label="what the augmented model adds")
-    of = "missing force" if best.quantity == "force" else f"residual of {spoken(best.quantity)}"
-    axes.set_ylabel(f"{of} ({'N' if best.quantity == 'force' else 'σ'})")
+    of, per_unit, unit = _quantity(best)
+    axes.set_ylabel(f"{of} ({unit})")
     few_ticks(axes, x=8, y=6)
     axes.legend(loc="best")
     sign = " Above zero it pushes the hammer towards the stop." if best.quantity == "force" else ""
-    little = " That is little: its size, more than its mean, follows this coordinate." if best.explained < _LITTLE else ""
-    usable = best.mean[np.isfinite(best.mean)]
-    ends = f"{usable.min():.3g} to {usable.max():.3g}" if len(usable) else "nowhere"
+    others = " No other free form raises the likelihood as much." if len(where.profiles) > 1 else ""
     yield Picture(
         name="missing",
         section="missing",
-        caption=f"What the nominal model leaves out, against {best.coordinate}: mean in each bin with a band of ±2 standard errors."
-        f" {_share(best)} of the excess misfit follows this line.{sign}{little}",
-        alt=f"{of.capitalize()} against {best.coordinate}, from {ends}.",
+        caption=f"What the nominal model leaves out, as a free form over {_over(best)}, estimated beside all parameters and variances,"
+        f" with a band of ±2 standard errors.{others}{sign}",
+        alt=f"{of.capitalize()} over {_over(best)}, from {per_unit * best.mean.min():.3g} to {per_unit * best.mean.max():.3g} {unit}.",
         figure=figure,
     )
 
 
 def missing_over_others(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
-    """The same against the other coordinates; one picture."""
+    """The other free forms that raise the likelihood; one picture."""
     where = diagnosis.location
-    others = [one for one in where.profiles[1:] if one.explained >= _SOMETHING][:MOST] if where is not None else []
+    others = [one for one in where.profiles[1:] if one.explained > 0.0][:MOST] if where is not None else []
     if not others:
         return
     columns = min(len(others), 2)
     figure, grid = panels((1.1,) * -(-len(others) // columns), columns, gap=(0.68, 0.6))
     for axes, profile in zip(grid.ravel(), others, strict=False):
-        _profile(axes, profile, style)
-        axes.set_title(f"explains {_share(profile)}", loc="left", pad=3, fontsize=8)
-        axes.set_ylabel("F (N)" if profile.quantity == "force" else "r (σ)")
+        _profile(axes, profile, diagnosis.experiment, style)
+        of, _, unit = _quantity(profile)
+        axes.set_title(f"{of}: gains {_share(profile)}", loc="left", pad=3, fontsize=8)
+        axes.set_ylabel(f"({unit})")
         few_ticks(axes, x=5, y=4)
     for axes in grid.ravel()[len(others) :]:
         axes.set_axis_off()
     yield Picture(
         name="missing-others",
         section="location",
-        caption="The same against other coordinates, with bands of ±2 standard errors and the share of the excess misfit that follows."
-        " A coordinate that does not decide what is missing shows a flat line, or the shadow of one that does.",
-        alt="What is missing against " + ", ".join(f"{p.coordinate} (explains {_share(p)})" for p in others) + ".",
+        caption="Other free forms, each alone in the place of the first, with bands of ±2 standard errors; per cent: gain of likelihood"
+        " over that of the first. One that gains little shows a flat line, or the shadow of the first.",
+        alt="Other free forms: " + ", ".join(f"{_quantity(p)[0]} over {_over(p)} (gains {_share(p)} of the first)" for p in others) + ".",
         figure=figure,
     )
 
 
-def _profile(axes: Axes, profile: Profile, style: PageStyle, **marks: object) -> None:
-    look = coordinate_label(profile.coordinate, profile.unit)
-    x, reach = look.factor * profile.center, 2 * profile.stderr
+def _over(profile: Profile) -> str:
+    """The coordinate in words."""
+    return "its own value" if profile.coordinate == "reading" else f"the {profile.coordinate}"
+
+
+def _quantity(profile: Profile) -> tuple[str, float, str]:
+    """What a profile shows in words; the factor to the axis, and its unit."""
+    named = {"force": "missing force", "stop": "shift of the stop"}
+    of = named.get(profile.quantity) or f"error of {spoken(profile.quantity)}"
+    return of, *{"N": (1.0, "N"), "m": (1e3, "mm")}.get(profile.size_unit, (1.0, "σ"))
+
+
+def _coordinate(profile: Profile, experiment: Experiment) -> Label:
+    """How the coordinate is drawn; a reading as its channel is."""
+    reading = profile.coordinate == "reading"
+    return label(profile.quantity, experiment) if reading else coordinate_label(profile.coordinate, profile.unit)
+
+
+def _profile(axes: Axes, profile: Profile, experiment: Experiment, style: PageStyle, **marks: object) -> None:
+    look, (_, per_unit, _) = _coordinate(profile, experiment), _quantity(profile)
+    x, mean, reach = look.factor * profile.center, per_unit * profile.mean, 2 * per_unit * profile.stderr
     axes.axhline(0.0, color="black", linewidth=0.6)
-    axes.fill_between(x, profile.mean - reach, profile.mean + reach, color=style.band, linewidth=0)
-    axes.plot(x, profile.mean, color=style.nominal, linewidth=1.0, **marks)  # type: ignore[arg-type]
+    axes.fill_between(x, mean - reach, mean + reach, color=style.band, linewidth=0)
+    axes.plot(x, mean, color=style.nominal, linewidth=1.0, **marks)  # type: ignore[arg-type]
     axes.margins(x=0.02)
     axes.set_xlabel(look.axis)
 
 
 def _share(profile: Profile) -> str:
-    return f"{100 * min(max(profile.explained, 0.0), 1.0):.0f} %" if np.isfinite(profile.explained) else "an unknown share"
+    return f"{100 * profile.explained:.0f} %"
 
 
 def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     """Mean of what the augmented model pushes with beyond the nominal one, in the profile's bins; NaN in bins with little flight."""
     phase, known = diagnosis.location.phase if diagnosis.location is not None else "", _IN_FLIGHT.get(profile.coordinate)
-    shown = phase in ("free flight", "all") or (phase == "separation" and known == "indentation")
-    if profile.quantity != "force" or known is None or not shown or len(profile.center) < 2:
+    if profile.quantity != "force" or known is None or phase == "contact":
         return None
     force = flight_force(diagnosis.augmented.records, diagnosis.model, diagnosis.nominal_model)
     if force is None:
         return None
-    chosen = force.v < 0 if phase == "separation" else np.ones(len(force.v), bool)
     middles = 0.5 * (profile.center[1:] + profile.center[:-1])
     edges = np.concatenate([[2 * profile.center[0] - middles[0]], middles, [2 * profile.center[-1] - middles[-1]]])
-    counts = np.histogram(getattr(force, known)[chosen], edges)[0]
-    sums = np.histogram(getattr(force, known)[chosen], edges, weights=force.added[chosen])[0]
+    counts = np.histogram(getattr(force, known), edges)[0]
+    sums = np.histogram(getattr(force, known), edges, weights=force.added)[0]
     return np.where(counts >= 5, sums / np.maximum(counts, 1), np.nan)
-
-
-def loop_kink(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
-    """Force against indentation with the contact law that has a kink and the one that has none; one picture, where there is a kink."""
-    found = diagnosis.location.kink if diagnosis.location is not None else None
-    if found is None:
-        return
-    deeper = np.isin(found.record, [found.files.index(file) for file in found.deeper])
-    across = 1e3 * found.indentation
-    figure, ((axes,),) = panels((3.1,), edges=(0.72, 0.1, 0.45, 0.12))
-    axes.axvline(1e3 * found.depth, color="black", linewidth=0.8, linestyle=DASHED)
-    for chosen, mark, colour, name in ((~deeper, ".", "#b0b0b0", "the other records"), (deeper, "o", GREY, "records that go deeper")):
-        marks = {"markersize": 3.2, "fillstyle": "none", "rasterized": len(across) > MANY}
-        axes.plot(across[chosen], found.force[chosen], mark, color=colour, label=name, **marks)
-    for number, index in enumerate(np.unique(found.record[deeper])):
-        one = found.contact == found.contact[np.argmax(np.where(found.record == index, found.indentation, -np.inf))]
-        names = ("_", "_") if number else ("law without a kink", "law with a kink")
-        axes.plot(across[one], found.without_kink[one], color=style.nominal, linestyle=DASHED, label=names[0])
-        axes.plot(across[one], found.with_kink[one], color=style.model, label=names[1])
-    axes.legend(loc="upper left")
-    axes.set_xlabel("indentation δ (mm)")
-    axes.set_ylabel("contact force (N)")
-    few_ticks(axes, x=8, y=6)
-    depth, files = millimetres(found.depth), joined(list(found.deeper))
-    yield Picture(
-        name="kink",
-        section="location",
-        caption=f"Force against indentation as the records show it, without integrating a motion: beyond {depth} (dashed line upright) it"
-        f" rises faster than the law in front of that; only {files} came that deep.",
-        alt=f"Loops of force against indentation; beyond {depth} those of {files} rise steeply.",
-        figure=figure,
-    )
 
 
 def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
@@ -236,7 +218,7 @@ def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: Record
     if where is not None and where.time is not None and where.record in (None, before.file):
         first = int(np.clip(np.searchsorted(before.time, where.time) - length // 2, 0, len(before.time) - length))
     part = slice(first, first + length)
-    if where is not None and where.phase in ("contact", "separation"):  # one impact, unless what it does shows more clearly after it
+    if where is not None and where.phase == "contact":  # one impact, unless what it does shows more clearly after it
         around = [impact.around(len(before.time)) for impact in impacts(before)]
         best = max(around, key=lambda one: float(gain[one].sum()), default=part)
         part = best if gain[best].mean() >= 0.5 * gain[part].mean() else part

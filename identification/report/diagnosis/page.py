@@ -13,11 +13,11 @@ from identification.report.base import SCREEN, PageStyle, Progress, framed, rend
 from identification.report.contact import restitution_of_both
 from identification.report.decay import ring_downs_of_both
 from identification.report.diagnosis import tables
-from identification.report.diagnosis.figures import before_after, loop_kink, missing, missing_over_others, residual_maps
-from identification.report.tables import load_words
+from identification.report.diagnosis.figures import before_after, missing, missing_over_others, residual_maps
+from identification.report.tables import load_words, reading_errors
 from identification.wording.numbers import grouped, joined
 
-FIGURES = (missing, before_after, missing_over_others, loop_kink, residual_maps, restitution_of_both, ring_downs_of_both)
+FIGURES = (missing, before_after, missing_over_others, residual_maps, restitution_of_both, ring_downs_of_both)
 _GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
 _SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("&#39;&#39;", "″"), ("&#39;", "′"), (" * ", " · "))
 
@@ -55,6 +55,7 @@ def write_diagnosis_report(
         more=max(len(diagnosis.considered) - len(listed), 0),
         undrawn=joined([record.file for record in records if record.file not in drawn]),
         unread=grouped(diagnosis.ring_downs.left_out.items()),
+        readings=reading_errors(diagnosis.reading_error, diagnosis.experiment),
         samples=sum(record.samples for record in records),
     )
     return write_page(html, images, folder)

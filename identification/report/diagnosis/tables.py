@@ -8,8 +8,17 @@ from collections.abc import Mapping, Sequence
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED, Asserted, Considered, Diagnosis, Number
-from identification.report.tables import Table
+from identification.diagnosis.diagnosis import (
+    ADEQUATE,
+    MISSING,
+    RESTLESS,
+    UNDECIDED,
+    Asserted,
+    Considered,
+    Diagnosis,
+    Number,
+)
+from identification.report.tables import Table, reading_errors, shares
 from identification.report.verdict import RUN_MODEL
 from identification.result.variation import Disagreement
 from identification.wording.names import coordinate_label, spoken, symbol_text
@@ -19,7 +28,6 @@ from identification.wording.numbers import (
     compact,
     grouped,
     joined,
-    millimetres,
     rounded,
     significant,
     unit_text,
@@ -40,6 +48,7 @@ def diagnosis_summary(diagnosis: Diagnosis) -> Group:
     verdict = Text(headline(diagnosis), style="bold").append("".join(f"\n{sentence}" for sentence in said), "not bold")
     misfits = [f"{name} {' -> '.join(map(compact, values[:-1]))}" for name, *values in errors(diagnosis).rows]
     blocks: list[RenderableType] = [verdict, *_effects(diagnosis), Text("; ".join(misfits)), changes(diagnosis).for_terminal()]
+    blocks += [reading_errors(diagnosis.reading_error, diagnosis.experiment).for_terminal(), Text(readings(diagnosis))]
     blocks += [candidates(diagnosis, listed[:_ON_SCREEN]).for_terminal()] if listed else []
     blocks += [Text(f"  {len(listed) - _ON_SCREEN} more in the report")] if len(listed) > _ON_SCREEN else []
     blocks += [Text(f"next: {diagnosis.next_experiment}")] if diagnosis.next_experiment else []
@@ -53,7 +62,7 @@ def _effects(diagnosis: Diagnosis) -> list[Text]:
     for one in diagnosis.effects:
         found = ", ".join(f"{symbol_text(p.symbol)} = {with_unit(compact(_value(p)), p.unit)}" for p in one.reported)
         lines.append(f"  {one.effect.name}{f' ({where(one)})' if where(one) else ''}: {probability_text(one.probability)}; {found}")
-    if diagnosis.verdict == UNLISTED and diagnosis.free_form:
+    if diagnosis.free_form:
         lines.append(f"  learned in its place: {diagnosis.free_form}")
     if diagnosis.ambiguous_with and not any(name in said for said in diagnosis.sentences for name in diagnosis.ambiguous_with):
         lines.append(f"  these records cannot separate it from {effects_words(diagnosis.ambiguous_with)}")
@@ -62,8 +71,8 @@ def _effects(diagnosis: Diagnosis) -> list[Text]:
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words."""
-    if not diagnosis.is_finished:
-        return "Not finished: " + ("the budget ended the search" if any("budget" in one for one in diagnosis.warnings) else "a fit failed")
+    if diagnosis.verdict == UNDECIDED:
+        return "Undecided: " + ("the model has not converged" if diagnosis.is_finished else "the budget ended the search")
     varying = [p.symbol for p in diagnosis.augmented.parameters if p.name in diagnosis.augmented.varying]
     varies = f"{joined(varying)} {'varies' if len(varying) == 1 else 'vary'} between records" if varying else ""
     if diagnosis.verdict == ADEQUATE:
@@ -150,8 +159,6 @@ def place(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     pairs.append(("follows", found.coordinate + mostly))
     pairs += [("begins at", f"{significant(found.time, 4)} s")] if found.time is not None else []
     pairs += [("only in", found.record)] if found.record is not None else []
-    if found.kink is not None:
-        pairs.append(("harder beyond", f"{millimetres(found.kink.depth)} of indentation, in {joined(list(found.kink.deeper))}"))
     return pairs
 
 
@@ -204,13 +211,27 @@ def _shift(before: Number | None, after: Number | None) -> str:
     return f"{'+' if shift > 0 else ''}{significant(shift, 2)} σ" if abs(shift) >= 0.05 else "none"
 
 
+def readings(diagnosis: Diagnosis) -> str:
+    """Which share of the final model's misfit is random force and which is error of the readings, in one sentence."""
+    records, sizes = diagnosis.augmented.records, diagnosis.reading_error
+    shown = [(one.samples, name, chi2) for one in records for name, chi2 in one.chi2_reduced.items()]
+    whole, of_readings = sum(n * chi2 for n, _, chi2 in shown), sum(n * sizes[name].over_noise ** 2 for n, name, _ in shown)
+    return shares(sizes, diagnosis.unrest, min(max(1.0 - of_readings / max(whole, 1e-300), 0.0), 1.0))
+
+
+def unseen(diagnosis: Diagnosis) -> str:
+    """What the error of prediction is measured on."""
+    if diagnosis.nominal.held_back:
+        return "records held back"
+    return "records left out in turn" if len(diagnosis.nominal.records) > 1 else "the later half, from the earlier"
+
+
 def errors(diagnosis: Diagnosis) -> Table:
-    """Misfit of both models: on all records, and on parts of them that a fit did not see."""
+    """Misfit of both models: on all records, and on what their parameters were not fitted to."""
     before, after = diagnosis.nominal, diagnosis.augmented
-    unseen = "records held back" if before.held_back else "windows left out of the fit"
     rows = (
         ("reduced chi-square, all records", significant(before.chi2_reduced, 3), significant(after.chi2_reduced, 3), "1"),
-        (f"NRMSE on {unseen}", significant(before.held_out_nrmse, 3), significant(after.held_out_nrmse, 3), "0"),
+        (f"NRMSE on {unseen(diagnosis)}", significant(before.held_out_nrmse, 3), significant(after.held_out_nrmse, 3), "0"),
     )
     table = Table(columns=("", "nominal", "augmented", "at best"), rows=rows)
     return table if diagnosis.is_augmented else table.without("augmented")
@@ -260,7 +281,7 @@ def strongest(diagnosis: Diagnosis) -> tuple[Considered, ...]:
 def candidates(diagnosis: Diagnosis, shown: Sequence[Considered]) -> Table:
     """Candidates with their scores; columns in which none of them has a number are left out. Asserted ones are bold."""
     asserted, rows = {one.effect.name for one in diagnosis.effects}, tuple(_candidate(one) for one in shown)
-    columns = ("candidate", "beside", "expected", "chance", "gain", "BIC", "left out")
+    columns = ("candidate", "beside", "expected", "chance", "gain", "BIC")
     bold = tuple(number for number, one in enumerate(shown) if one.name in asserted)
     unknown = [heading for place, heading in enumerate(columns) if rows and all(row[place] == NONE for row in rows)]
     meanings = tuple(effects_words([one.name]) for one in shown)
@@ -272,7 +293,7 @@ def _candidate(one: Considered) -> tuple[str, ...]:
     for channel in CHANNELS:
         detail = detail.replace(channel, spoken(channel))
     beside = joined([name.replace("_", " ") for name in one.beside]) or "nominal"
-    counts = (_count(number) for number in (one.drop, one.bic, one.held_out))
+    counts = (_count(number) for number in (one.drop, one.bic))
     return (one.name.replace("_", " ") + (f", {detail}" if detail else ""), beside, _count(one.gain), chance_text(one.chance), *counts)
 
 

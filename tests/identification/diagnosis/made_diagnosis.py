@@ -7,13 +7,14 @@ import numpy as np
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
     MISSING,
+    NOT_FINISHED,
     RESTLESS,
+    UNDECIDED,
     UNLISTED,
     Asserted,
     Considered,
     Diagnosis,
     Location,
-    LoopKink,
     Number,
     Profile,
     Side,
@@ -68,18 +69,23 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         effects=(Asserted(effect=effect, probability=0.9997, parameters=numbers),) if verdict == MISSING else (),
         free_form="force = -a_1 u^3 + a_2 |u'| u'" if verdict == UNLISTED else "",
         ambiguous_with=("quadratic_drag",) if verdict == MISSING else (),
-        location=None if adequate else _location(worse, has_kink=verdict == UNLISTED),
+        location=None if adequate else _location(worse),
         considered=_considered(adequate),
         nominal=after if adequate else before,
         augmented=after,
         unrest=UNREST if verdict == RESTLESS else None,
         next_experiment="" if adequate else "A free decay from 2 mm without contact would separate dry friction from drag by 40 σ.",
-        warnings=() if adequate else ("the budget of <5> minutes ended the search",),
+        reading_error=result.reading_error,
+        warnings=_WARNINGS.get(verdict, ()),
         seconds={"nominal": 12.0, "search": 31.0},
         ring_downs=result.ring_downs if adequate else WITH_CANDIDATES,
     )
 
 
+_WARNINGS = {
+    MISSING: ("the search stopped after as many effects as it adds to <one> model",),
+    UNDECIDED: (f"{NOT_FINISHED}: the budget of <5> minutes ended the search",),
+}
 _SENTENCES = {
     ADEQUATE: (
         "The nominal model explains the records to the noise.",
@@ -93,6 +99,7 @@ _SENTENCES = {
         "The nominal model leaves out dry friction in the suspension, 0.0300 ± 0.0001 N.",
         "With it the misfit falls from 3.8 to 1.0 times the noise, and the error on records held back from 0.19 to 0.012.",
     ),
+    UNDECIDED: ("The budget ended the search: there is no verdict.", "The best of them, drag, is not asserted: it is no better."),
     UNLISTED: ("Something real is missing and no listed effect explains it.", "The best listed one, drag, leaves 2.9 times the noise."),
 }
 
@@ -117,7 +124,7 @@ def _without_friction(record: RecordFit, mass: float) -> RecordFit:
     return dataclasses.replace(record, predicted=predicted, chi2_reduced={c: float(np.nanmean(s)) for c, s in squares.items()})
 
 
-def _location(records: tuple[RecordFit, ...], *, has_kink: bool) -> Location:
+def _location(records: tuple[RecordFit, ...]) -> Location:
     excess = {r.file: sum(r.chi2_reduced.values()) for r in records}
     return Location(
         channel="hammer_acceleration",
@@ -131,42 +138,22 @@ def _location(records: tuple[RecordFit, ...], *, has_kink: bool) -> Location:
         sentence="A force of constant size acts against the velocity in free flight, in all records; it changes sign with the velocity.",
         profiles=tuple(_profile(*one) for one in _PROFILES),
         maps={r.file: _map(r) for r in records},
-        kink=_kink(records) if has_kink else None,
-    )
-
-
-def _kink(records: tuple[RecordFit, ...]) -> LoopKink:
-    """A loop in each record, that of the last the deepest."""
-    turn = np.linspace(0.0, np.pi, 40)
-    reached = np.linspace(2e-5, 6e-5, len(records))
-    indentation = np.concatenate([depth * np.sin(turn) for depth in reached])
-    straight = 1.5e6 * indentation * (1.0 + 0.3 * np.tile(np.cos(turn), len(records)))
-    extra = 4e6 * np.maximum(indentation - 5e-5, 0.0)
-    return LoopKink(
-        depth=5e-5,
-        files=tuple(r.file for r in records),
-        record=np.repeat(np.arange(len(records)), len(turn)),
-        contact=np.repeat(np.arange(len(records)), len(turn)),
-        indentation=indentation,
-        force=straight + extra + 0.2 * np.sin(1e3 * np.arange(len(extra))),
-        without_kink=straight,
-        with_kink=straight + extra,
     )
 
 
 _PROFILES = (
-    ("velocity", "m/s", "force", 0.12, 0.93),
+    ("velocity", "m/s", "force", 0.12, 1.0),
     ("displacement", "m", "force", 2e-3, 0.21),
-    ("excitation phase", "rad", "force", 6.283, 0.18),
-    ("time since impact", "s", "force", 0.08, 0.09),
-    ("impact speed", "m/s", "impact_force", 0.12, 0.02),
-    ("indentation", "m", "hammer_acceleration", 8e-5, 0.01),
+    ("indentation", "m", "force", 8e-5, 0.18),
+    ("time", "s", "stop", 0.7, 0.09),
+    ("reading", "", "impact_force", 40.0, 0.02),
+    ("reading", "", "cart_displacement", 1e-3, 0.0),
 )
 
 
 def _profile(coordinate: str, unit: str, quantity: str, reach: float, explained: float) -> Profile:
     draws, size = np.random.default_rng(3), FRICTION if quantity == "force" else 4.0
-    center = np.linspace(-reach if unit in ("m/s", "m") and coordinate != "indentation" else 0.0, reach, 25)
+    center = np.linspace(0.0 if coordinate == "time" else -reach, reach, 16)
     mean = -size * (np.tanh(center / (0.02 * reach)) if coordinate == "velocity" else explained * np.sin(7 * center / reach))
     stderr = size * (0.02 + 0.06 * (np.abs(center) / reach) ** 2)
     return Profile(
@@ -174,7 +161,7 @@ def _profile(coordinate: str, unit: str, quantity: str, reach: float, explained:
         unit=unit,
         quantity=quantity,
         center=center,
-        mean=mean + stderr * draws.standard_normal(25),
+        mean=mean + stderr * draws.standard_normal(16),
         stderr=stderr,
         explained=explained,
     )
@@ -194,19 +181,19 @@ def _map(record: RecordFit) -> np.ndarray:
 
 def _considered(adequate: bool) -> tuple[Considered, ...]:
     rows = (
-        ("coulomb_friction", "", 48211.0, 0.0, 48093.2, 0.0, 9021.5, ()),
-        ("quadratic_drag", "", 22100.0, 0.0, 21050.0, 27043.0, 3011.0, ()),
-        ("hysteresis", "memory of 0.1 mm", 40111.0, 0.0, 39000.0, 9093.0, 8001.0, ()),
-        ("mains_hum", "hammer acceleration at 50.0 Hz", 181.0, 3.1e-38, None, None, None, ()),
-        ("gap_step", "cart1.csv at 1.2 s", 61.0, 4.2e-11, 12.0, 48086.0, -3.5, ()),
-        ("force_lag", "", 9.1, 0.0026, None, None, None, ("coulomb_friction",)),
-        ("cubic_stiffness", "", 4.4, 0.031, None, None, None, ("coulomb_friction",)),
-        ("time_offset", "impact force", 0.8, 1.0, None, None, None, ("coulomb_friction",)),
+        ("coulomb_friction", "", 48211.0, 0.0, 48093.2, 0.0, ()),
+        ("quadratic_drag", "", 22100.0, 0.0, 21050.0, 27043.0, ()),
+        ("hysteresis", "memory of 0.1 mm", 40111.0, 0.0, 39000.0, 9093.0, ()),
+        ("mains_hum", "hammer acceleration at 50.0 Hz", 181.0, 3.1e-38, None, None, ()),
+        ("gap_step", "cart1.csv at 1.2 s", 61.0, 4.2e-11, 12.0, 48086.0, ()),
+        ("force_lag", "", 9.1, 0.0026, None, None, ("coulomb_friction",)),
+        ("cubic_stiffness", "", 4.4, 0.031, None, None, ("coulomb_friction",)),
+        ("time_offset", "impact force", 0.8, 1.0, None, None, ("coulomb_friction",)),
     )
-    found = tuple(Considered(name=n, detail=d, gain=g, chance=p, drop=x, bic=b, held_out=h, beside=s) for n, d, g, p, x, b, h, s in rows)
+    found = tuple(Considered(name=n, detail=d, gain=g, chance=p, drop=x, bic=b, held_out=None, beside=s) for n, d, g, p, x, b, s in rows)
     if not adequate:
         return found
     return tuple(
-        dataclasses.replace(one, gain=9.0 - k, chance=min(1.0, 0.24 * 1.6**k), drop=None, bic=None, held_out=None, beside=())
+        dataclasses.replace(one, gain=9.0 - k, chance=min(1.0, 0.24 * 1.6**k), drop=None, bic=None, beside=())
         for k, one in enumerate(found)
     )

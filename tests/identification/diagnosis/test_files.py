@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from identification.commands.run import run_report
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
 from identification.report.diagnosis import write_diagnosis_report
 from identification.result.files import stored_fit
@@ -16,7 +16,7 @@ from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.errors import InputError
 
-VERDICTS = (MISSING, UNLISTED, ADEQUATE, RESTLESS)
+VERDICTS = (MISSING, UNLISTED, UNDECIDED, ADEQUATE, RESTLESS)
 
 
 @pytest.fixture(scope="module", params=VERDICTS)
@@ -45,6 +45,7 @@ def test_every_number_comes_back_as_it_was(stored, tmp_path):
     assert texts[0] == texts[1]
     assert (after.diagnosis.augmented is after.diagnosis.nominal) == before.diagnosis.is_complete
     assert after.diagnosis.unrest == before.diagnosis.unrest
+    assert after.diagnosis.reading_error == before.diagnosis.reading_error
     assert [record.file for record in after.diagnosis.nominal.held_back] == ["später.csv"]
     old, new = before.diagnosis.location, after.diagnosis.location
     assert (old is None) == (new is None)

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNLISTED
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
 from identification.diagnosis.sentences import sentences
 from identification.report.diagnosis.tables import headline
 from identification.result.variation import Disagreement
@@ -15,7 +15,7 @@ from tests.identification.made_result import made_result
 @pytest.fixture(scope="module")
 def made():
     result = made_result(samples=300)
-    return {verdict: made_diagnosis(result, verdict) for verdict in (ADEQUATE, RESTLESS, MISSING, UNLISTED)}
+    return {verdict: made_diagnosis(result, verdict) for verdict in (ADEQUATE, RESTLESS, MISSING, UNLISTED, UNDECIDED)}
 
 
 def said(diagnosis, *, ambiguous=(), unrest=None, after=None) -> str:
@@ -62,14 +62,19 @@ def test_what_is_on_no_list_is_described_by_what_was_learned(made):
     assert f"describes it: {made[UNLISTED].free_form}." in text
 
 
-def test_listed_effects_that_explain_a_part_are_stated_with_their_share(made):
+def test_what_is_not_asserted_is_named_with_the_reason(made):
     one = made[UNLISTED]
     of = (one.verdict, (), (), one.location, one.nominal, one.augmented, one.free_form)
-    text = " ".join(sentences(*of, in_part=(("dry friction in the suspension", "quadratic drag"), 0.743)))
-    assert text.startswith(
-        "Dry friction in the suspension and quadratic drag explain 74 % of the misfit, and no listed effect explains the rest."
-    )
-    assert "describes it" in text
+    text = " ".join(sentences(*of, reasons={"quadratic_drag": "a free form explains more than it does"}))
+    assert "The best of them, quadratic drag, is not asserted: a free form explains more than it does." in text
+    assert "no effect that was looked for explains it" in " ".join(sentences(*of, limited=True))
+
+
+def test_without_a_decision_there_is_no_verdict(made):
+    one = made[UNDECIDED]
+    of = (one.verdict, (), (), one.location, one.nominal, one.nominal, "")
+    assert sentences(*of)[0] == "The model has not converged: there is no verdict."
+    assert sentences(*of, finished=False)[0] == "The budget ended the search: there is no verdict."
 
 
 @pytest.mark.parametrize(("by_chance", "stated"), [(1e-9, True), (1e-4, False)])

@@ -6,43 +6,38 @@ import numpy as np
 import pytest
 from statsmodels.stats.meta_analysis import combine_effects
 
-from identification.diagnosis.calibration import ALPHA
-from identification.estimation.nominal import nominal_fit
-from identification.likelihood.fitted import Fitted, first_point, fitted
-from identification.result.variation import Disagreement, disagreements
-from identification.windows.prepare import prepare
+from identification.estimation.parameters import between_records
+from identification.result.variation import Disagreement
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.start import problem_of
 from tests.identification.conftest import cropped
 
 
 @pytest.fixture(scope="module")
 def fits(example) -> tuple[Fitted, Fitted]:
     """The example shortened, fitted: as recorded, and with the clock of the drop test 0.5 % fast."""
-
-    def fit_of(experiment) -> Fitted:
-        prepared = prepare(experiment)
-        return fitted(first_point(prepared, prepared.start))
-
     short = cropped(example, 3000, (0, 1, 2, 3))
     first, *others = short.records
     slower = dataclasses.replace(first, time=1.005 * first.time)
-    return fit_of(short), fit_of(dataclasses.replace(short, records=(slower, *others)))
+    return fit(problem_of(short)), fit(problem_of(dataclasses.replace(short, records=(slower, *others))))
 
 
 def by_name(of: Fitted) -> dict[str, Disagreement]:
-    return {one.name: one for one in disagreements(of)}
+    return {one.name: one for one in between_records(of)}
 
 
 def test_parameters_of_a_complete_model_are_the_same_in_all_records(fits):
     found = by_name(fits[0])
     assert {"k_i", "f_n"} <= set(found)
     assert min(one.chance for one in found.values()) > 1e-3
-    assert all(abs(value / fits[0].model.values()["f_n"] - 1.0) < 1e-2 for value, _ in found["f_n"].records.values())
+    common = fits[0].problem.values(fits[0].at)["f_n"]
+    assert all(abs(value / common - 1.0) < 1e-2 for value, _ in found["f_n"].records.values())
 
 
 def test_a_record_whose_clock_is_fast_has_a_natural_frequency_of_its_own(fits):
     found = by_name(fits[1])["f_n"]
-    assert found.chance < ALPHA
-    (drop, _), *others = (found.records[record.file] for record in fits[1].prepared.experiment.records)
+    assert found.chance < 1e-4
+    (drop, _), *others = (found.records[record.file] for record in fits[1].problem.experiment.records)
     assert drop < min(value for value, _ in others)
 
 
@@ -79,8 +74,8 @@ def test_what_a_record_estimates_alone_is_what_its_own_fit_gives(example, fits):
     """One step from the common fit, against a fit of one record to the end."""
     short, together = cropped(example, 3000, (0, 1, 2, 3)), by_name(fits[0])
     record = short.records[2]
-    alone = nominal_fit(prepare(dataclasses.replace(short, records=(record,)))).fitted
+    alone = fit(problem_of(dataclasses.replace(short, records=(record,))))
     assert alone.converged
     for name in ("k_i", "n", "lambda_i", "zeta", "f_n"):
         value, error = together[name].records[record.file]
-        assert abs(value - float(alone.model.values()[name])) < 0.25 * error, name
+        assert abs(value - alone.problem.values(alone.at)[name]) < 0.25 * error, name

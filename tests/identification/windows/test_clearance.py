@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, ExperimentError, Record, Sensor
 from identification.windows.clearance import check_clearance
-from identification.windows.prepare import prepare
 from vibrojax.contact import HuntCrossley, NoContact
 
 TIME = np.arange(200) / 1000.0
@@ -48,8 +48,7 @@ def test_a_hammer_inside_the_stop_all_the_time_is_refused(example, one):
 def test_any_fit_asks_before_it_begins(example):
     wrong = dataclasses.replace(example, records=(*example.records[:-1], dataclasses.replace(example.records[-1], gap=FAR_OFF)))
     with pytest.raises(ExperimentError, match=r"is -1 m, and its hammer stays between"):
-        prepare(wrong)
-    assert isinstance(prepare(wrong, law=NoContact.name).model.law, NoContact)
+        fit_experiment(wrong)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from scipy.signal import lsim
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, Record, Suspension
-from identification.windows.prepare import prepare
+from identification.trajectory.start import problem_of
 
 MASS, F_N, ZETA = 2.0, 4.0, 0.03
 OMEGA_N = 2 * np.pi * F_N
@@ -67,10 +67,9 @@ def experiment() -> Experiment:
     )
 
 
-def test_every_kind_has_windows_of_its_own(experiment):
-    prepared = prepare(experiment)
-    assert len(prepared.groups) == 4
-    assert sorted(set(prepared.record)) == [0, 1, 2, 3]
+def test_every_kind_is_integrated_by_itself(experiment):
+    chains = problem_of(experiment).chains
+    assert [sorted(set(group.record.tolist())) for group in chains.groups] == [[0], [1], [2], [3]]
 
 
 @pytest.mark.thorough

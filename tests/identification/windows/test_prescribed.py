@@ -8,7 +8,7 @@ import pytest
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ExperimentError, load_experiment
-from identification.windows.prepare import prepare
+from identification.trajectory.start import problem_of
 from identification.windows.simulate import simulate_record
 from tests.identification.testing_machine import DAMPING, K_I, LAMBDA_I, MASS, NOISE, STIFFNESS, N, experiment, machine
 
@@ -46,8 +46,8 @@ def test_simulate_leads_the_hammer_along_the_path(fitted):
 
 
 def test_stiffness_and_damping_are_read_off_before_the_fit():
-    prepared = prepare(experiment(machine(0.5, 1), law="none"))
-    k = MASS * (2 * np.pi * prepared.layout.physical(prepared.start.shared)["f_n"]) ** 2
+    problem = problem_of(experiment(machine(0.5, 1), law="none"))
+    k = MASS * (2 * np.pi * problem.values(problem.start)["f_n"]) ** 2
     assert k == pytest.approx(STIFFNESS, rel=0.02)
 
 
@@ -86,4 +86,4 @@ def test_a_motion_that_was_never_recorded_cannot_be_prescribed():
     record = machine(0.5, 1)
     without = dataclasses.replace(record, channels={"reaction_force": record.channels["reaction_force"]})
     with pytest.raises(ExperimentError, match="prescribed but its motion is not recorded"):
-        prepare(experiment(without))
+        problem_of(experiment(without))

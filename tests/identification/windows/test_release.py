@@ -7,7 +7,7 @@ import pytest
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Record
-from identification.windows.prepare import prepare
+from identification.trajectory.start import problem_of
 from identification.windows.release import from_release
 
 TIME = np.arange(4000) / 2000.0
@@ -67,7 +67,7 @@ def test_a_hold_does_not_change_what_is_fitted(small):
     }
     held = dataclasses.replace(drop, time=step * np.arange(count + len(drop.time)), channels=channels)
     plain, late = (dataclasses.replace(small, records=(first, small.records[1])) for first in (drop, held))
-    assert prepare(late).experiment.records[0].time[0] == pytest.approx(count * step, abs=2e-3)
+    assert problem_of(late).experiment.records[0].time[0] == pytest.approx(count * step, abs=2e-3)
     before_it, after_it = fit_experiment(plain), fit_experiment(late)
     assert after_it.chi2_reduced == pytest.approx(before_it.chi2_reduced, abs=0.02)
     for one, other in zip(before_it.parameters, after_it.parameters, strict=True):

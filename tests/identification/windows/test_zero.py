@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 
 from identification.estimation.estimate import fit_experiment
-from identification.estimation.held_back import held_back_fits
 from identification.experiment import ExperimentError, Sensor, load_experiment
-from identification.least_squares.block_arrow import Equations
-from identification.least_squares.priors import with_prior, without_windows
-from identification.windows.layout import Estimate, free_nuisances
-from identification.windows.prepare import prepare
+from identification.trajectory.start import problem_of
 from tests.identification.experiment.malformed import edit, write_valid
 from tests.identification.testing_machine import DAMPING, MASS, NOISE, STIFFNESS, experiment, machine
 
@@ -38,7 +34,7 @@ def machines():
 
 @pytest.fixture(scope="module")
 def fitted(machines):
-    return fit_experiment(machines.fitting)
+    return fit_experiment(machines)
 
 
 def test_zeros_are_estimated_record_by_record(fitted):
@@ -60,39 +56,19 @@ def test_without_the_option_a_shift_is_a_misfit(machines, fitted):
     assert not [n for record in plain.records for n in record.nuisances]
 
 
-def test_a_record_held_back_has_its_own_zero(machines, fitted):
-    (predicted,) = held_back_fits(machines, fitted.model)
+def test_a_record_held_back_has_its_own_zero(fitted):
+    (predicted,) = fitted.held_back
     (zero,) = predicted.nuisances
     assert abs(zero.value - ZEROS[2]) < 3.5 * zero.stderr
     assert predicted.chi2_reduced["reaction_force"] == pytest.approx(1.0, abs=0.15)
 
 
 def test_the_path_that_drives_the_model_keeps_its_zero(machines):
-    prepared = prepare(machines)
-    free = free_nuisances(list(prepared.experiment.records), prepared.layout, any_contact=np.array([False, False]))
-    assert prepared.layout.nuisances[3:] == ("zero.relative_displacement", "zero.reaction_force")
-    np.testing.assert_array_equal(free[:, 3:], [[False, True]] * 2)
-
-
-def test_each_record_has_one_prior_however_many_windows(machines):
-    layout = prepare(machines).layout
-    record = np.array([0, 0, 0, 1])
-    nothing = Equations(
-        hessian=np.zeros((4, layout.size, layout.size)),
-        gradient=np.zeros((4, layout.size)),
-        cost=np.zeros(4),
-        record=record,
-    )
-    nuisances = np.array([[0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 0.0, -1.0]])
-    estimate = Estimate(shared=np.zeros(layout.shared), nuisances=nuisances, states=np.zeros((4, layout.states)))
-    found = with_prior(nothing, layout, estimate)
-    column = layout.shared + 4
-    assert found.cost.sum() == pytest.approx(0.5 * (2.0**2 + 1.0**2))
-    np.testing.assert_allclose(np.bincount(record, found.gradient[:, column]), [2.0, -1.0])
-    np.testing.assert_allclose(np.bincount(record, found.hessian[:, column, column]), [1.0, 1.0])
-    part = without_windows(found, layout, estimate, np.array([1]))
-    assert not part.hessian[1].any()
-    np.testing.assert_allclose(np.bincount(record, part.hessian[:, column, column]), [1.0, 1.0])
+    """And each record has one prior of the zero that is estimated."""
+    problem = problem_of(machines)
+    border, place = problem.border, [problem.unknowns.own.index(f"zero.{name}") for name in ("relative_displacement", "reaction_force")]
+    np.testing.assert_array_equal(border.own[:, place], [[False, True]] * 2)
+    np.testing.assert_allclose(border.own_precision[:, place[1]], 20.0**-2)
 
 
 def test_the_option_is_read_and_checked(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.complete.rigs import Job, write_awkward
 from identification.experiment import load_experiment
-from identification.windows.prepare import prepare
+from identification.trajectory.start import problem_of
 from identification.windows.start.robust_regression import Regression, robust_regression
 
 
@@ -13,15 +13,15 @@ from identification.windows.start.robust_regression import Regression, robust_re
 def test_the_sine_of_an_unseen_cart_is_read_from_the_flights(index, tmp_path):
     """Also the suspension, though the drop test's impacts are weak and its flights short."""
     drawn = write_awkward(tmp_path, Job(seed=1, index=index))
-    prepared = prepare(load_experiment(tmp_path))
-    found = prepared.layout.physical(prepared.start.shared)
+    problem = problem_of(load_experiment(tmp_path))
+    found = problem.values(problem.start)
     assert found["f_n"] == pytest.approx(drawn.rig.f_n, rel=0.002)
     assert found["zeta"] == pytest.approx(drawn.rig.zeta, rel=0.2)
     assert drawn.unseen
-    for plan, (amplitude, phase, _), motion in zip(drawn.plans, prepared.start.nuisances, prepared.motions, strict=True):
+    for plan, (sine, cosine, _), motion in zip(drawn.plans, problem.start.own, problem.motions, strict=True):
         assert motion is not None
         if plan.file in drawn.unseen:
-            off = amplitude * np.exp(1j * phase) - drawn.rig.base_amplitude * np.exp(1j * plan.base_phase)
+            off = sine + 1j * cosine - drawn.rig.base_amplitude * np.exp(1j * plan.base_phase)
             assert abs(off) < 0.03 * drawn.rig.base_amplitude
             assert motion.touching.any()
 

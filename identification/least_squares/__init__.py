@@ -1,1 +1,0 @@
-"""Nonlinear least squares: residuals of all windows, normal equations, Levenberg-Marquardt, standard errors."""

@@ -1,0 +1,108 @@
+"""Where a misfit acts, from free forms of known strength and from records whose misfit is made to order."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.free_forms import Form, free_forms, hats
+from identification.diagnosis.location import locate
+from identification.diagnosis.look import Candidate, Look, Scored
+from identification.estimation.prediction import record_fits
+from identification.result.result import RecordFit
+from identification.trajectory.additions import Reestimated
+from vibrojax.effects import GainError, GapStep
+
+SIZE = 0.2
+"""Of the missing force over that of the suspension."""
+
+
+@pytest.fixture(scope="module")
+def forms(seen) -> dict[tuple[str, str], Form]:
+    """By coordinate and quantity."""
+    return {(one.coordinate, one.quantity): one for one in free_forms(seen.fitted, seen.courses, seen.scales)}
+
+
+@pytest.fixture(scope="module")
+def records(seen) -> tuple[RecordFit, ...]:
+    """The load cell of the first record misses by three times its noise, everything else by one."""
+    found = record_fits(seen.fitted)
+    chi2 = [{name: 1.0 for name in one.chi2_reduced} for one in found]
+    chi2[0]["impact_force"] = 9.0
+    return tuple(dataclasses.replace(one, chi2_reduced=each) for one, each in zip(found, chi2, strict=True))
+
+
+def weighed(seen: Look, form: Form, strengths: np.ndarray, gain: float) -> tuple[Scored, Reestimated, float]:
+    """A form with these strengths, known to a hundredth of one."""
+    stderr = np.full(len(strengths), 0.01)
+    known = np.ones(len(strengths), bool)
+    candidate = Candidate(name=form.name, members=(), signals=form.signals, form=form)
+    scored = Scored(candidate=candidate, gain=gain, strengths=strengths, stderr=stderr, known=known)
+    fitted = seen.fitted
+    return scored, Reestimated(deviance=0.0, strengths=strengths, stderr=stderr, variances=fitted.variances, at=fitted.at), gain
+
+
+def braking(seen: Look, form: Form) -> tuple[Scored, Reestimated, float]:
+    """A force against fast motion towards the stop alone."""
+    speed = form.knots[form.columns[:, 0]]
+    return weighed(seen, form, np.where(speed > 0.5 * form.knots.max(), -SIZE, 0.0), 5000.0)
+
+
+def test_hats_add_up_to_one_and_each_is_one_at_its_knot():
+    knots = np.array([0.0, 1.0, 3.0])
+    found = hats(np.linspace(-1.0, 4.0, 51), knots)
+    np.testing.assert_allclose(found.sum(axis=0), 1.0)
+    np.testing.assert_array_equal(hats(knots, knots), np.eye(3))
+
+
+def test_forms_of_the_motion_hold_a_constant_force(seen, forms):
+    for coordinate in ("displacement", "velocity"):
+        total = sum(signal.force for signal in forms[coordinate, "force"].signals)
+        np.testing.assert_allclose(total, seen.fitted.problem.scales.force)
+
+
+def test_the_coordinate_is_that_of_the_best_free_form_with_its_range_and_size(seen, forms, records):
+    other = weighed(seen, forms["displacement", "force"], np.full(len(forms["displacement", "force"].columns), 0.02), 900.0)
+    found = locate(seen, records, [other, braking(seen, forms["velocity", "force"])], None)
+    assert (found.coordinate, found.profiles[0].quantity) == ("velocity", "force")
+    assert [profile.explained for profile in found.profiles] == pytest.approx([1.0, 0.18])
+    fastest = forms["velocity", "force"].knots.max()
+    assert found.interval is not None and 0.5 * fastest < found.interval[0] < found.interval[1] == pytest.approx(fastest)
+    assert found.profiles[0].mean.min() == pytest.approx(-SIZE * seen.fitted.problem.scales.force)
+    assert found.phase == "free flight"
+    assert "sits in free flight" in found.sentence and "missing force of up to" in found.sentence
+
+
+def test_channel_and_record_are_those_with_the_excess_misfit(seen, forms, records):
+    found = locate(seen, records, [braking(seen, forms["velocity", "force"])], None)
+    assert found.channel == "impact_force"
+    assert found.records == {records[0].file: 1.0, records[1].file: 0.0}
+    assert f"most of it in {records[0].file} (100 %)" in found.sentence
+
+
+def test_what_acts_in_contact_is_said_to(seen, forms, records):
+    deep = forms["indentation", "force"]
+    strengths = np.where(deep.knots[deep.columns[:, 0]] > 0, 0.5, 0.0)
+    assert locate(seen, records, [weighed(seen, deep, strengths, 5000.0)], None).phase == "contact"
+    path = forms["time", "stop"]
+    assert locate(seen, records, [weighed(seen, path, np.ones(len(path.columns)), 5000.0)], None).phase == "contact"
+
+
+def test_a_named_effect_gives_its_channel_its_record_and_its_instant(seen, forms, records):
+    form = [braking(seen, forms["velocity", "force"])]
+    of_channel = locate(seen, records, form, GainError(factor=1.02, of_channel="hammer_displacement"))
+    assert of_channel.channel == "hammer_displacement"
+    file, last = records[1].file, float(records[1].time[-1])
+    found = locate(seen, records, form, GapStep(gap_jump=1e-4, instant=0.3, in_file=file))
+    assert (found.record, found.time, found.coordinate, found.interval) == (file, 0.3, "time", (0.3, last))
+    assert found.sentence.startswith(f"The misfit starts at 0.30 s of {file}.")
+
+
+def test_maps_show_when_and_at_which_phase(seen, forms, records):
+    first = records[0]
+    late = first.time > 0.5 * (first.time[0] + first.time[-1])
+    wrong = {name: values + 5.0 * first.noise.get(name, 0.0) * late for name, values in first.measured.items()}
+    shown = (dataclasses.replace(first, measured=wrong), records[1])
+    found = locate(seen, shown, [braking(seen, forms["velocity", "force"])], None).maps[first.file]
+    assert found.shape == (24, 24)
+    assert np.nanmedian(found[13:]) > np.nanmedian(found[:11]) + 20.0

@@ -1,0 +1,105 @@
+"""The course of a search, with the gains of its candidates made to order; and limits of it on request."""
+
+import dataclasses
+
+import pytest
+
+from identification.diagnosis import search as module
+from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, is_significant, search
+from identification.trajectory.fit import Fitted
+from tests.effects.start import at_start
+from vibrojax.effects import EFFECTS
+from vibrojax.errors import InputError
+
+
+def fitted(seen: Look, *names: str, deviance: float = 0.0) -> Fitted:
+    """A model with these effects, as likely as this."""
+    one = seen.fitted
+    model = dataclasses.replace(one.problem.model, effects=tuple(at_start(EFFECTS[name]) for name in names))
+    problem = dataclasses.replace(one.problem, model=model)
+    return dataclasses.replace(one, problem=problem, solution=dataclasses.replace(one.solution, deviance=deviance))
+
+
+def alternative(name: str, gain: float, found: Fitted | None = None) -> Alternative:
+    """A candidate that was refitted, where there is a fit."""
+    candidate = Candidate(name=name, members=(at_start(EFFECTS[name]),), signals=())
+    return Alternative(
+        candidate=candidate, expected=gain, gain=gain, degrees=1, tried=200, fitted=found, drop=None if found is None else gain
+    )
+
+
+@pytest.fixture
+def gains(seen, monkeypatch):
+    """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
+
+    def found(*order: tuple[str, float]) -> None:
+        def step(at: Look, progress) -> Step:
+            inside = len(at.fitted.problem.model.effects)
+            if inside >= len(order):
+                return Step(look=at, alternatives=())
+            names, (name, gain) = [one.name for one in at.fitted.problem.model.effects], order[inside]
+            after = fitted(seen, *names, name, deviance=at.fitted.solution.deviance - gain)
+            return Step(look=at, alternatives=(alternative(name, gain, after), alternative("gain_error", 0.5 * gain)))
+
+        monkeypatch.setattr(module, "_step", step)
+        monkeypatch.setattr(module, "look", lambda at, among: dataclasses.replace(seen, fitted=at))
+
+    return found
+
+
+def names(found: Search) -> list[str]:
+    return [one.name for one in found.final.problem.model.effects]
+
+
+def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, monkeypatch):
+    gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
+    monkeypatch.setattr(module, "fit", lambda problem, **_: fitted(seen, "gap_drift", deviance=-80.0))
+    found = search(fitted(seen))
+    assert (names(found), found.finished) == (["coulomb_friction", "gap_drift"], True)
+    assert [step.alternatives[0].name for step in found.steps] == names(found)
+    assert found.last is not None and found.last.alternatives[0].name == "mains_hum"
+    assert not is_significant(found.last.alternatives[0])
+
+
+def test_an_effect_that_a_later_one_makes_needless_is_left_out(seen, gains, monkeypatch):
+    gains(("coulomb_friction", 900.0), ("hysteresis", 800.0))
+    monkeypatch.setattr(module, "fit", lambda problem, **_: fitted(seen, "hysteresis", deviance=-1695.0))
+    found = search(fitted(seen))
+    assert names(found) == ["hysteresis"] == [step.alternatives[0].name for step in found.steps]
+
+
+def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
+    gains(("coulomb_friction", 900.0), ("gap_drift", 80.0))
+    found = search(fitted(seen), spent=lambda: True)
+    assert (names(found), found.finished, found.last) == (["coulomb_friction"], False, None)
+
+
+def test_a_search_adds_so_many_effects_and_no_more(seen, gains):
+    order = list(EFFECTS)[: MOST_EFFECTS + 1]
+    gains(*((name, 900.0) for name in order))
+    found = search(fitted(seen))
+    assert (names(found), found.finished) == (order[:MOST_EFFECTS], True)
+
+
+def test_all_listed_effects_are_looked_for_unless_limited():
+    assert among_effects() == tuple(EFFECTS)
+    assert limit_warning(EFFECTS) == ()
+    assert limit_warning(("hysteresis",)) == ("limited on request: of the listed effects, only hysteresis could be named",)
+    assert limit_warning(among_effects(without=["hysteresis"])) == (
+        "limited on request: of the listed effects, hysteresis could not be named",
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({"only": ["hysteresis"], "without": ["hysteresis"]}, "no effect is left to look for"),
+        ({"only": ["Stiction, I think"]}, "expected one of coulomb_friction.*asymmetric_damping"),
+        ({"without": ["histeresis"]}, "did you mean 'hysteresis'"),
+        ({"only": "hysteresis"}, r"expected a list of names of effects, such as \['hysteresis'\]"),
+    ],
+)
+def test_names_that_are_none_are_refused(given, expected):
+    with pytest.raises(InputError, match=expected):
+        among_effects(**given)
