@@ -141,11 +141,14 @@ def _step(seen: Look, progress: Progress) -> Step:
         found.append((one, weighed))
     found.sort(key=lambda pair: -pair[0].gain)
     promising = [pair for pair in found if is_significant(pair[0])]
-    refitted = []
+    refitted, samples = [], seen.fitted.local.samples
     for rank, (one, weighed) in enumerate(promising):
         best = max((other.best for other in refitted), default=0.0)
         hidden = _force(seen.fitted, promising[0][1]) > LARGE_FORCE
         if rank and not (hidden and rank < _REFITTED) and one.gain < 0.5 * best:
+            continue
+        special = [other for other, _ in promising if other.name in one.candidate.members[0].special_cases]
+        if any(other.criterion(samples) <= one.criterion(samples) for other in special):
             continue
         progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
         try:
@@ -155,7 +158,6 @@ def _step(seen: Look, progress: Progress) -> Step:
         refitted.append(dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance))
     done = {one.candidate.key for one in refitted}
     others = [one for one, _ in found if one.candidate.key not in done]
-    samples = seen.fitted.local.samples
     return Step(look=seen, alternatives=(*sorted(refitted, key=lambda one: one.criterion(samples)), *others))
 
 

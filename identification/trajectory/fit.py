@@ -50,6 +50,8 @@ _NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
+_BACK = 0.5
+"""Part of the random force of the first end at which the other one comes to the same place."""
 _ROUNDS, _LAST_ROUNDS = 24, 6
 """Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
 _PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
@@ -99,6 +101,10 @@ class Fitted:
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
 
 
+class _SamePlace(Exception):
+    """The other end of a fit has come to where the first one ended."""
+
+
 def fit(
     problem: Problem,
     *,
@@ -145,8 +151,18 @@ def fit(
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         try:
-            other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together)
-        except np.linalg.LinAlgError:  # where physics is missing, the way from no force may lead nowhere
+            other = _converged(
+                problem,
+                none,
+                small,
+                rng,
+                progress,
+                coloured_from=0,
+                held=_HELD_ROUNDS,
+                together=together,
+                below=_BACK * found.variances.force.std,
+            )
+        except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
 
@@ -245,8 +261,13 @@ def _converged(
     coloured_from: int,
     held: int = 1,
     together: bool = True,
+    below: float = np.inf,
 ) -> Fitted:
-    """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds."""
+    """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds.
+
+    Raises:
+        _SamePlace: the force does not stay below a size, N.
+    """
     border = problem.border
     force, readings, count = variances.force, variances.readings, 0
     for count in range(_ROUNDS):
@@ -258,6 +279,8 @@ def _converged(
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(border, at, solution, share)
         progress(_line(count, problem, at, force))
+        if force.std > below:
+            raise _SamePlace
         settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
         if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
             break
