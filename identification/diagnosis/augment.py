@@ -15,19 +15,16 @@ from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
 
 
-def augmented(
-    seen: Look, candidate: Candidate, strengths: np.ndarray, *, both: bool = True, progress: Progress = lambda line: None
-) -> Fitted:
+def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
     """The model with a candidate in it, fitted from a large random force on.
 
     Args:
         seen: look in which the candidate was found.
         candidate: an effect.
         strengths: of its columns, over the probing strength, from which it starts.
-        both: whether to begin without a random force too, where one is left.
         progress: called with a line in each round.
     """
-    return fit(extended(seen, candidate, strengths), both=both, progress=progress)
+    return fit(extended(seen, candidate, strengths), both=False, together=False, progress=progress)
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:

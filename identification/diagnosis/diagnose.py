@@ -35,7 +35,7 @@ from identification.experiment import Experiment
 from identification.result.evidence import chance
 from identification.result.result import OK, RecordFit
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
@@ -116,14 +116,16 @@ def diagnose_experiment(
     course = _Course(budget_minutes, progress)
     with course.stage("nominal"):
         progress("reading first guesses from the records")
-        nominal = fit(problem_of(experiment, law=law), progress=progress)
+        nominal = fit(problem_of(experiment, law=law), together=False, progress=progress)
     with course.stage("search"):
         found = search(nominal, among, progress=progress, spent=course.spent)
         last = found.last.look if found.last is not None else look(found.final, among)
+        final = polished(found.final, progress=progress)
+        found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
     with course.stage("evidence"):
         progress("predicting what was left out")
-        before = _weighed(nominal, experiment)
-        after = before if found.final is nominal else _weighed(found.final, experiment)
+        before = _weighed(found.nominal, experiment)
+        after = before if found.final is found.nominal else _weighed(found.final, experiment)
         left = _free(last)
         reasons = {step.alternatives[0].name: _refused(found, step, before, after, left) for step in found.steps}
         verdict = _verdict(found, reasons, left)

@@ -154,8 +154,8 @@ class Side:
         model: fitted.
         parameters: all shared ones, those of effects included.
         chi2_reduced: of the whole fit.
-        held_out_nrmse: error on the records held back, root mean square over them and their channels; without any, on windows left out
-            of the fit, see `held_out`.
+        held_out_nrmse: error on the records held back, root mean square over them and their channels; without any, of
+            records left out in turn, or of the later half of a single one, see `left_out`.
         records: with their predictions.
         disagreements: of the parameters between records.
         held_back: records left out of every fit, with their predictions.

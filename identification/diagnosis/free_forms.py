@@ -111,7 +111,7 @@ def _paths(fitted: Fitted) -> Form:
     share = np.linspace(0.0, 1.0, _PATHS + 1)
     for index, record in enumerate(records):
         time = (record.time - record.time[0]) / (record.time[-1] - record.time[0])
-        for k, hat in enumerate(hats(time, share, vanishing_below=False)[1:], start=1):
+        for k, hat in enumerate(hats(time, tuple(share.tolist()), vanishing_below=False)[1:], start=1):
             stop = np.zeros((len(chains.left), chains.samples + 1))
             stop[chains.of_record(index)] = on_segments(chains, index, size * hat)
             signals.append(Signal(force=None, stop=stop, readings={}))

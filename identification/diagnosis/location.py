@@ -16,6 +16,8 @@ _PARTS = 24
 """Parts of a record, and of a period, in the maps of the misfit."""
 _MOST = 0.8
 """Share by which a record, a phase or a part of a range counts as the place."""
+_OF_TWO = 0.8
+"""Weight of a form over a coordinate and the direction of motion: it has to gain a quarter more than one over a single coordinate."""
 _DISPLAYED = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "s": (1.0, "s")}
 _SAID = {
     "displacement": "at displacements of {}",
@@ -41,7 +43,7 @@ def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], 
         named: asserted effect, whose record and instant replace those found; None where there is none.
     """
     channels, by_record = _shares(records)
-    ranked = sorted(free, key=lambda one: -(one[2] - len(one[0].candidate.signals) * np.log(seen.fitted.local.samples)))
+    ranked = sorted(free, key=lambda one: -(_OF_TWO if _by_direction(one[0]) else 1.0) * one[2])
     gains = [max(one[2], 0.0) for one in ranked]
     profiles = tuple(
         _profile(scored, weighed, gain / max(max(gains), 1e-300)) for (scored, weighed, _), gain in zip(ranked, gains, strict=True)
@@ -93,15 +95,30 @@ def _normalised(sums: dict[str, float]) -> dict[str, float]:
     return {name: value / total if total > 0 else 1.0 / len(sums) for name, value in sums.items()}
 
 
+def _by_direction(scored: Scored) -> bool:
+    """Whether a free form tells both directions of the motion apart."""
+    form = scored.candidate.form
+    return form is not None and form.quantity == "force" and bool((form.columns[:, 1] != 0).any())
+
+
 def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
-    """What is missing along a coordinate: the free form's values at its knots, over both directions or all records."""
+    """What is missing along a coordinate: the free form's values at its knots.
+
+    Of one over both directions the mean, or half the difference where that is larger: a force that turns with the motion. Of paths in
+    several records the mean.
+    """
     form = scored.candidate.form
     assert form is not None
     knots = np.unique(form.columns[:, 0])
-    rows = [form.columns[:, 0] == k for k in knots]
-    weight = np.where(weighed.stderr > 0, np.maximum(weighed.stderr, 1e-300) ** -2.0, 0.0)
-    mean = np.array([np.average(weighed.strengths[row], weights=np.maximum(weight[row], 1e-300)) for row in rows])
-    stderr = np.array([np.maximum(weight[row].sum(), 1e-300) ** -0.5 for row in rows])
+    values, errors = weighed.strengths, np.maximum(weighed.stderr, 1e-300)
+    signs = [np.ones(len(values))] + ([np.sign(form.columns[:, 1])] if _by_direction(scored) else [])
+    found = []
+    for sign in signs:
+        rows = [form.columns[:, 0] == k for k in knots]
+        mean = np.array([np.average((sign * values)[row], weights=errors[row] ** -2.0) for row in rows])
+        stderr = np.array([np.sum(errors[row] ** -2.0) ** -0.5 for row in rows])
+        found.append((float(np.sum((mean / stderr) ** 2)), mean, stderr))
+    _, mean, stderr = max(found, key=lambda one: one[0])
     unit = form.size if form.quantity == "force" else 1.0
     return Profile(
         coordinate=form.coordinate,

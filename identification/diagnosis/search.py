@@ -10,7 +10,7 @@ from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, fit, polished
+from identification.trajectory.fit import Fitted, fit
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 
@@ -109,9 +109,8 @@ def search(
         fitted = step.alternatives[0].fitted if step.alternatives else None
         if fitted is None or not is_significant(step.alternatives[0]):
             return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=step, finished=True), progress)
-        current = polished(fitted, progress=progress)
-        best = dataclasses.replace(step.alternatives[0], fitted=current)
-        steps.append(dataclasses.replace(step, alternatives=(best, *step.alternatives[1:])))
+        steps.append(step)
+        current = fitted
         if len(steps) == MOST_EFFECTS or spent():
             return Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=len(steps) == MOST_EFFECTS)
 
@@ -146,7 +145,7 @@ def _step(seen: Look, progress: Progress) -> Step:
             continue
         progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
         try:
-            fitted = augmented(seen, one.candidate, weighed.strengths, both=False, progress=progress)
+            fitted = augmented(seen, one.candidate, weighed.strengths, progress=progress)
         except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
             continue
         refitted.append(dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance))
@@ -177,7 +176,7 @@ def _needed(found: Search, progress: Progress) -> Search:
         if len(steps) < 2:
             break
         progress(f"asking whether {name} is still needed")
-        lesser = fit(without(final, name), both=False, progress=progress)
+        lesser = fit(without(final, name), both=False, together=False, progress=progress)
         rise = lesser.solution.deviance - final.solution.deviance
         if chance(rise, step.alternatives[0].degrees, step.alternatives[0].tried) > LEVEL and lesser.converged:
             final, steps = lesser, [one for one in steps if one is not step]

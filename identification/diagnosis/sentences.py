@@ -32,7 +32,7 @@ def sentences(
     `unrest`: random force beside the final model. `reasons`: why the best listed effects are not asserted, by name. `limited`: not all
     listed effects were looked for.
     """
-    unseen = "windows left out of the fit"
+    unseen = "records left out in turn" if len(before.records) > 1 else "the later half of the record, left out"
     if before.held_back:
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     restless = () if unrest is None else (unrest.sentence(),)
@@ -41,7 +41,7 @@ def sentences(
     where = (location.sentence,) if location is not None else ()
     falls = (
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g};"
-        " the records are too short to leave windows out of the fit."
+        " nothing could be left out of the fit."
         if math.isnan(before.held_out_nrmse)
         else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse, 1.0)}"
         f" to {percent(after.held_out_nrmse, 1.0)}"
@@ -58,9 +58,9 @@ def sentences(
     if verdict == UNDECIDED:
         first = "The model has not converged: there is no verdict." if finished else "The budget ended the search: there is no verdict."
     best = tuple(f"The best of them, {spoken(name)}, is not asserted: {reason}." for name, reason in list(reasons.items())[:1])
-    learned = (f"A term learned from the records describes it: {formula}.", falls) if formula else ()
-    if after is before:
-        learned = (_error_of_nominal(before, unseen),)
+    learned = (_error_of_nominal(before, unseen),) if after is before else (falls,)
+    if formula:
+        learned = (f"A term learned from the records describes it: {formula}.", *learned)
     return (first, *best, *where, *learned, *restless, *_varying(after))
 
 
@@ -82,7 +82,7 @@ def _nothing_missing(verdict: str, before: Side, after: Side) -> str:
 def _error_of_nominal(before: Side, unseen: str) -> str:
     """Sentence on the nominal model's error on what its fit has not seen."""
     if math.isnan(before.held_out_nrmse):
-        return "The records are too short to leave windows out of the fit."
+        return "Nothing could be left out of the fit."
     return f"The error of the nominal model on {unseen} is {percent(before.held_out_nrmse, 1.0)}."
 
 

@@ -8,7 +8,7 @@ from identification.diagnosis.augment import augmented
 from identification.diagnosis.look import look, weighed_anew
 from identification.result.evidence import chance
 from identification.result.result import Added
-from identification.trajectory.fit import Fitted
+from identification.trajectory.fit import Fitted, polished
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
@@ -33,7 +33,7 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, progress: Callable[[s
         places.append(best.channel or best.members[0].record or "")
         possibilities *= len(seen.listed) * EFFECTS[name].probe.searched
         progress(f"fitting the model with {name}")
-        found = augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress)
+        found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
     gain = 0.5 * (nominal.solution.deviance - found.solution.deviance)
     numbers = max(_unknowns(found) - _unknowns(nominal), 1)
     return found, Added(

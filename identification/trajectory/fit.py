@@ -100,7 +100,13 @@ class Fitted:
 
 
 def fit(
-    problem: Problem, *, seed: int = 0, begin: Variances | None = None, both: bool = True, progress: Progress = lambda line: None
+    problem: Problem,
+    *,
+    seed: int = 0,
+    begin: Variances | None = None,
+    both: bool = True,
+    together: bool = True,
+    progress: Progress = lambda line: None,
 ) -> Fitted:
     """Fit a problem from both ends: from a large random force, and from none with autocorrelated reading errors; the likelier counts.
 
@@ -111,7 +117,8 @@ def fit(
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
         begin: variances from which the force falls; by default those of a large one.
-        both: whether to begin without a force too, where the first end has left one, and to weigh both together at the end.
+        both: whether to begin without a force too, where the first end has left one.
+        together: whether random force and reading errors are weighed together at the end, which `polished` can do later.
         progress: called with a line in each round.
 
     Raises:
@@ -129,7 +136,7 @@ def fit(
     if other is not None and other.converged and _vanishes(problem, other.variances.force):
         return other
     try:
-        found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM, together=both)
+        found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM, together=together)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
@@ -138,7 +145,7 @@ def fit(
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         try:
-            other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS)
+            other = _converged(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together)
         except np.linalg.LinAlgError:  # where physics is missing, the way from no force may lead nowhere
             return found
     return other if other.converged and other.solution.deviance < found.solution.deviance else found
@@ -240,7 +247,7 @@ def _converged(
     together: bool = True,
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds."""
-    scales, border = problem.scales, problem.border
+    border = problem.border
     force, readings, count = variances.force, variances.readings, 0
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
