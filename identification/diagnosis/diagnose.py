@@ -25,7 +25,7 @@ from identification.diagnosis.diagnosis import (
 from identification.diagnosis.left_out import left_out_density, left_out_fits
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, Scored, best_of_each, detail, limit_warning, look, weighed_anew
-from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, search
+from identification.diagnosis.search import MOST_EFFECTS, Search, Step, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
 from identification.estimation.prediction import record_fits
@@ -342,16 +342,11 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     )
 
 
-def _criterion(one: Alternative, samples: int) -> float:
-    """Bayesian information criterion, less that of the model without the effect."""
-    return one.degrees * float(np.log(max(samples, 1))) - one.best
-
-
 def _probability(step: Step) -> float:
     """Weight exp(-BIC / 2) of the best among the alternatives of its step, times 1 - chance."""
     best, samples = step.alternatives[0], step.look.fitted.local.samples
-    lowest = _criterion(best, samples)
-    weights = [float(np.exp(-0.5 * min(_criterion(one, samples) - lowest, 1400.0))) for one in step.alternatives]
+    lowest = best.criterion(samples)
+    weights = [float(np.exp(-0.5 * min(one.criterion(samples) - lowest, 1400.0))) for one in step.alternatives]
     mine = sum(weight for weight, one in zip(weights, step.alternatives, strict=True) if one.name == best.name)
     return (1.0 - chance(best.best, best.degrees, best.tried)) * mine / sum(weights)
 
@@ -360,8 +355,8 @@ def _twins(step: Step) -> list[str]:
     """Effects that the records cannot separate from the best: chance alone could have put these first."""
     best, samples = step.alternatives[0], step.look.fitted.local.samples
     within = -2.0 * float(np.log(LEVEL))
-    near = [one.name for one in step.alternatives[1:] if _criterion(one, samples) - _criterion(best, samples) < within]
-    return [name for name in near if name != best.name]
+    near = [one for one in step.alternatives[1:] if one.criterion(samples) - best.criterion(samples) < within]
+    return [one.name for one in near if one.name != best.name and best.name not in one.candidate.members[0].special_cases]
 
 
 def _considered(found: Search) -> tuple[Considered, ...]:
@@ -381,7 +376,7 @@ def _considered(found: Search) -> tuple[Considered, ...]:
                     gain=scored.gain,
                     chance=chance(scored.gain, degrees, len(step.look.listed)),
                     drop=None if one is None else one.best,
-                    bic=None if one is None else _criterion(one, samples) - _criterion(step.alternatives[0], samples),
+                    bic=None if one is None else one.criterion(samples) - step.alternatives[0].criterion(samples),
                     held_out=None,
                     beside=beside,
                 )

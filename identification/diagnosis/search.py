@@ -32,7 +32,7 @@ class Alternative:
         candidate: effect and signals.
         expected: gain of twice the log likelihood by the score.
         gain: the same with all variances estimated anew, at first order.
-        degrees, tried: strengths, and candidates among which it is the best.
+        degrees, tried: numbers that it adds, and candidates among which it is the best.
         fitted: the model with it, iterated to the end; None where it was not.
         drop: gain after that.
     """
@@ -54,6 +54,10 @@ class Alternative:
     def best(self) -> float:
         """Gain by the best that is known of it."""
         return self.gain if self.drop is None else self.drop
+
+    def criterion(self, samples: int) -> float:
+        """Bayesian information criterion, less that of the model without it; the lower the better (Schwarz 1978)."""
+        return self.degrees * float(np.log(max(samples, 1))) - self.best
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -131,7 +135,7 @@ def _step(seen: Look, progress: Progress) -> Step:
             candidate=scored.candidate,
             expected=scored.gain,
             gain=base - weighed.deviance,
-            degrees=int(scored.known.sum()) or 1,
+            degrees=_numbers(scored.candidate, len(seen.fitted.problem.chains.knots)),
             tried=tried + (scored.candidate.members[0].probe.searched - 1),
         )
         found.append((one, weighed))
@@ -151,7 +155,14 @@ def _step(seen: Look, progress: Progress) -> Step:
         refitted.append(dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance))
     done = {one.candidate.key for one in refitted}
     others = [one for one, _ in found if one.candidate.key not in done]
-    return Step(look=seen, alternatives=(*sorted(refitted, key=lambda one: -one.best), *others))
+    samples = seen.fitted.local.samples
+    return Step(look=seen, alternatives=(*sorted(refitted, key=lambda one: one.criterion(samples)), *others))
+
+
+def _numbers(candidate: Candidate, records: int) -> int:
+    """Numbers that an effect adds to the model, those of its grid left out."""
+    parameters = [p for p in candidate.members[0].parameters if not p.searched]
+    return sum(records if p.per_record else 1 for p in parameters)
 
 
 def _shortlist(seen: Look) -> list[Scored]:

@@ -40,8 +40,7 @@ def sentences(
         return (_nothing_missing(verdict, before, after), *restless, _error_of_nominal(before, unseen), *_varying(after))
     where = (location.sentence,) if location is not None else ()
     falls = (
-        f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g};"
-        " nothing could be left out of the fit."
+        f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; nothing could be left out of the fit."
         if math.isnan(before.held_out_nrmse)
         else f"The error on {unseen} {_moves(before, after)} from {percent(before.held_out_nrmse, 1.0)}"
         f" to {percent(after.held_out_nrmse, 1.0)}"

@@ -102,6 +102,11 @@ class AbstractEffect(eqx.Module):
         return None
 
     @property
+    def special_cases(self) -> tuple[str, ...]:
+        """Names of listed effects that it holds as special cases: where one of these suffices, records need not separate the two."""
+        return ()
+
+    @property
     def record(self) -> str | None:
         """File of the only record in which it acts; None where it acts in all."""
         return None

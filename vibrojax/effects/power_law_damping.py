@@ -66,6 +66,11 @@ class PowerLawDamping(AbstractEffect):
         """v_c for an exponent below one, m/s; infinite above, where the force has no switch."""
         return jnp.where(jnp.asarray(self.exponent) < 1.0, _CREEP, jnp.inf)
 
+    @property
+    def special_cases(self) -> tuple[str, ...]:
+        """p = 2, and p near 0."""
+        return "quadratic_drag", "coulomb_friction"
+
     def scaled(self, factor: Value) -> "PowerLawDamping":
         """Coefficient in proportion, at the same exponent."""
         return dataclasses.replace(self, power_coefficient=factor * self.power_coefficient)

@@ -90,6 +90,11 @@ class ReadingTone(AbstractChannelFault):
     cosine: Value
     of_channel: str = eqx.field(static=True, default="")
 
+    @property
+    def special_cases(self) -> tuple[str, ...]:
+        """One that does not decay."""
+        return ("mains_hum",)
+
     def scaled(self, factor: Value) -> "ReadingTone":
         """Tone in proportion, at the same frequency and decay."""
         return dataclasses.replace(self, sine=factor * self.sine, cosine=factor * self.cosine)
