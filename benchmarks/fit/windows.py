@@ -90,7 +90,7 @@ def _borders(touching: np.ndarray) -> np.ndarray:
     samples = np.clip(len(touching) / max(touches / _IMPACTS, 1.0), _FEWEST, _MOST)
     borders = np.linspace(0, len(touching), max(1, round(len(touching) / samples)) + 1).round().astype(int)
     if touching.any():
-        clear, reach = distance_transform_edt(~touching), int(samples // 4)
+        clear, reach = np.asarray(distance_transform_edt(~touching)), int(samples // 4)
         for place, border in enumerate(borders[1:-1], start=1):
             near = np.arange(max(border - reach, 1), min(border + reach, len(touching) - 1))
             quiet = near[clear[near] == clear[near].max()]

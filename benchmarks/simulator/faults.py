@@ -138,7 +138,7 @@ class Tone:
 
     def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
         turn = np.exp((2j * np.pi * self.frequency - self.decay) * time + 1j * self.phases[file])
-        return signal + self.amplitude * turn.imag
+        return signal + self.amplitude * np.imag(turn)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

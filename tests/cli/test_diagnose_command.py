@@ -65,7 +65,7 @@ def test_everything_is_written_and_reported(engine, monkeypatch, capsys, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "among"),
     [
-        ((), EFFECTS),
+        ((), tuple(EFFECTS)),
         (("--only", "hysteresis", "--only", "coulomb_friction"), ("coulomb_friction", "hysteresis")),
         (("--without", "hysteresis"), tuple(name for name in EFFECTS if name != "hysteresis")),
     ],

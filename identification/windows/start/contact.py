@@ -110,6 +110,8 @@ def contact_start(
 
 def _fitted(residual, jacobian, start: np.ndarray) -> Any | None:
     """One regression; None where the law's force is not finite at or after its start."""
+    if not (np.isfinite(residual(start)).all() and np.isfinite(jacobian(start)).all()):
+        return None
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             return least_squares(residual, start, jac=jacobian, loss="soft_l1", max_nfev=60)
@@ -146,8 +148,7 @@ def _residual(model: Model, names, samples, slot):
     return lambda x: np.asarray(_misfit(*given, jnp.asarray(x))), lambda x: np.asarray(_misfit_slope(*given, jnp.asarray(x)))
 
 
-@soon_compiled
-def _misfit(model: Model, names: tuple[str, ...], data, slot, units, x):
+def _off(model: Model, names: tuple[str, ...], data, slot, units, x):
     specs = {p.name: p for p in model.parameters}
     changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
     delta, law = data["indentation"] - units[0] * x[len(names) :][slot], changed.law
@@ -157,9 +158,12 @@ def _misfit(model: Model, names: tuple[str, ...], data, slot, units, x):
     return (force - data["force"]) / units[1]
 
 
+_misfit = soon_compiled(_off)
+
+
 @soon_compiled
 def _misfit_slope(model: Model, names: tuple[str, ...], data, slot, units, x):
-    return jax.jacfwd(lambda moved: _misfit(model, names, data, slot, units, moved))(x)
+    return jax.jacfwd(lambda moved: _off(model, names, data, slot, units, moved))(x)
 
 
 def _length(samples: dict[str, np.ndarray]) -> float:

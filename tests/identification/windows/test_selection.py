@@ -9,7 +9,8 @@ from identification.windows.selection import in_part
 
 
 def test_an_experiment_of_usual_size_is_fitted_whole(small):
-    assert in_part(small) == (small, ())
+    part, said = in_part(small)
+    assert said == () and all(one is other for one, other in zip(part.records, small.records, strict=True))
 
 
 def test_long_records_are_fitted_from_their_beginning_and_a_part_that_was_chosen_whole(small):
