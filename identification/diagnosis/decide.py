@@ -26,7 +26,7 @@ class Evidence:
         gain: of twice the log marginal likelihood, all variances estimated anew in both models, everything refitted.
         degrees: strengths that the effect adds.
         tried: candidates and places among which it was the best.
-        strength: of its weakest strength, over the standard error.
+        strength: of its strongest part, over the standard error.
         held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
         errors: rms error of the free motion on that, before and after; None likewise.
         left: largest gain of a free form over the model with the effect, with its columns and the number of forms.

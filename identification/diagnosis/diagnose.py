@@ -37,6 +37,9 @@ from identification.result.result import OK, RecordFit
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
+from identification.windows.clearance import check_clearance
+from identification.windows.declared_model import nominal_model
+from identification.windows.selection import in_part
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 
@@ -114,6 +117,8 @@ def diagnose_experiment(
         NoConvergenceError: the nominal model cannot be fitted at all.
     """
     course = _Course(budget_minutes, progress)
+    check_clearance(experiment, nominal_model(experiment, law).law)
+    experiment, partly = in_part(experiment)
     with course.stage("nominal"):
         progress("reading first guesses from the records")
         nominal = fit(problem_of(experiment, law=law), together=False, progress=progress)
@@ -135,7 +140,8 @@ def diagnose_experiment(
             formula = ""
             after = after if verdict in (MISSING, UNDECIDED) else before
     with course.stage("location"):
-        return _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
+        diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
+    return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *partly))
 
 
 def _weighed(fitted: Fitted, experiment: Experiment) -> _Weighed:
@@ -178,7 +184,7 @@ def _refused(found: Search, step: Step, before: _Weighed, after: _Weighed, left:
 
 
 def _strength(fitted: Fitted, name: str) -> float:
-    """Strength of an effect over its standard error; of one estimated in every record, over the weakest error that any gives."""
+    """Strength of an effect over its standard error, of the part or record in which that is largest."""
     problem, unknowns = fitted.problem, fitted.problem.unknowns
     effect = next(one for one in problem.model_at(fitted.at).effects if one.name == name)
     twice, errors = effect.scaled(2.0), fitted.stderr

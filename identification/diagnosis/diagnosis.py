@@ -80,8 +80,8 @@ class Profile:
 
     @property
     def size_unit(self) -> str:
-        """Unit of the quantity: that of a force, or none for a residual over the noise."""
-        return "N" if self.quantity == "force" else "1"
+        """Unit of the quantity: that of a force or a place, or none for a residual over the noise."""
+        return {"force": "N", "stop": "m"}.get(self.quantity, "1")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -12,6 +12,7 @@ import numpy as np
 from identification.diagnosis.signals import on_segments
 from identification.trajectory.course import Course, Signal
 from identification.trajectory.fit import Fitted
+from vibrojax.channel_units import UNITS
 from vibrojax.effects import ProbeScales
 from vibrojax.effects.free_form import hats
 
@@ -96,7 +97,7 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
         yield Form(
             coordinate="reading",
             quantity=channel,
-            unit="",
+            unit=UNITS[channel],
             knots=knots,
             columns=np.stack([np.arange(_HATS), np.zeros(_HATS, int)], axis=1),
             size=noise,

@@ -119,7 +119,7 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
         stderr = np.array([np.sum(errors[row] ** -2.0) ** -0.5 for row in rows])
         found.append((float(np.sum((mean / stderr) ** 2)), mean, stderr))
     _, mean, stderr = max(found, key=lambda one: one[0])
-    unit = form.size if form.quantity == "force" else 1.0
+    unit = 1.0 if form.coordinate == "reading" else form.size
     return Profile(
         coordinate=form.coordinate,
         unit=form.unit,

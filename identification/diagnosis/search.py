@@ -86,10 +86,6 @@ class Search:
     last: Step | None
     finished: bool
 
-    def step_of(self, name: str) -> Step:
-        """Step that took an effect in."""
-        return next(one for one in self.steps if one.alternatives[0].name == name)
-
 
 def search(
     nominal: Fitted,

@@ -9,9 +9,6 @@ from identification.result.variation import Unrest
 from identification.wording.names import spoken
 from identification.wording.numbers import joined, percent, rounded, with_unit
 
-_NAMED = 4
-"""Number of records from which on sentences give their count, not their names."""
-
 
 def sentences(
     verdict: str,

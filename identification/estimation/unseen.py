@@ -50,12 +50,6 @@ def held_back_fits(fitted: Fitted, experiment: Experiment, progress: Callable[[s
     return tuple(dataclasses.replace(one, horizons=far) for one, far in zip(record_fits(chain), horizons(chain), strict=True))
 
 
-def held_out_deviance(fitted: Fitted, experiment: Experiment) -> float:
-    """-2 log likelihood of the held-back records, sizes of random force and reading errors estimated there; NaN without such records."""
-    chain = held_back_chain(fitted, experiment)
-    return float("nan") if chain is None else chain.solution.deviance
-
-
 def rms_nrmse(records: tuple[RecordFit, ...]) -> float:
     """Root mean square of the normalised errors over all channels with signal; a failed prediction counts as 1."""
     errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]

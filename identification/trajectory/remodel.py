@@ -162,7 +162,7 @@ def with_variation(problem: Problem, std: Mapping[str, float]) -> Problem:
     before, border = problem.unknowns, problem.border
     place = len(before.own) - len(problem.model.record_parameters)
 
-    def widened(values: np.ndarray, value: float) -> np.ndarray:
+    def widened(values: np.ndarray, value: float | bool) -> np.ndarray:
         return np.insert(values, [place] * len(absent), value, axis=-1)
 
     own = (*before.own[:place], *(f"{_VARIATION}{name}" for name in absent), *before.own[place:])

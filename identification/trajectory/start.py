@@ -22,7 +22,7 @@ from identification.trajectory.segments import (
 from identification.windows.declared_model import check_wishes, expected, nominal_model, priors, varying, within_bounds
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics, relative_displacement
-from identification.windows.measured_input import inputs_of
+from identification.windows.measured_input import driving_channels, inputs_of
 from identification.windows.release import from_release
 from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact
@@ -275,7 +275,7 @@ def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, s
     for place, name in enumerate(unknowns.own):
         if name.startswith("zero."):
             channel = name[5:]
-            own[:, place] = [channel in record.channels for record in records]
+            own[:, place] = [channel in record.channels and channel not in driving_channels(record) for record in records]
             own_scale[place] = own_std[place] = zeros[channel]
     means = {name: (mean, std) for name, mean, std in priors(experiment)}
     shared_mean, precision = start.shared.copy(), np.zeros(len(parameters))
