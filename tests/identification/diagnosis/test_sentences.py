@@ -26,7 +26,7 @@ def said(diagnosis, *, ambiguous=(), unrest=None, after=None) -> str:
 def test_nothing_missing_is_said_with_the_error_of_prediction(made):
     text = said(made[ADEQUATE])
     assert text.startswith("Nothing beyond the noise: the nominal model explains the records (reduced chi-square")
-    assert "on windows left out of the fit is 1.2 %." in text
+    assert "on records left out in turn is 1.2 %." in text
     assert "random force" not in text
 
 
@@ -107,4 +107,4 @@ def test_a_value_for_each_record_is_no_nominal_model(made):
 def test_an_unlisted_cause_without_a_term_states_the_error_of_the_nominal_model(made):
     one = made[UNLISTED]
     text = said(dataclasses.replace(one, augmented=one.nominal, free_form=""))
-    assert "The error of the nominal model on windows left out of the fit is 19 %." in text and "describes it" not in text
+    assert "The error of the nominal model on records left out in turn is 19 %." in text and "describes it" not in text
