@@ -11,7 +11,7 @@ from identification.result.evidence import chance_of_force
 from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, ParameterEstimate, SensorError
 from identification.result.variation import Disagreement, Unrest
 from identification.trajectory.chain_equations import solve
-from identification.trajectory.fit import Fitted, reweighed, settled
+from identification.trajectory.fit import SMALLEST_FORCE, Fitted, reweighed, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import weighable
@@ -32,8 +32,6 @@ _WEAK = 0.1
 """The same above which an interval follows the likelihood: a tenth, where a logarithm is no longer linear."""
 _WIDE = 10.0
 """Prior standard deviation of a parameter within a single record, in the coordinate of the fit."""
-_NOTHING = 1e-4
-"""Size that represents a zero force, over the estimated one."""
 _STEP = 0.15
 """Step of the logarithms of size and correlation time for second differences."""
 
@@ -268,7 +266,10 @@ def _physical(p: Parameter, internal: float, sigma: float) -> tuple[float, float
 def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:
     """Random force beside a fitted model; None where it is not significant at the level `alpha`."""
     force = fitted.variances.force
-    gain = deviance(fitted, dataclasses.replace(force, std=_NOTHING * force.std)) - deviance(fitted, force)
+    nothing = SMALLEST_FORCE * fitted.problem.scales.force
+    if force.std <= 1.01 * nothing:
+        return None
+    gain = deviance(fitted, dataclasses.replace(force, std=nothing)) - deviance(fitted, force)
     if chance_of_force(gain) > alpha:
         return None
     of_force, of_memory = _force_errors(fitted)

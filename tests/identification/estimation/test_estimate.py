@@ -130,7 +130,7 @@ def test_a_shaken_rig_has_a_random_force_with_errors():
     document = fit_json(found)
     assert document["unrest"]["force_rms"]["stderr"] == found.unrest.force_rms[1]
     assert set(document["reading_error"]["hammer_displacement"]) >= {"rms", "unit", "order"}
-    assert tables.shares(found).startswith("Of the squared misfit 9")
+    assert tables.shares(found.reading_error, found.unrest, found.force_share).startswith("Of the squared misfit 9")
 
 
 @pytest.mark.thorough
