@@ -59,7 +59,7 @@ DROPS = [
     RecordPlan(file=f"drop{i}.csv", kind="drop-test", gap=0.0, true_gap=0.0, samples=4001, release=release)
     for i, release in ((1, -20e-3), (2, -45e-3))
 ]
-NOISY = [dataclasses.replace(sensor, noise=1e-4) for sensor in standard_sensors(force=False, acceleration=False)]
+NOISY = [dataclasses.replace(sensor, noise=3e-5) for sensor in standard_sensors(force=False, acceleration=False)]
 with tempfile.TemporaryDirectory() as folder:
     write_experiment(Path(folder), RIG, tuple(DROPS), tuple(NOISY), np.random.default_rng(3), truth=None)
     experiment = load_experiment(folder)

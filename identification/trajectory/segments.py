@@ -25,6 +25,8 @@ FEWEST_SAMPLES = 4
 """Samples of a segment, at least: whitening reaches back one segment, so that no reading error is of higher order."""
 SEGMENTS_PER_PERIOD = 60.0
 """Segments in a period of the natural or excitation frequency, about: the random force is linear within each."""
+FEWEST_SEGMENTS_PER_PERIOD = 8.0
+"""Where samples are that few: a force that is linear within a segment follows no motion on fewer."""
 CEILING_SAMPLES, CEILING_RUN = 20, 4
 """Samples at one extreme value, in all and in a row, by which a channel counts as cut off there."""
 GAP_PRIOR_STD_M = 1e-3
@@ -165,10 +167,11 @@ def _takes_approach_speed(model: Model) -> bool:
 
 
 def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
-    """Samples from one knot to the next: a part of the shortest period, and no fewer than `FEWEST_SAMPLES`."""
+    """Samples from one knot to the next: a part of the shortest period, and `FEWEST_SAMPLES` where a period has enough of them."""
     dt = min(float(np.median(np.diff(record.time))) for record in records)
-    wanted = 1.0 / (SEGMENTS_PER_PERIOD * fastest_hz * dt) if fastest_hz > 0 else 0.0
-    return max(FEWEST_SAMPLES, round(wanted))
+    period = 1.0 / (fastest_hz * dt) if fastest_hz > 0 else np.inf  # samples
+    wanted = period / SEGMENTS_PER_PERIOD if fastest_hz > 0 else 0.0
+    return max(1, round(min(max(wanted, FEWEST_SAMPLES), period / FEWEST_SEGMENTS_PER_PERIOD)))
 
 
 def chains_of(

@@ -9,7 +9,7 @@ import pytest
 
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.horizons import filtered_state
-from identification.estimation.unseen import held_back_fits, held_out_deviance
+from identification.estimation.unseen import held_back_chain, held_back_fits
 from identification.report import fit_summary, write_report
 from identification.result.files import fit_json
 from identification.trajectory.fit import fit
@@ -73,14 +73,15 @@ def test_wrong_parameters_predict_it_worse_and_less_likely(chain, parted):
     shared = chain.at.shared.copy()
     shared[chain.problem.unknowns.index("lambda_i")] += math.log(2.0)
     wrong = dataclasses.replace(chain, at=dataclasses.replace(chain.at, shared=shared))
-    assert held_out_deviance(wrong, parted) > held_out_deviance(chain, parted) + 1000.0
+    worse, right = (held_back_chain(one, parted).solution.deviance for one in (wrong, chain))
+    assert worse > right + 1000.0
     (predicted,) = held_back_fits(wrong, parted)
     assert predicted.chi2_reduced["impact_force"] > 5.0
 
 
 def test_nothing_held_back_is_nothing_predicted(parted, chain):
     assert held_back_fits(chain, parted.fitting) == ()
-    assert math.isnan(held_out_deviance(chain, parted.fitting))
+    assert held_back_chain(chain, parted.fitting) is None
 
 
 def test_reports_separate_fitted_from_predicted(fitted, tmp_path):
