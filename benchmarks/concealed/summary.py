@@ -54,7 +54,8 @@ def verdicts(trials: Sequence[Mapping], method: str) -> dict:
     """How often is something claimed where nothing is concealed; how often is the truth named.
 
     A case that failed or stayed undecided counts as not named. Among complete models, and for wrong names among all cases, only those with
-    a verdict count; the others are told elsewhere. On a rig with unrest "restless" is no false alarm, and right for what is on no list.
+    a verdict count; the others are counted with the verdicts. On a rig with unrest
+    "restless" is no false alarm, and right for what is on no list.
     """
     by_group = {group: [outcome(t, method) for t in trials if t["group"] == group] for group in _GROUPS}
     null = [found for found in by_group["null"] if found.verdict not in OPEN]

@@ -33,7 +33,9 @@ def test_a_lag_of_zero_is_the_ideal_channel():
 
 
 def test_a_stretch_can_begin_anywhere():
-    continued(ForceLag(8e-3), 341)
+    in_one, in_two, moved = continued(ForceLag(8e-3), 341)
+    assert moved > 1e-6
+    np.testing.assert_allclose(in_two, in_one, atol=1e-12, rtol=0)
 
 
 def test_begins_where_the_records_show_a_delay_but_never_comes_early():

@@ -50,7 +50,9 @@ def test_all_channels_come_equally_late():
 
 @pytest.mark.parametrize("cut", [1, 90, 400])
 def test_a_stretch_can_begin_anywhere(cut):
-    continued(FILTER, cut)
+    in_one, in_two, moved = continued(FILTER, cut)
+    assert moved > 1e-6
+    np.testing.assert_allclose(in_two, in_one, atol=1e-12, rtol=0)
 
 
 def test_a_time_constant_of_zero_is_an_ideal_recorder():

@@ -46,7 +46,9 @@ def test_memory_obeys_its_recursion():
 
 @pytest.mark.parametrize("cut", [1, 90, 400])
 def test_a_stretch_can_begin_anywhere(cut):
-    continued(DISCHARGE, cut)
+    in_one, in_two, moved = continued(DISCHARGE, cut)
+    assert moved > 1e-6
+    np.testing.assert_allclose(in_two, in_one, atol=1e-12, rtol=0)
 
 
 def test_off_it_never_discharges_and_twice_as_strong_it_does_so_in_half_the_time():

@@ -13,6 +13,7 @@ import dataclasses
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from vibrojax.channel_units import UNITS
@@ -40,6 +41,25 @@ def unit_in(unit: str, channel: str | None) -> str:
         return unit
     found = UNITS[channel]
     return unit.replace(f"({UNIT_OF_CHANNEL})", found if found.isalpha() else f"({found})").replace(UNIT_OF_CHANNEL, found)
+
+
+def sine_and_cosine(symbols: tuple[str, str], of: str) -> tuple[Parameter, ...]:
+    """Parameters `sine` and `cosine` of something periodic in one channel, of which every record has its own."""
+    return tuple(
+        Parameter(
+            name=name,
+            field=name,
+            symbol=symbol,
+            unit=UNIT_OF_CHANNEL,
+            start=0.0,
+            lower=-np.inf,
+            scale=1e-4,
+            logarithmic=False,
+            per_record=True,
+            meaning=f"{name} part of {of}",
+        )
+        for name, symbol in zip(("sine", "cosine"), symbols, strict=True)
+    )
 
 
 class Motion(eqx.Module):

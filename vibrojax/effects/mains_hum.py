@@ -5,9 +5,8 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 
-from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings, sine_and_cosine
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
@@ -64,21 +63,7 @@ class MainsHum(AbstractChannelFault):
             upper=1e5,
             meaning="frequency of the line",
         ),
-        *(
-            Parameter(
-                name=name,
-                field=name,
-                symbol=symbol,
-                unit=UNIT_OF_CHANNEL,
-                start=0.0,
-                lower=-np.inf,
-                scale=1e-4,
-                logarithmic=False,
-                per_record=True,
-                meaning=f"{name} part of the line",
-            )
-            for name, symbol in (("sine", "a_h"), ("cosine", "b_h"))
-        ),
+        *sine_and_cosine(("a_h", "b_h"), "the line"),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
     probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=LINES_IN_A_SPECTRUM)

@@ -5,9 +5,8 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 
-from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings, sine_and_cosine
 from vibrojax.effects.mains_hum import LINES_IN_A_SPECTRUM, is_of_mains
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import Parameter
@@ -65,21 +64,7 @@ class ReadingTone(AbstractChannelFault):
         Parameter(
             name="decay_rate", field="decay_rate", symbol="s_t", unit="1/s", start=0.0, logarithmic=False, meaning="decay rate of the tone"
         ),
-        *(
-            Parameter(
-                name=name,
-                field=name,
-                symbol=symbol,
-                unit=UNIT_OF_CHANNEL,
-                start=0.0,
-                lower=-np.inf,
-                scale=1e-4,
-                logarithmic=False,
-                per_record=True,
-                meaning=f"{name} part of the tone",
-            )
-            for name, symbol in (("sine", "a_t"), ("cosine", "b_t"))
-        ),
+        *sine_and_cosine(("a_t", "b_t"), "the tone"),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
     probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=LINES_IN_A_SPECTRUM)
