@@ -10,7 +10,6 @@ from scipy.signal import correlate, correlation_lags, fftconvolve
 
 from identification.experiment import Record
 from identification.windows.kinematics import bridged
-from vibrojax.effects import AbstractEffect, ProbeScales
 
 _DERIVATIVES = {"hammer_displacement": (3, 1.0), "hammer_acceleration": (1, 1.0), "impact_force": (1, -1.0)}
 """Order of differentiation that turns a channel into the hammer's jerk, and sign of the factor; the suspension's part is neglected."""
@@ -59,12 +58,6 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
             against[early].append(-delay)
     agreed = {name: _agreed(delays, of_records) for name, delays in against.items() if delays and all(delays)}
     return {name: delay for name, delay in agreed.items() if delay}
-
-
-def is_recorded(effect: AbstractEffect, scales: ProbeScales) -> bool:
-    """Whether an effect delays its channel by as much as the records show without a model."""
-    delay = effect.probe.delay
-    return bool(delay) and bool(getattr(effect, delay) == scales.lags.get(effect.channel or ""))
 
 
 def _agreed(delays: list[float], of_records: list[_Jerks]) -> float:

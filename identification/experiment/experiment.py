@@ -221,11 +221,6 @@ class Experiment:
         return replace(self, records=tuple(record for record in self.records if not record.held_back))
 
     @property
-    def only_decays(self) -> bool:
-        """Whether nothing but free decays was recorded, which have no impact."""
-        return all(record.kind == "free-decay" for record in self.records)
-
-    @property
     def held_back(self) -> tuple[Record, ...]:
         """Records that no fit may see."""
         return tuple(record for record in self.records if record.held_back)

@@ -3,7 +3,7 @@
 import dataclasses
 
 from tests.effects.rig import LAW
-from vibrojax.effects import ProbeScales
+from vibrojax.effects import AbstractEffect, ProbeScales
 
 SCALES = ProbeScales(
     mass=0.5,
@@ -44,3 +44,9 @@ NOTHING = dataclasses.replace(
     lines={},
     clock={"drop.csv": (0.0, 1.0)},
 )
+
+
+def is_recorded(effect: AbstractEffect, scales: ProbeScales) -> bool:
+    """Whether an effect delays its channel by as much as the records show without a model."""
+    delay = effect.probe.delay
+    return bool(delay) and bool(getattr(effect, delay) == scales.lags.get(effect.channel or ""))

@@ -3,8 +3,7 @@ import dataclasses
 import numpy as np
 from scipy.signal import lfilter
 
-from identification.diagnosis.lags import is_recorded
-from tests.effects.scales import SCALES
+from tests.effects.scales import SCALES, is_recorded
 from tests.effects.sensor import continued, shown, unheard
 from vibrojax.effects import ForceLag
 

@@ -5,9 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from identification.diagnosis.lags import is_recorded
 from tests.effects.rig import sine, system
-from tests.effects.scales import SCALES
+from tests.effects.scales import SCALES, is_recorded
 from tests.effects.sensor import record, shown, unheard
 from vibrojax.effects import TimeOffset
 
