@@ -46,6 +46,8 @@ _LONGEST_STEP = 0.7
 """Largest change of a logarithm or of a scaled parameter in one step; a quarter of its range where that is less."""
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
+_TURNS_BACK = 3.0
+"""Length of a step that turns back over that of the one before, at most."""
 _NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
@@ -61,6 +63,8 @@ _SHORTEST_SHARE, _HARDLY = 1e-3, 0.01
 mean square."""
 _OF_TWO_NUMBERS = 4.0
 """Akaike's price of size and memory of a random force, in -2 log likelihood."""
+_LONGEST_MEMORY = 30.0
+"""Of a random force, over the time in which the motion changes by its own size, rms u / rms u'."""
 _SOME_FORCE = 1e-3
 """A random force, over the suspension's, from which a larger one than none is sought."""
 
@@ -269,10 +273,10 @@ def _converged(
         _SamePlace: the force does not stay below a size, N.
     """
     border = problem.border
-    force, readings, count = variances.force, variances.readings, 0
+    force, readings, count, last = variances.force, variances.readings, 0, None
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
-        share, change, before = _share(problem, solution), _change(problem, solution), force
+        share, change, before, last = _share(problem, solution, last), _change(problem, solution), force, solution
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from:
@@ -282,7 +286,7 @@ def _converged(
         if force.std > below:
             raise _SamePlace
         settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
-        if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and share == 1.0 and change < _SMALL_STEP:
+        if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and change < _SMALL_STEP:
             break
     return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, together=together)
 
@@ -291,7 +295,7 @@ def _with_likeliest(
     problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, together: bool
 ) -> Fitted:
     """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
-    force, readings = variances.force, variances.readings
+    force, readings, before = variances.force, variances.readings, None
     for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
         if together and not _vanishes(problem, force) and any(one.order for one in readings):
@@ -300,11 +304,12 @@ def _with_likeliest(
             force = annealed(problem, at, local, force, evaluations=40)
             readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
-        solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
+        force, solution = _force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
         if last == _LAST_ROUNDS - 1 or (last and _change(problem, solution) < _SMALL_STEP):
             break
-        at = moved(problem.border, at, solution, _share(problem, solution))
+        share, before = _share(problem, solution, before), solution
+        at = moved(problem.border, at, solution, share)
     return Fitted(
         problem=problem,
         at=at,
@@ -317,6 +322,23 @@ def _with_likeliest(
     )
 
 
+def _force_if_it_pays(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> tuple[RandomForce, Solution]:
+    """The random force, or none where it gains less than its two numbers cost; with the solution."""
+
+    def with_force(one: RandomForce) -> Solution:
+        return solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, one, problem.experiment.mass)
+
+    none, some = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=force.memory), with_force(force)
+    if not _vanishes(problem, force):
+        try:
+            without = with_force(none)
+        except np.linalg.LinAlgError:  # the records cannot be explained without one
+            return force, some
+        if without.deviance < some.deviance + _OF_TWO_NUMBERS:
+            return none, without
+    return force, some
+
+
 def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
     """A fit with random force and reading errors weighed together, where it has both."""
     if _vanishes(fitted.problem, fitted.variances.force) or not any(one.order for one in fitted.variances.readings):
@@ -327,11 +349,11 @@ def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line:
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
     """The mode under given variances, by Gauss-Newton steps from an estimate; at most so many."""
-    free, count = problem.border.shared.any(), 0
+    free, count, last = problem.border.shared.any(), 0, None
     for count in range(steps):
         linear, local, solution = equations(problem, at, variances)
-        share, change = _share(problem, solution), _change(problem, solution)
-        if count + 1 == steps or (free and share == 1.0 and change < _NO_STEP):
+        share, change, last = _share(problem, solution, last), _change(problem, solution), solution
+        if count + 1 == steps or (free and change < _NO_STEP):
             break
         at = moved(problem.border, at, solution, share)
     return Fitted(
@@ -342,7 +364,7 @@ def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int 
         local=local,
         solution=solution,
         rounds=count + 1,
-        converged=share == 1.0 and change < _SMALL_STEP,
+        converged=change < _SMALL_STEP,
     )
 
 
@@ -443,7 +465,9 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
 def _force_range(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest logarithm of size and memory of the random force."""
     smallest, largest = np.log(np.array([SMALLEST_FORCE, LARGEST_FORCE]) * problem.scales.force)
-    return np.array([smallest, np.log(0.3 * float(np.median(problem.chains.duration)))]), np.array([largest, 0.0])
+    shortest = 0.3 * float(np.median(problem.chains.duration))
+    longest = max(_LONGEST_MEMORY * problem.scales.displacement / problem.scales.velocity, 2.0 * shortest)
+    return np.array([smallest, np.log(shortest)]), np.array([largest, np.log(longest)])
 
 
 def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
@@ -471,12 +495,22 @@ def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce,
     return RandomForce(std=float(max(std, force.std / _AT_MOST_DOWN)), memory=float(memory))
 
 
-def _share(problem: Problem, solution: Solution) -> float:
-    """Part of the step that moves no parameter too far."""
+def _share(problem: Problem, solution: Solution, last: Solution | None = None) -> float:
+    """Part of the step that moves no parameter too far, and none back and forth.
+
+    Where a parameter's step turns back on the `last` one, which was too long, the line through both puts the place of no step at
+    1 / (1 + r) of it, with r the ratio of their lengths.
+    """
     border = problem.border
     longest = np.minimum(_LONGEST_STEP, 0.25 * (border.upper - border.lower) / border.shared_scale)
     largest = float(np.max(np.abs(solution.shared) / longest, initial=0.0))
-    return min(1.0, 1.0 / max(largest, 1e-300))
+    share = min(1.0, 1.0 / max(largest, 1e-300))
+    if last is not None:
+        least = _NO_STEP * np.sqrt(np.diag(solution.covariance))
+        back = (solution.shared * last.shared < 0) & (np.minimum(np.abs(solution.shared), np.abs(last.shared)) > least)
+        ratio = np.abs(solution.shared[back] / last.shared[back])
+        share = min(share, 1.0 / (1.0 + min(float(np.max(ratio, initial=0.0)), _TURNS_BACK)))
+    return share
 
 
 def _change(problem: Problem, solution: Solution) -> float:

@@ -152,7 +152,7 @@ _PROFILES = (
 
 
 def _profile(coordinate: str, unit: str, quantity: str, reach: float, explained: float) -> Profile:
-    draws, size = np.random.default_rng(3), FRICTION if quantity == "force" else 4.0
+    draws, size = np.random.default_rng(3), {"force": FRICTION, "stop": 2e-5}.get(quantity, 4.0)
     center = np.linspace(0.0 if coordinate == "time" else -reach, reach, 16)
     mean = -size * (np.tanh(center / (0.02 * reach)) if coordinate == "velocity" else explained * np.sin(7 * center / reach))
     stderr = size * (0.02 + 0.06 * (np.abs(center) / reach) ** 2)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.free_forms import Form, free_forms, hats
+from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Candidate, Look, Scored
 from identification.estimation.prediction import record_fits
@@ -46,13 +46,6 @@ def braking(seen: Look, form: Form) -> tuple[Scored, Reestimated, float]:
     """A force against fast motion towards the stop alone."""
     speed = form.knots[form.columns[:, 0]]
     return weighed(seen, form, np.where(speed > 0.5 * form.knots.max(), -SIZE, 0.0), 5000.0)
-
-
-def test_hats_add_up_to_one_and_each_is_one_at_its_knot():
-    knots = np.array([0.0, 1.0, 3.0])
-    found = hats(np.linspace(-1.0, 4.0, 51), knots)
-    np.testing.assert_allclose(found.sum(axis=0), 1.0)
-    np.testing.assert_array_equal(hats(knots, knots), np.eye(3))
 
 
 def test_forms_of_the_motion_hold_a_constant_force(seen, forms):

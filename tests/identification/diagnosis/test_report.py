@@ -179,7 +179,7 @@ def test_free_forms_are_drawn_in_the_unit_of_what_they_are(made):
     pictures = {image.name: image for image in draw(made[MISSING])}
     assert "No other free form raises the likelihood as much" in pictures["missing"].caption
     labels = [axes.get_ylabel() for axes in pictures["missing-others"].figure.axes if axes.axison]
-    assert labels == ["(N)", "(N)", "(σ)", "(σ)"], "one that gains nothing is left out"
+    assert labels == ["(N)", "(N)", "(mm)", "(σ)"], "one that gains nothing is left out"
     assert "error of impact force over its own value (gains 2 % of the first)" in pictures["missing-others"].alt
 
 

@@ -48,8 +48,3 @@ def test_friction_is_fitted_beside_everything_else(rubbing):
 def test_an_effect_without_anything_to_act_on_is_refused(shaken_records):
     with pytest.raises(InputError, match="force_clipping has nothing to act on in these records, which hold hammer_displacement"):
         fit_experiment(shaken_records, effects=["force_clipping"])
-
-
-def test_an_effect_of_past_samples_is_refused(shaken_records):
-    with pytest.raises(InputError, match="force_lag cannot be fitted yet"):
-        fit_experiment(shaken_records, effects=["force_lag"])
