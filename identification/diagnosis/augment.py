@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.diagnosis.look import Candidate, Look
 from identification.diagnosis.signals import own_states
-from identification.trajectory.fit import Fitted, Progress, fit
+from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
 from vibrojax.effects import AbstractEffect
@@ -16,7 +16,7 @@ from vibrojax.effects.free_form import FreeForm
 
 
 def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
-    """The model with a candidate in it, fitted from a large random force on.
+    """The model with a candidate in it, fitted from a large random force on; from both ends where the model without it came from the other.
 
     Args:
         seen: look in which the candidate was found.
@@ -24,7 +24,9 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
         strengths: of its columns, over the probing strength, from which it starts.
         progress: called with a line in each round.
     """
-    return fit(extended(seen, candidate, strengths), both=False, together=False, progress=progress)
+    problem, both = extended(seen, candidate, strengths), seen.fitted.of_readings
+    found = fit(problem, both=both, together=False, progress=progress)
+    return polished(found, progress=progress) if both else found
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:

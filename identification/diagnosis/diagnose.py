@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.diagnosis.augment import learned
-from identification.diagnosis.decide import LEVEL, Evidence, decide
+from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
     MISSING,
@@ -22,19 +22,18 @@ from identification.diagnosis.diagnosis import (
     Number,
     Side,
 )
-from identification.diagnosis.left_out import left_out_density, left_out_fits
+from identification.diagnosis.evidence import Free, Judge
+from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
-from identification.diagnosis.look import Look, Scored, best_of_each, detail, limit_warning, look, weighed_anew
+from identification.diagnosis.look import Look, best_of_each, detail, limit_warning, look, weighed_anew
 from identification.diagnosis.search import MOST_EFFECTS, Search, Step, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
 from identification.estimation.prediction import record_fits
 from identification.estimation.ring_downs import ring_downs
-from identification.estimation.unseen import held_back_chain, rms_nrmse
 from identification.experiment import Experiment
 from identification.result.evidence import chance
 from identification.result.result import OK, RecordFit
-from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
 from identification.windows.clearance import check_clearance
@@ -70,32 +69,6 @@ class _Course:
         self.seconds[name] = time.monotonic() - begin
 
 
-Free = tuple[tuple[Scored, Reestimated, float], ...]
-"""Free forms with all variances estimated anew, and their gains, the best first."""
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class _Weighed:
-    """A fitted model with its errors on what was left out.
-
-    Attributes:
-        fitted: the model.
-        density: -2 log predictive density of what was left out.
-        left_out: records predicted by what the others say.
-        held_back: records that entered no fit, with the chain's -2 log density; None without any.
-    """
-
-    fitted: Fitted
-    density: float
-    left_out: tuple[RecordFit, ...]
-    held_back: tuple[RecordFit, ...]
-
-    @property
-    def error(self) -> float:
-        """Rms error of the free motion on records held back, else on those left out in turn."""
-        return rms_nrmse(self.held_back or self.left_out)
-
-
 def diagnose_experiment(
     experiment: Experiment,
     *,
@@ -123,37 +96,30 @@ def diagnose_experiment(
         progress("reading first guesses from the records")
         nominal = fit(problem_of(experiment, law=law), together=False, progress=progress)
     with course.stage("search"):
-        found = search(nominal, among, progress=progress, spent=course.spent)
+        judge = Judge(experiment)
+        found = search(nominal, among, judge=judge, progress=progress, spent=course.spent)
         last = found.last.look if found.last is not None else look(found.final, among)
         final = polished(found.final, progress=progress)
         found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
     with course.stage("evidence"):
         progress("predicting what was left out")
-        before = _weighed(found.nominal, experiment)
-        after = before if found.final is found.nominal else _weighed(found.final, experiment)
-        left = _free(last)
-        reasons = {step.alternatives[0].name: _refused(found, step, before, after, left) for step in found.steps}
+        before, after = judge.left_out(found.nominal), judge.left_out(found.final)
+        left, form = _free(last), None
+        if _is_unexplained(left):
+            left, form = _with_prediction(left, last, found.final, judge, progress)
+        taken = {step.alternatives[0].name: judge.why_not(found.nominal, step.alternatives[0], found.final, left) for step in found.steps}
+        refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
+        reasons = taken or refused
         verdict = _verdict(found, reasons, left)
         if verdict == UNLISTED:
-            after, formula = _learned(found, before, after, left, last, experiment, progress)
+            models = [(before, ""), (after, ""), *([form] if form is not None else [])]
+            after, formula = min(models, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
         else:
             formula = ""
             after = after if verdict in (MISSING, UNDECIDED) else before
     with course.stage("location"):
         diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
     return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *partly))
-
-
-def _weighed(fitted: Fitted, experiment: Experiment) -> _Weighed:
-    """A model with its errors on what was left out, and on records held back."""
-    chain = held_back_chain(fitted, experiment)
-    density = left_out_density(fitted) if chain is None else chain.solution.deviance
-    return _Weighed(
-        fitted=fitted,
-        density=density,
-        left_out=left_out_fits(fitted) if chain is None else (),
-        held_back=() if chain is None else record_fits(chain),
-    )
 
 
 def _free(seen: Look) -> Free:
@@ -163,76 +129,36 @@ def _free(seen: Look) -> Free:
     return tuple(sorted(found, key=lambda one: -one[2]))
 
 
-def _refused(found: Search, step: Step, before: _Weighed, after: _Weighed, left: Free) -> str:
-    """Why an effect of the final model is not asserted; empty where it is."""
-    one = step.alternatives[0]
-    effect = next(each for each in found.final.problem.model_at(found.final.at).effects if each.name == one.name)
-    alone = effect.record is not None  # acts in one record, of which the others say nothing
-    scored = left[0] if left else None
-    evidence = Evidence(
-        gain=one.best,
-        degrees=one.degrees,
-        tried=one.tried,
-        strength=_strength(found.final, one.name),
-        held_out=None if alone else before.density - after.density,
-        errors=None if alone else (before.error, after.error),
-        left=0.0 if scored is None else scored[2],
-        left_degrees=1 if scored is None else len(scored[0].candidate.signals),
-        forms=max(len(left), 1),
-    )
-    return decide(evidence)
-
-
-def _strength(fitted: Fitted, name: str) -> float:
-    """Strength of an effect over its standard error, of the part or record in which that is largest."""
-    problem, unknowns = fitted.problem, fitted.problem.unknowns
-    effect = next(one for one in problem.model_at(fitted.at).effects if one.name == name)
-    twice, errors = effect.scaled(2.0), fitted.stderr
-    found = []
-    for p in effect.parameters:
-        full = f"{name}.{p.name}"
-        if p.per_record:
-            place = unknowns.own.index(full)
-            error = fitted.solution.own_error[:, place] * problem.border.own_scale[place]
-            found.append(float(np.max(np.abs(fitted.at.own[:, place]) / np.maximum(error, 1e-300))))
-        elif not p.searched and float(getattr(twice, p.field)) != float(getattr(effect, p.field)):
-            index = unknowns.index(full)
-            moved = 1.0 if p.logarithmic else abs(float(fitted.at.shared[index])) - abs(_neutral(effect, p.field))
-            found.append(abs(moved) / max(float(errors[index]), 1e-300))
-    return max(found, default=np.inf)
-
-
-def _neutral(effect, field: str) -> float:
-    """Value of a strength at which its effect does nothing."""
-    return float(getattr(effect.scaled(0.0), field))
-
-
 def _verdict(found: Search, reasons: dict[str, str], left: Free) -> str:
     """The verdict; `decide` alone says whether an effect is asserted."""
     if not found.finished or not found.final.converged:
         return UNDECIDED
-    unexplained = bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), len(left)) < LEVEL
     if reasons and not any(reasons.values()):
         return MISSING
-    if reasons or unexplained:
+    if reasons or _is_unexplained(left):
         return UNLISTED
     return RESTLESS if unrest(found.final, alpha=LEVEL) else ADEQUATE
 
 
-def _learned(
-    found: Search, before: _Weighed, after: _Weighed, left: Free, last: Look, experiment: Experiment, progress: Progress
-) -> tuple[_Weighed, str]:
-    """The model that predicts best among the nominal one, that of the search, and that with the free form in it; and its formula."""
-    tried = [(before, "")] + ([(after, "")] if after is not before else [])
-    if left and (problem := learned(last, left[0][0].candidate, left[0][1].strengths)) is not None:
-        progress("fitting the free form")
-        try:
-            fitted = fit(problem, progress=progress)
-            effect = fitted.problem.model_at(fitted.at).effects[-1]
-            tried.append((_weighed(fitted, experiment), effect.equation))
-        except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
-            pass
-    return min(tried, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
+def _is_unexplained(left: Free) -> bool:
+    """Whether a free form gains more than noise alone gives one."""
+    return bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), len(left)) < LEVEL
+
+
+def _with_prediction(
+    left: Free, last: Look, final: Fitted, judge: Judge, progress: Progress
+) -> tuple[Free, tuple[LeftOut, str] | None]:
+    """The best free form fitted to the end: its gain with that on the records held back, and its model and formula."""
+    problem = learned(last, left[0][0].candidate, left[0][1].strengths)
+    if problem is None:
+        return left, None
+    progress("fitting the free form")
+    try:
+        fitted = fit(problem, progress=progress)
+    except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
+        return left, None
+    gain = left[0][2] + judge.held_back_gain(final, fitted)
+    return ((*left[0][:2], gain), *left[1:]), (judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation)
 
 
 def _concluded(
@@ -240,8 +166,8 @@ def _concluded(
     found: Search,
     verdict: str,
     formula: str,
-    before: _Weighed,
-    after: _Weighed,
+    before: LeftOut,
+    after: LeftOut,
     left: Free,
     reasons: dict[str, str],
     among: Collection[str],
@@ -296,7 +222,7 @@ def _concluded(
     )
 
 
-def _side(one: _Weighed) -> Side:
+def _side(one: LeftOut) -> Side:
     """A model with parameters, errors and predictions."""
     fitted = one.fitted
     records = record_fits(fitted)
@@ -369,7 +295,7 @@ def _considered(found: Search) -> tuple[Considered, ...]:
     """All candidates by step and decreasing score, with what came of those that were weighed anew or fitted."""
     rows = []
     for step in (*found.steps, *([found.last] if found.last is not None else [])):
-        tried = {one.candidate.key: one for one in step.alternatives}
+        tried = {one.candidate.key: one for one in (*step.alternatives, *step.refused)}
         samples = step.look.fitted.local.samples
         beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
         for key, scored in best_of_each(step.look.listed).items():
@@ -383,7 +309,7 @@ def _considered(found: Search) -> tuple[Considered, ...]:
                     chance=chance(scored.gain, degrees, len(step.look.listed)),
                     drop=None if one is None else one.best,
                     bic=None if one is None else one.criterion(samples) - step.alternatives[0].criterion(samples),
-                    held_out=None,
+                    held_out=one.held_back if one is not None and one.held_back else None,
                     beside=beside,
                 )
             )

@@ -10,12 +10,44 @@ import numpy as np
 from jaxtyping import Bool
 
 from identification.estimation.prediction import record_fits
+from identification.estimation.unseen import held_back_chain, rms_nrmse
+from identification.experiment import Experiment
 from identification.result.result import RecordFit
 from identification.trajectory.chain_equations import Solution, solve
 from identification.trajectory.fit import Fitted, reweighed
 from identification.trajectory.motion import Linearised
 
 _MOST_FOLDS = 6
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """A fitted model with its errors on what was left out.
+
+    Attributes:
+        fitted: the model.
+        density: -2 log predictive density of the records held back, else of those left out in turn.
+        in_turn: records predicted by what the others say; empty where some are held back.
+        held_back: records that entered no fit.
+    """
+
+    fitted: Fitted
+    density: float
+    in_turn: tuple[RecordFit, ...]
+    held_back: tuple[RecordFit, ...]
+
+    @property
+    def error(self) -> float:
+        """Rms error of the free motion on records held back, else on those left out in turn."""
+        return rms_nrmse(self.held_back or self.in_turn)
+
+
+def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
+    """What a fitted model predicts of the records held back, else of each record by what the others say."""
+    chain = held_back_chain(fitted, experiment)
+    if chain is None:
+        return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
+    return LeftOut(fitted=fitted, density=chain.solution.deviance, in_turn=(), held_back=record_fits(chain))
 
 
 def folds(fitted: Fitted) -> tuple[Bool[np.ndarray, " segments"], ...]:

@@ -10,18 +10,20 @@ from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.fit import Fitted, Variances, fit
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 
 _WEIGHED = 6
 """Candidates of a look of which the variances are estimated anew."""
-_REFITTED = 4
-"""Of these, refitted where a large random force hides the order of the scores."""
-LARGE_FORCE = 0.05
-"""Random force, over the force of the suspension, above which scores do not order candidates."""
+LARGE_PART = 0.05
+"""Random force over the force of the suspension, or reading error over the signal, above which scores do not order candidates."""
+_WORTH_FITTING = 0.05
+"""Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
 Progress = Callable[[str], None]
+Judge = Callable[[Fitted, "Alternative"], "Alternative"]
+"""An alternative beside a model, with what it predicts of the records held back, and why it is not taken in."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -35,6 +37,8 @@ class Alternative:
         degrees, tried: numbers that it adds, and candidates among which it is the best.
         fitted: the model with it, iterated to the end; None where it was not.
         drop: gain after that.
+        held_back: gain on records that no fit has seen; 0 where there are none.
+        refused: why it is not taken in; empty where it may be.
     """
 
     candidate: Candidate
@@ -44,6 +48,8 @@ class Alternative:
     tried: int
     fitted: Fitted | None = None
     drop: float | None = None
+    held_back: float = 0.0
+    refused: str = ""
 
     @property
     def name(self) -> str:
@@ -52,8 +58,8 @@ class Alternative:
 
     @property
     def best(self) -> float:
-        """Gain by the best that is known of it."""
-        return self.gain if self.drop is None else self.drop
+        """Gain by the best that is known of it, over all records."""
+        return (self.gain if self.drop is None else self.drop) + self.held_back
 
     def criterion(self, samples: int) -> float:
         """Bayesian information criterion, less that of the model without it; the lower the better (Schwarz 1978)."""
@@ -62,10 +68,17 @@ class Alternative:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Step:
-    """A look beside one model, and what came of its candidates, the best first; empty where none was significant."""
+    """A look beside one model, and what came of its candidates.
+
+    Attributes:
+        look: beside the model.
+        alternatives: that may be taken in, the best first; the first one is, where its gain is significant.
+        refused: that were fitted and are significant, and were not taken in.
+    """
 
     look: Look
     alternatives: tuple[Alternative, ...]
+    refused: tuple[Alternative, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -91,6 +104,7 @@ def search(
     nominal: Fitted,
     among: Collection[str] = EFFECTS,
     *,
+    judge: Judge = lambda model, one: one,
     progress: Progress = lambda line: None,
     spent: Callable[[], bool] = lambda: False,
 ) -> Search:
@@ -99,13 +113,14 @@ def search(
     Args:
         nominal: fitted.
         among: names of the effects that are looked for.
+        judge: says why an alternative is not taken in; the next one is then asked.
         progress: called with a line at each stage.
         spent: whether the budget has been used up; the search then ends with what it has.
     """
     current, steps = nominal, []
     while True:
         progress(f"looking at everything that may be missing{_beside(current)}")
-        step = _step(look(current, among), progress)
+        step = _step(look(current, among), judge, progress)
         fitted = step.alternatives[0].fitted if step.alternatives else None
         if fitted is None or not is_significant(step.alternatives[0]):
             return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=step, finished=True), progress)
@@ -120,13 +135,45 @@ def is_significant(one: Alternative) -> bool:
     return chance(one.best, one.degrees, one.tried) < LEVEL
 
 
-def _step(seen: Look, progress: Progress) -> Step:
-    """Weigh the best candidates anew and refit those that may be the best."""
-    base = weighed_anew(seen, None).deviance
-    tried = len(seen.listed)
-    found: list[tuple[Alternative, Reestimated]] = []
+def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
+    """Weigh the best candidates anew and refit those that may be the best, until one of these is taken in."""
+    found = _weighed(seen)
+    waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
+    hidden = bool(waiting) and _hides_the_order(seen.fitted, waiting[0][1].variances)
+    samples = seen.fitted.local.samples
+    asked: list[Alternative] = []
+    while waiting and not any(_is_taken(one) for one in asked):
+        refitted: list[Alternative] = []
+        for one, weighed in list(waiting):
+            best = max((other.best for other in refitted), default=0.0)
+            if not hidden and one.gain < 0.5 * best:
+                break
+            waiting.remove((one, weighed))
+            if not _special_case_is_as_good(one, found, samples):
+                refitted += _refitted(seen, one, weighed, progress)
+        for one in _ranked(refitted, samples):
+            taken = any(_is_taken(other) for other in asked)
+            asked.append(one if taken or one.best <= 0.0 else judge(seen.fitted, one))
+    asked.sort(key=_is_taken, reverse=True)
+    refused = tuple(one for one in asked if one.refused and is_significant(one))
+    done = {one.candidate.key for one in asked}
+    others = [one for one, _ in found if one.candidate.key not in done]
+    return Step(look=seen, alternatives=(*(one for one in asked if one not in refused), *others), refused=refused)
+
+
+def _is_taken(one: Alternative) -> bool:
+    """Whether an alternative that was judged is taken in."""
+    return not one.refused and is_significant(one)
+
+
+def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
+    """The best candidates with all variances estimated anew, by decreasing gain."""
+    base, tried, found = weighed_anew(seen, None).deviance, len(seen.listed), []
     for scored in _shortlist(seen):
-        weighed = weighed_anew(seen, scored.candidate)
+        try:
+            weighed = weighed_anew(seen, scored.candidate)
+        except np.linalg.LinAlgError:  # at first order it takes the motion too far to be weighed
+            continue
         one = Alternative(
             candidate=scored.candidate,
             expected=scored.gain,
@@ -135,26 +182,31 @@ def _step(seen: Look, progress: Progress) -> Step:
             tried=tried + (scored.candidate.members[0].probe.searched - 1),
         )
         found.append((one, weighed))
-    found.sort(key=lambda pair: -pair[0].gain)
-    promising = [pair for pair in found if is_significant(pair[0])]
-    refitted, samples = [], seen.fitted.local.samples
-    for rank, (one, weighed) in enumerate(promising):
-        best = max((other.best for other in refitted), default=0.0)
-        hidden = _force(seen.fitted, promising[0][1]) > LARGE_FORCE
-        if rank and not (hidden and rank < _REFITTED) and one.gain < 0.5 * best:
-            continue
-        special = [other for other, _ in promising if other.name in one.candidate.members[0].special_cases]
-        if any(other.criterion(samples) <= one.criterion(samples) for other in special):
-            continue
-        progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
-        try:
-            fitted = augmented(seen, one.candidate, weighed.strengths, progress=progress)
-        except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
-            continue
-        refitted.append(dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance))
-    done = {one.candidate.key for one in refitted}
-    others = [one for one, _ in found if one.candidate.key not in done]
-    return Step(look=seen, alternatives=(*sorted(refitted, key=lambda one: one.criterion(samples)), *others))
+    return sorted(found, key=lambda pair: -pair[0].gain)
+
+
+def _special_case_is_as_good(one: Alternative, found: list[tuple[Alternative, Reestimated]], samples: int) -> bool:
+    """Whether an effect of fewer numbers that the alternative contains explains as much."""
+    special = [other for other, _ in found if other.name in one.candidate.members[0].special_cases and is_significant(other)]
+    return any(other.criterion(samples) <= one.criterion(samples) for other in special)
+
+
+def _ranked(refitted: list[Alternative], samples: int) -> list[Alternative]:
+    """The best first; before it a special case of it that the records do not reject."""
+    ranked = sorted(refitted, key=lambda one: one.criterion(samples))
+    special = [one for one in ranked if one.name in ranked[0].candidate.members[0].special_cases] if ranked else []
+    kept = [one for one in special if chance(ranked[0].best - one.best, max(ranked[0].degrees - one.degrees, 1), 1) > LEVEL]
+    return [*kept, *(one for one in ranked if one not in kept)]
+
+
+def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
+    """An alternative with its model iterated to the end; none where no such model can be fitted."""
+    progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
+    try:
+        fitted = augmented(seen, one.candidate, weighed.strengths, progress=progress)
+    except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
+        return []
+    return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance)]
 
 
 def _numbers(candidate: Candidate, records: int) -> int:
@@ -167,14 +219,17 @@ def _shortlist(seen: Look) -> list[Scored]:
     """The best of each kind by score; where scores do not order, stops too, which the motion without them passes through."""
     best = list(best_of_each(seen.listed).values())
     chosen = best[:_WEIGHED]
-    if seen.fitted.variances.force.std > LARGE_FORCE * seen.fitted.problem.scales.force:
+    if _hides_the_order(seen.fitted, seen.fitted.variances):
         chosen += [one for one in best[_WEIGHED:] if one.candidate.members[0].probe.is_stop]
     return [one for one in chosen if one.gain > 0.0]
 
 
-def _force(fitted: Fitted, weighed: Reestimated) -> float:
-    """Random force that the best candidate leaves, over the force of the suspension."""
-    return weighed.variances.force.std / fitted.problem.scales.force
+def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
+    """Whether so much is taken for random that the scores of candidates do not order them."""
+    problem = fitted.problem
+    signals = np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1))
+    parts = [variances.force.std / problem.scales.force, *(one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True))]
+    return max(parts) > LARGE_PART
 
 
 def _needed(found: Search, progress: Progress) -> Search:

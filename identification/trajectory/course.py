@@ -177,6 +177,12 @@ def by_sample(fitted: Fitted, sampled: Sampled) -> BySample:
             flat = np.zeros(((of.stop - of.start) * chains.samples, *part.shape[1:]))
             flat[:samples] = part
             whole[of] = flat.reshape(-1, chains.samples, *part.shape[1:])
+    for group in chains.groups:
+        if group.prescribed is not None:
+            for channel, factor in (("reaction_force", -1.0), ("hammer_acceleration", 1.0 / problem.experiment.mass)):
+                if channel in chains.channels:  # the machine takes a force up and the hammer does not move: it is seen at once
+                    place = chains.channels.index(channel)
+                    readings_by[group.place, :, place, count] = factor * chains.weight[group.place, :, place]
     return BySample(readings_by=readings_by, next_by=next_by, weight=chains.weight)
 
 

@@ -63,6 +63,8 @@ _SHORTEST_SHARE, _HARDLY = 1e-3, 0.01
 mean square."""
 _OF_TWO_NUMBERS = 4.0
 """Akaike's price of size and memory of a random force, in -2 log likelihood."""
+_LONGEST_ERROR = 1.0 / 3.0
+"""Correlation time of a reading error, over the time in which the motion changes by its own size, at most."""
 _LONGEST_MEMORY = 30.0
 """Of a random force, over the time in which the motion changes by its own size, rms u / rms u'."""
 _SOME_FORCE = 1e-3
@@ -88,6 +90,7 @@ class Fitted:
         linear, local, solution: there; the solution's step is the last one that was not taken.
         rounds: of the annealing.
         converged: whether the last step was small against the standard errors.
+        of_readings: whether it was reached without a force at the beginning: then reading errors explain what they can.
     """
 
     problem: Problem
@@ -98,6 +101,7 @@ class Fitted:
     solution: Solution
     rounds: int
     converged: bool
+    of_readings: bool = False
 
     @property
     def stderr(self) -> np.ndarray:
@@ -168,7 +172,9 @@ def fit(
             )
         except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
-    return other if other.converged and other.solution.deviance < found.solution.deviance else found
+    if other.converged and other.solution.deviance < found.solution.deviance:
+        return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
+    return found
 
 
 def _vanishes(problem: Problem, force: RandomForce) -> bool:
@@ -344,7 +350,8 @@ def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line:
     if _vanishes(fitted.problem, fitted.variances.force) or not any(one.order for one in fitted.variances.readings):
         return fitted
     rng = np.random.default_rng(seed)
-    return _with_likeliest(fitted.problem, fitted.at, fitted.variances, rng, progress, rounds=fitted.rounds, together=True)
+    found = _with_likeliest(fitted.problem, fitted.at, fitted.variances, rng, progress, rounds=fitted.rounds, together=True)
+    return dataclasses.replace(found, of_readings=fitted.of_readings)
 
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
@@ -406,11 +413,11 @@ def coloured(
 def largest_pole(problem: Problem) -> float:
     """Largest modulus of a pole of a reading error.
 
-    One that is correlated for longer than the motion takes to change by its own size, rms u over rms u', is no matter of the sensor: it
-    moves as the rig does, and would take the place of a drift.
+    One that is correlated for much longer than a part of the time in which the motion changes by its own size, rms u over rms u', is no
+    matter of the sensor: it moves as the rig does, and would take the place of what the model leaves out.
     """
     spacing = float(np.median(problem.chains.duration)) / problem.chains.samples
-    return float(np.exp(-spacing * problem.scales.velocity / problem.scales.displacement))
+    return float(np.exp(-spacing * problem.scales.velocity / (_LONGEST_ERROR * problem.scales.displacement)))
 
 
 def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Variances, *, iterations: int = 40) -> tuple[RandomForce, tuple]:

@@ -19,6 +19,7 @@ from identification.trajectory.segments import (
     samples_of_a_segment,
     unknowns_of,
 )
+from identification.trajectory.thinning import thinned
 from identification.windows.declared_model import check_wishes, expected, nominal_model, priors, varying, within_bounds
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics, relative_displacement
@@ -88,8 +89,10 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     """
     experiment = experiment.fitting
     records = [from_release(record) for record in experiment.records]
-    experiment = dataclasses.replace(experiment, records=tuple(records))
     model = nominal_model(experiment, law)
+    if isinstance(model.law, NoContact):
+        records = thinned(records)
+    experiment = dataclasses.replace(experiment, records=tuple(records))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     check_wishes(experiment, parameters)
     parameters, model = within_bounds(experiment, parameters), model.replace(expected(experiment))

@@ -1,0 +1,87 @@
+"""What speaks for an effect: the evidence that `decide` weighs, from fitted models and what they predict."""
+
+import dataclasses
+
+import numpy as np
+
+from identification.diagnosis.decide import Evidence, decide
+from identification.diagnosis.left_out import LeftOut, left_out
+from identification.diagnosis.look import Scored
+from identification.diagnosis.search import Alternative
+from identification.experiment import Experiment
+from identification.trajectory.additions import Reestimated
+from identification.trajectory.fit import Fitted
+from vibrojax.effects import AbstractEffect
+
+Free = tuple[tuple[Scored, Reestimated, float], ...]
+"""Free forms with all variances estimated anew, and their gains, the best first."""
+
+
+class Judge:
+    """Decides on effects one by one; what a model predicts of the records left out is worked out once."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment = experiment
+        self._known: list[LeftOut] = []
+
+    def left_out(self, fitted: Fitted) -> LeftOut:
+        """What a model predicts of what was left out."""
+        known = next((one for one in self._known if one.fitted is fitted), None)
+        if known is None:
+            known = left_out(fitted, self._experiment)
+            self._known.append(known)
+        return known
+
+    def held_back_gain(self, before: Fitted, after: Fitted) -> float:
+        """Gain of twice the log predictive density of the records held back; 0 without any."""
+        return self.left_out(before).density - self.left_out(after).density if self._experiment.held_back else 0.0
+
+    def __call__(self, before: Fitted, one: Alternative) -> Alternative:
+        """An alternative with its gain on the records held back, and why it is not taken in beside a model."""
+        assert one.fitted is not None, "a candidate is judged once it is fitted"
+        one = dataclasses.replace(one, held_back=self.held_back_gain(before, one.fitted))
+        return dataclasses.replace(one, refused=self.why_not(before, one, one.fitted))
+
+    def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = ()) -> str:
+        """Why an effect is not asserted; empty where it is.
+
+        Args:
+            before: model without it.
+            one: the effect, with its gain.
+            after: model with it, and perhaps with more.
+            free: forms beside that model.
+        """
+        effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
+        errors = held_out = None
+        if effect.record is None:  # of one that acts in a single record the others say nothing
+            was, is_now = self.left_out(before), self.left_out(after)
+            held_out, errors = was.density - is_now.density, (was.error, is_now.error)
+        evidence = Evidence(
+            gain=one.best,
+            degrees=one.degrees,
+            tried=one.tried,
+            strength=strength(after, effect),
+            held_out=held_out,
+            errors=errors,
+            left=free[0][2] if free else 0.0,
+            left_degrees=len(free[0][0].candidate.signals) if free else 1,
+            forms=max(len(free), 1),
+        )
+        return decide(evidence)
+
+
+def strength(fitted: Fitted, effect: AbstractEffect) -> float:
+    """Strength of an effect over its standard error, of the part or record in which that is largest."""
+    problem, unknowns = fitted.problem, fitted.problem.unknowns
+    nothing, twice, errors, found = effect.scaled(0.0), effect.scaled(2.0), fitted.stderr, []
+    for p in effect.parameters:
+        full, value = f"{effect.name}.{p.name}", float(getattr(effect, p.field))
+        if p.per_record:
+            place = unknowns.own.index(full)
+            error = fitted.solution.own_error[:, place] * problem.border.own_scale[place]
+            found.append(float(np.max(np.abs(fitted.at.own[:, place]) / np.maximum(error, 1e-300))))
+        elif not p.searched and float(getattr(twice, p.field)) != value:
+            index = unknowns.index(full)
+            moved = 1.0 if p.logarithmic else abs(float(fitted.at.shared[index])) - abs(float(getattr(nothing, p.field)))
+            found.append(abs(moved) / max(float(errors[index]), 1e-300))
+    return max(found, default=np.inf)
