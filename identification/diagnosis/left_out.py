@@ -16,6 +16,7 @@ from identification.result.result import RecordFit
 from identification.trajectory.chain_equations import Solution, solve
 from identification.trajectory.fit import Fitted, reweighed
 from identification.trajectory.motion import Linearised
+from vibrojax.errors import NoConvergenceError
 
 _MOST_FOLDS = 6
 
@@ -43,8 +44,11 @@ class LeftOut:
 
 
 def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
-    """What a fitted model predicts of the records held back, else of each record by what the others say."""
-    chain = held_back_chain(fitted, experiment)
+    """What a fitted model predicts of the records held back, else of each record by what the others say; nothing where it fails there."""
+    try:
+        chain = held_back_chain(fitted, experiment)
+    except NoConvergenceError:  # a wrong model may leave no motion that comes near what it has not seen
+        return LeftOut(fitted=fitted, density=np.inf, in_turn=(), held_back=())
     if chain is None:
         return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
     return LeftOut(fitted=fitted, density=chain.solution.deviance, in_turn=(), held_back=record_fits(chain))

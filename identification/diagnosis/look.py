@@ -12,7 +12,7 @@ from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scored, scorer
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
-from identification.trajectory.fit import Fitted, Variances
+from identification.trajectory.fit import Fitted, Variances, vanishes
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import Chains
@@ -221,11 +221,11 @@ def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Cand
 
 
 def _variances(fitted: Fitted) -> list[Variances]:
-    """Those of the fit; white reading errors of the same size; a tenth of the random force."""
+    """Those of the fit; white reading errors of the same size; a tenth of the random force. Each once."""
     own = fitted.variances
-    white = tuple(ReadingError(innovation=one.std) for one in own.readings)
-    return [
-        own,
-        dataclasses.replace(own, readings=white),
-        dataclasses.replace(own, force=RandomForce(std=0.1 * own.force.std, memory=own.force.memory)),
-    ]
+    found = [own]
+    if any(one.order for one in own.readings):
+        found.append(dataclasses.replace(own, readings=tuple(ReadingError(innovation=one.std) for one in own.readings)))
+    if not vanishes(fitted.problem, own.force):
+        found.append(dataclasses.replace(own, force=RandomForce(std=0.1 * own.force.std, memory=own.force.memory)))
+    return found

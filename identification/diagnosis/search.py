@@ -10,12 +10,14 @@ from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, Variances, fit
+from identification.trajectory.fit import Fitted, Variances, fit, vanishes
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 
 _WEIGHED = 6
-"""Candidates of a look of which the variances are estimated anew."""
+"""Candidates of a look of which the variances are estimated anew, at most."""
+_WORTH_WEIGHING = 0.05
+"""Score over the best one, from which a candidate is weighed: while physics is missing, scores are up to six times too small."""
 LARGE_PART = 0.05
 """Random force over the force of the suspension, or reading error over the signal, above which scores do not order candidates."""
 _WORTH_FITTING = 0.05
@@ -151,6 +153,7 @@ def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
             waiting.remove((one, weighed))
             if not _special_case_is_as_good(one, found, samples):
                 refitted += _refitted(seen, one, weighed, progress)
+            hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in refitted)
         for one in _ranked(refitted, samples):
             taken = any(_is_taken(other) for other in asked)
             asked.append(one if taken or one.best <= 0.0 else judge(seen.fitted, one))
@@ -159,6 +162,11 @@ def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
     done = {one.candidate.key for one in asked}
     others = [one for one, _ in found if one.candidate.key not in done]
     return Step(look=seen, alternatives=(*(one for one in asked if one not in refused), *others), refused=refused)
+
+
+def _leaves_nothing_random(fitted: Fitted | None) -> bool:
+    """Whether a model needs no random force and no reading error that would hide the order of others: none can explain much more."""
+    return fitted is not None and vanishes(fitted.problem, fitted.variances.force) and not _hides_the_order(fitted, fitted.variances)
 
 
 def _is_taken(one: Alternative) -> bool:
@@ -221,7 +229,7 @@ def _shortlist(seen: Look) -> list[Scored]:
     chosen = best[:_WEIGHED]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
         chosen += [one for one in best[_WEIGHED:] if one.candidate.members[0].probe.is_stop]
-    return [one for one in chosen if one.gain > 0.0]
+    return [one for one in chosen if one.gain > _WORTH_WEIGHING * best[0].gain]
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:

@@ -25,8 +25,8 @@ _ANGLE = 0.6
 
 def signals(courses: tuple[Course, ...], chains: Chains, effects: list[AbstractEffect]) -> list[Signal]:
     """Signals of effects of one class, channel and record, at the strengths that they have."""
-    stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *effects)
     found: list[dict[str, np.ndarray]] = [{} for _ in effects]
+    stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, jnp.float64) for leaf in leaves]), *effects)
     for index, course in enumerate(courses):
         if effects[0].record not in (None, chains.files[index]):
             continue

@@ -23,6 +23,10 @@ from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.start import Problem
 
 
+_NO_GAIN = 1.0
+"""Fall of -2 log likelihood in a round, below which variances have been found."""
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Score:
     """Expected gain of one candidate, with its strengths at first order.
@@ -196,6 +200,8 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Va
                 at=dataclasses.replace(after, shared=after.shared[: len(after.shared) - count]),
             )
         )
+        if round_ and tried[-2].deviance - tried[-1].deviance < _NO_GAIN:
+            break
         if round_ < rounds:
             readings = coloured(problem, at, linear, local, force, rng, draws=2)
     return min(tried, key=lambda one: one.deviance)

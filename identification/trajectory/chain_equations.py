@@ -10,10 +10,11 @@ likelihood approaches to variance component estimation, J. Am. Stat. Assoc. 72 (
 
 import dataclasses
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_solve_banded, cholesky_banded, get_lapack_funcs
+from scipy.linalg import cholesky_banded, get_lapack_funcs
 
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.random_force import RandomForce
@@ -114,6 +115,51 @@ class Weighed:
     gap: np.ndarray
     linked: np.ndarray
     samples: int
+    _sums: list["Sums"] = dataclasses.field(default_factory=list, init=False, repr=False, compare=False)
+
+    def sums(self, chains: Chains, size: int, shared: int) -> "Sums":
+        """What does not depend on the random force, added up once for many solutions."""
+        if not self._sums:
+            self._sums.append(_summed(self, chains, size, shared))
+        return self._sums[0]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Sums:
+    """Local systems of the readings, added up over the chain, and those of the motion with the segments last.
+
+    One knot more stands in front of the chain, since the first segment has none before it.
+
+    Attributes:
+        band: of the knots' Hessian, lower; (3 size, size (knots + 1)).
+        rhs: gradient of the knots, and their Hessian's border with shared and own unknowns; (1 + shared + own, size (knots + 1)).
+        border: the same products of shared and own unknowns, and with the residual, by record; (records, 1 + shared + own, ...).
+        defect: derivative of the defects by own knots and border, and the defects; (states, 2 size + shared + own + 1, segments).
+    """
+
+    band: np.ndarray
+    rhs: np.ndarray
+    border: np.ndarray
+    defect: np.ndarray
+
+
+def _summed(local: Weighed, chains: Chains, size: int, shared: int) -> Sums:
+    inside, count = 3 * size, size * (chains.knot_count + 1)
+    outside = local.gram.shape[1] - inside
+    band, rhs = np.zeros((inside, count)), np.zeros((1 + outside, count))
+    start = size * chains.left
+    for i in range(inside):
+        rhs[0, start + i] += local.right[:, i]
+        for j in range(i + 1):
+            band[i - j, start + j] += local.gram[:, i, j]
+        for j in range(outside):
+            rhs[1 + j, start + i] += local.gram[:, i, inside + j]
+    begins = np.flatnonzero(chains.first)
+    border = np.zeros((len(begins), 1 + outside, 1 + outside))
+    border[:, 1:, 1:] = np.add.reduceat(local.gram[:, inside:, inside:], begins, axis=0)
+    border[:, 0, 1:] = border[:, 1:, 0] = np.add.reduceat(local.right[:, inside:], begins, axis=0)
+    moving = np.concatenate([local.defect[..., size:], local.gap[..., None]], axis=-1)
+    return Sums(band=band, rhs=rhs, border=border, defect=np.ascontiguousarray(moving.transpose(1, 2, 0)))
 
 
 def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, ...]) -> tuple[Whitening, ...]:
@@ -269,90 +315,163 @@ def solve(
     chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
 ) -> Solution:
     """Solve the linearised equations under a random force."""
-    states = len(unknowns.states)
-    size, shared, own = states + 1, len(unknowns.shared), len(unknowns.own)
-    inside, records = 3 * size, len(chains.knots)
-    gram, right, square, logs = with_motion(chains, scales, at, local, force, mass, size)
-    count = size * (chains.knot_count + 1)  # one knot more in front: the first segment has no knot before it
-    band, gradient = np.zeros((inside, count)), np.zeros(count)
-    start = size * chains.left
-    for i in range(inside):
-        gradient[start + i] += right[:, i]
-        for j in range(i + 1):
-            band[i - j, start + j] += gram[:, i, j]
-    band[0, :size] = 1.0
-    square += _initial_states(chains, scales, at, local, force, band, gradient, size)
-    by_shared, by_own = np.zeros((count, shared)), np.zeros((count, own))
-    for i in range(inside):
-        by_shared[start + i] += gram[:, i, inside : inside + shared]
-        by_own[start + i] += gram[:, i, inside + shared :]
-    factor = _factorised(band)
-    solved = cho_solve_banded((factor, True), np.column_stack([gradient, by_shared, by_own]), check_finite=False)
+    found = _eliminated(chains, unknowns, border, scales, at, local, force, mass)
+    size, shared, records = len(unknowns.states) + 1, len(unknowns.shared), len(chains.knots)
+    (solve_triangular,) = get_lapack_funcs(("tbtrs",), (found.factor,))
+    solved, _ = solve_triangular(found.factor, found.half, uplo="L", trans="T")
     x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
-
-    begins = np.flatnonzero(chains.first)
-    edges = size * np.array([1 + one.start for one in chains.knots])
-
-    def by_record(values: np.ndarray) -> np.ndarray:
-        return np.add.reduceat(values, edges, axis=0)
-
-    def of_segments(values: np.ndarray) -> np.ndarray:
-        return np.add.reduceat(values, begins, axis=0)
-
-    a, b = slice(inside, inside + shared), slice(inside + shared, None)
-    rows_of = [slice(begin, end) for begin, end in zip(edges, (*edges[1:], count), strict=True)]
-    ss = of_segments(gram[:, a, a]) - np.stack([by_shared[part].T @ xs[part] for part in rows_of])
-    oo = of_segments(gram[:, b, b]) - by_record(by_own[:, :, None] * xo[:, None, :])
-    os = of_segments(gram[:, b, a]) - by_record(by_own[:, :, None] * xs[:, None, :])
-    gs = of_segments(right[:, a]) - np.stack([by_shared[part].T @ x[part] for part in rows_of])
-    go = of_segments(right[:, b]) - by_record(by_own * x[:, None])
-    gradient_square = float(gradient @ x)
-
-    own_precision, own_off = border.own_precision * border.own_scale**2, (at.own - border.own_mean) / border.own_scale
-    shared_precision, shared_off = border.shared_precision * border.shared_scale**2, (at.shared - border.shared_mean) / border.shared_scale
-    places = np.arange(own)
-    oo[:, places, places] += np.where(border.own, own_precision, 1.0)
-    go += np.where(border.own, own_precision * own_off, 0.0)
-    square += float(np.sum(np.where(border.own, own_precision * own_off**2, 0.0)))
-    inverse = np.linalg.inv(oo)
-    lead = inverse @ os
-    information, gradients = ss - os.swapaxes(1, 2) @ lead, gs - (go[:, None, :] @ lead)[:, 0]
-    ss, gs = information.sum(axis=0), gradients.sum(axis=0)
-    ss[np.diag_indices(shared)] += np.where(border.shared, shared_precision, 1.0)
-    gs = gs + np.where(border.shared, shared_precision * shared_off, 0.0)
-    square += float(np.sum(np.where(border.shared, shared_precision * shared_off**2, 0.0)))
+    ss, gs, go, lead, inverse = found.shared, found.shared_gradient, found.own_gradient, found.own_by_shared, found.own_inverse
     covariance = _inverse(ss)
     step = -(np.linalg.solve(ss + border.proximal * np.eye(shared), gs) if border.proximal > 0.0 else covariance @ gs)
     own_step = -np.einsum("rop,rp->ro", inverse, go) - lead @ step
     rows = np.repeat(np.arange(records), [size * (one.stop - one.start) for one in chains.knots])
     knots = -x - xs @ step
     knots[size:] -= (xo[size:] * own_step[rows]).sum(axis=1)
-    quadratic = square - gradient_square - float(np.einsum("ro,rop,rp->", go, inverse, go)) - float(gs @ covariance @ gs)
-    if quadratic < -1e-6 * square:
-        raise np.linalg.LinAlgError("a sum of squares came out negative: rounding has spoilt the factorisation")
-    restricted = border.shared & ~border.strengths
-    known = ss[np.ix_(restricted, restricted)] + np.eye(int(restricted.sum())) / _UNKNOWN
-    marginal = ~border.own_strengths
-    log_border = np.linalg.slogdet(oo[:, marginal][:, :, marginal])[1].sum() + np.linalg.slogdet(known)[1]
-    deviance = quadratic + 2.0 * float(np.log(factor[0]).sum()) + logs + float(log_border)
     held = np.where(border.shared, 1.0, 0.0)
     own_variance = np.diagonal(inverse, axis1=1, axis2=2) + np.einsum("ros,st,rot->ro", lead, covariance * np.outer(held, held), lead)
     return Solution(
-        deviance=float(deviance),
+        deviance=found.deviance,
         shared=step * held,
         own=own_step * border.own,
         knots=knots[size:].reshape(-1, size),
         covariance=covariance * np.outer(held, held),
-        information=information,
-        gradient=gradients,
+        information=found.information,
+        gradient=found.gradient,
         own_error=np.sqrt(np.maximum(own_variance, 0.0)) * border.own,
-        factor=factor[:, size:],
+        factor=found.factor[:, size:],
         by_shared=xs[size:],
         by_own=xo[size:],
         own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
         own_by_shared=lead * border.own[:, :, None],
         _rows=rows,
     )
+
+
+def deviance(
+    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
+) -> float:
+    """-2 log of the marginal likelihood under a random force, without the solution."""
+    return _eliminated(chains, unknowns, border, scales, at, local, force, mass).deviance
+
+
+class _Eliminated(NamedTuple):
+    """The equations with knots and then each record's own unknowns eliminated.
+
+    Attributes:
+        deviance: see `Solution`.
+        factor: banded lower Cholesky factor of the knots' Hessian.
+        half: its inverse times gradient, shared and own border; (size (knots + 1), 1 + shared + own).
+        shared, shared_gradient: information and gradient of the shared unknowns, with their priors.
+        own_gradient, own_inverse, own_by_shared: of each record's own unknowns.
+        information, gradient: see `Solution`.
+    """
+
+    deviance: float
+    factor: np.ndarray
+    half: np.ndarray
+    shared: np.ndarray
+    shared_gradient: np.ndarray
+    own_gradient: np.ndarray
+    own_inverse: np.ndarray
+    own_by_shared: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
+
+
+def _eliminated(
+    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
+) -> _Eliminated:
+    size, shared = len(unknowns.states) + 1, len(unknowns.shared)
+    sums = local.sums(chains, size, shared)
+    band, rhs, products = sums.band.copy(), sums.rhs.copy(), sums.border.copy()
+    square, logs = _with_motion(chains, scales, at, sums, local, force, mass, size, band, rhs, products)
+    band[0, :size] = 1.0
+    square += _initial_states(chains, scales, at, local, force, band, rhs[0], size)
+    factor = _factorised(band)
+    (solve_triangular,) = get_lapack_funcs(("tbtrs",), (factor,))
+    half, _ = solve_triangular(factor, rhs.T, uplo="L", trans="N")
+    edges = [size * (1 + one.start) for one in chains.knots] + [len(half)]
+    gradient_square = float(half[:, 0] @ half[:, 0])
+    for record, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        products[record] -= half[begin:end].T @ half[begin:end]
+    a, b = slice(1, 1 + shared), slice(1 + shared, None)
+    ss, oo, os, gs, go = products[:, a, a], products[:, b, b], products[:, b, a], products[:, 0, a], products[:, 0, b]
+
+    own_precision, own_off = border.own_precision * border.own_scale**2, (at.own - border.own_mean) / border.own_scale
+    shared_precision, shared_off = border.shared_precision * border.shared_scale**2, (at.shared - border.shared_mean) / border.shared_scale
+    places = np.arange(oo.shape[1])
+    oo[:, places, places] += np.where(border.own, own_precision, 1.0)
+    go += np.where(border.own, own_precision * own_off, 0.0)
+    square += float(np.sum(np.where(border.own, own_precision * own_off**2, 0.0)))
+    inverse = np.linalg.inv(oo)
+    lead = inverse @ os
+    information, gradients = ss - os.swapaxes(1, 2) @ lead, gs - (go[:, None, :] @ lead)[:, 0]
+    total, gradient = information.sum(axis=0), gradients.sum(axis=0)
+    total[np.diag_indices(shared)] += np.where(border.shared, shared_precision, 1.0)
+    gradient = gradient + np.where(border.shared, shared_precision * shared_off, 0.0)
+    square += float(np.sum(np.where(border.shared, shared_precision * shared_off**2, 0.0)))
+    fitted = gradient_square + float(np.einsum("ro,rop,rp->", go, inverse, go)) + float(gradient @ _inverse(total) @ gradient)
+    if square - fitted < -1e-6 * square:
+        raise np.linalg.LinAlgError("a sum of squares came out negative: rounding has spoilt the factorisation")
+    restricted, marginal = border.shared & ~border.strengths, ~border.own_strengths
+    known = total[np.ix_(restricted, restricted)] + np.eye(int(restricted.sum())) / _UNKNOWN
+    log_border = np.linalg.slogdet(oo[:, marginal][:, :, marginal])[1].sum() + np.linalg.slogdet(known)[1]
+    return _Eliminated(
+        deviance=float(square - fitted + 2.0 * float(np.log(factor[0]).sum()) + logs + float(log_border)),
+        factor=factor,
+        half=half,
+        shared=total,
+        shared_gradient=gradient,
+        own_gradient=go,
+        own_inverse=inverse,
+        own_by_shared=lead,
+        information=information,
+        gradient=gradients,
+    )
+
+
+def _with_motion(
+    chains: Chains,
+    scales: Scales,
+    at: Estimate,
+    sums: Sums,
+    local: Weighed,
+    force: RandomForce,
+    mass: float,
+    size: int,
+    band: np.ndarray,
+    rhs: np.ndarray,
+    products: np.ndarray,
+) -> tuple[float, float]:
+    """Add the equations of motion and of the random force; sum of squares and log determinant, those of the readings included."""
+    root = np.linalg.cholesky(motion_covariance(chains, scales, force, mass))
+    rows = sums.defect.copy()
+    for state in range(len(rows)):
+        if state == 1:  # u and u' move together; every other state has a floor of its own
+            rows[1] -= root[:, 1, 0] * rows[0]
+        rows[state] /= root[:, state, state]
+    start, inner, begins = size * chains.left, 2 * size, np.flatnonzero(chains.first)
+    for i in range(inner):
+        here = start + size + i
+        for j in range(i + 1):
+            band[i - j, here - i + j] += (rows[:, i] * rows[:, j]).sum(axis=0)
+        for column, j in enumerate((rows.shape[1] - 1, *range(inner, rows.shape[1] - 1))):
+            rhs[column, here] += (rows[:, i] * rows[:, j]).sum(axis=0)
+    outer = np.concatenate([rows[:, -1:], rows[:, inner:-1]], axis=1)
+    for record, (begin, end) in enumerate(zip(begins, (*begins[1:], len(chains.left)), strict=True)):
+        part = outer[:, :, begin:end].transpose(1, 0, 2).reshape(outer.shape[1], -1)
+        products[record] += part @ part.T
+    correlation, variance = force.step(chains.duration)
+    jump = at.force[chains.left + 1] - correlation * at.force[chains.left]
+    here, there = start + inner - 1, start + 3 * size - 1
+    band[0, there] += 1.0 / variance
+    band[0, here] += correlation**2 / variance
+    band[size, here] -= correlation / variance
+    rhs[0, there] += jump / variance
+    rhs[0, here] -= correlation * jump / variance
+    square = local.square + float((rows[:, -1] ** 2).sum() + (jump**2 / variance).sum())
+    logs = local.log_determinant + float(2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum() + np.log(variance).sum())
+    return square, logs + len(chains.knots) * 2.0 * float(np.log(force.std))
 
 
 def residuals_after(

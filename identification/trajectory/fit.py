@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.trajectory.chain_equations import Solution, Weighed, moved, residuals_after, solve, weighed, whitenings
+from identification.trajectory.chain_equations import Solution, Weighed, deviance, moved, residuals_after, solve, weighed, whitenings
 from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
 from identification.trajectory.posterior import expected_products
 from identification.trajectory.random_force import RandomForce
@@ -147,7 +147,7 @@ def fit(
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
     rigid = isinstance(problem.model.law, AbstractInstantaneousLaw)
     other = _of_one_trajectory(problem, small, rng, progress) if rigid else None
-    if other is not None and other.converged and _vanishes(problem, other.variances.force):
+    if other is not None and other.converged and vanishes(problem, other.variances.force):
         return other
     try:
         found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM, together=together)
@@ -155,7 +155,7 @@ def fit(
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
     if other is None:
-        if not both or _vanishes(problem, found.variances.force):
+        if not both or vanishes(problem, found.variances.force):
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         try:
@@ -177,7 +177,7 @@ def fit(
     return found
 
 
-def _vanishes(problem: Problem, force: RandomForce) -> bool:
+def vanishes(problem: Problem, force: RandomForce) -> bool:
     """Whether nothing is left of the random force."""
     return force.std <= 1.01 * SMALLEST_FORCE * problem.scales.force
 
@@ -196,7 +196,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
         variances = _likelier(problem, at, linear, variances)
         linear, local, solution = equations(problem, at, variances)
         progress(_line(count, problem, at, variances.force))
-        if not _vanishes(problem, variances.force) or _change(problem, solution) < _SMALL_STEP:
+        if not vanishes(problem, variances.force) or _change(problem, solution) < _SMALL_STEP:
             break
         at, square = unrolled(
             problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
@@ -291,7 +291,7 @@ def _converged(
         progress(_line(count, problem, at, force))
         if force.std > below:
             raise _SamePlace
-        settled = abs(np.log(force.std / before.std)) < 0.05 or _vanishes(problem, force)
+        settled = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and change < _SMALL_STEP:
             break
     return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, together=together)
@@ -304,7 +304,7 @@ def _with_likeliest(
     force, readings, before = variances.force, variances.readings, None
     for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
-        if together and not _vanishes(problem, force) and any(one.order for one in readings):
+        if together and not vanishes(problem, force) and any(one.order for one in readings):
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
             force = annealed(problem, at, local, force, evaluations=40)
@@ -335,7 +335,7 @@ def _force_if_it_pays(problem: Problem, at: Estimate, local: Weighed, force: Ran
         return solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, one, problem.experiment.mass)
 
     none, some = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=force.memory), with_force(force)
-    if not _vanishes(problem, force):
+    if not vanishes(problem, force):
         try:
             without = with_force(none)
         except np.linalg.LinAlgError:  # the records cannot be explained without one
@@ -347,7 +347,7 @@ def _force_if_it_pays(problem: Problem, at: Estimate, local: Weighed, force: Ran
 
 def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
     """A fit with random force and reading errors weighed together, where it has both."""
-    if _vanishes(fitted.problem, fitted.variances.force) or not any(one.order for one in fitted.variances.readings):
+    if vanishes(fitted.problem, fitted.variances.force) or not any(one.order for one in fitted.variances.readings):
         return fitted
     rng = np.random.default_rng(seed)
     found = _with_likeliest(fitted.problem, fitted.at, fitted.variances, rng, progress, rounds=fitted.rounds, together=True)
@@ -436,7 +436,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         force = RandomForce(std=float(np.exp(x[0])), memory=float(np.exp(x[1])))
         return force, tuple(ReadingError.of(x[a:b], limit) for a, b in zip(ends[:-1], ends[1:], strict=True))
 
-    def deviance(x: np.ndarray) -> tuple[float, np.ndarray]:
+    def bounded(x: np.ndarray) -> tuple[float, np.ndarray]:
         try:
             return with_slope(x)
         except np.linalg.LinAlgError:  # so far off that rounding makes the equations indefinite: the search turns back
@@ -449,8 +449,8 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         slope = np.zeros_like(x)
         for place in range(2):
             step = np.where(np.arange(len(x)) == place, _DIFFERENCE if x[place] < high[place] - _DIFFERENCE else -_DIFFERENCE, 0.0)
-            other = solve(chains, unknowns, border, problem.scales, at, local, at_point(x + step)[0], mass)
-            slope[place] = (other.deviance - solution.deviance) / step[place]
+            other = deviance(chains, unknowns, border, problem.scales, at, local, at_point(x + step)[0], mass)
+            slope[place] = (other - solution.deviance) / step[place]
         products = expected_products(chains, unknowns, border, linear, solution, highest)
         for a, b, (sums, counts) in zip(ends[:-1], ends[1:], products, strict=True):
             for place in range(a, b):
@@ -465,7 +465,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
     least[:2], most[:2] = low, high
     start, bounds = np.clip(start, least, most), list(zip(least, most, strict=True))
     options = {"maxiter": iterations, "ftol": 1e-6, "gtol": 0.5}
-    found = minimize(deviance, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    found = minimize(bounded, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return at_point(found.x)
 
 
@@ -479,24 +479,23 @@ def _force_range(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
 
 def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, *, evaluations: int) -> RandomForce:
     """Random force of greatest restricted likelihood, but no further below the present one than annealing allows."""
-    scales, chains = problem.scales, problem.chains
     low, high = _force_range(problem)
 
-    def deviance(logs: np.ndarray) -> float:
+    def bounded(logs: np.ndarray) -> float:
         inside = np.clip(logs, low, high)
         std, memory = np.exp(inside)
         tried = RandomForce(std=float(std), memory=float(memory))
         try:
-            found = solve(chains, problem.unknowns, problem.border, scales, at, local, tried, problem.experiment.mass)
+            found = deviance(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, tried, problem.experiment.mass)
         except np.linalg.LinAlgError:
             return _INDEFINITE
-        return found.deviance + 10.0 * float(np.sum((logs - inside) ** 2))
+        return found + 10.0 * float(np.sum((logs - inside) ** 2))
 
     begin = np.log([force.std, force.memory])
     spread = (3.0, 1.8) if evaluations < 40 else (2.0, 2.0)
     simplex = np.array([begin, begin - [np.log(spread[0]), 0.0], begin + [0.0, np.log(spread[1])]])
     found = minimize(
-        deviance, begin, method="Nelder-Mead", options={"maxfev": evaluations, "xatol": 0.02, "fatol": 0.2, "initial_simplex": simplex}
+        bounded, begin, method="Nelder-Mead", options={"maxfev": evaluations, "xatol": 0.02, "fatol": 0.2, "initial_simplex": simplex}
     )
     std, memory = np.exp(np.clip(found.x, low, high))
     return RandomForce(std=float(max(std, force.std / _AT_MOST_DOWN)), memory=float(memory))
