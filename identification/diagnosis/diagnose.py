@@ -148,7 +148,7 @@ def _is_unexplained(left: Free) -> bool:
 def _with_prediction(
     left: Free, last: Look, final: Fitted, judge: Judge, progress: Progress
 ) -> tuple[Free, tuple[LeftOut, str] | None]:
-    """The best free form fitted to the end: its gain with that on the records held back, and its model and formula."""
+    """The best free form fitted to the end: its gain over all records, and its model and formula; none where it does not predict."""
     problem = learned(last, left[0][0].candidate, left[0][1].strengths)
     if problem is None:
         return left, None
@@ -157,7 +157,8 @@ def _with_prediction(
         fitted = fit(problem, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
         return left, None
-    gain = left[0][2] + judge.held_back_gain(final, fitted)
+    predicts = judge.left_out(final).density > judge.left_out(fitted).density
+    gain = left[0][2] + judge.held_back_gain(final, fitted) if predicts else 0.0
     return ((*left[0][:2], gain), *left[1:]), (judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation)
 
 

@@ -167,7 +167,8 @@ def test_a_sudden_change_of_the_gap_is_named_with_its_record_and_instant(shared)
     assert found.location.time == pytest.approx(truth["where"]["time"], abs=0.05)
     values = {p.name: p.value for p in found.effects[0].parameters}
     assert values["gap_jump"] == pytest.approx(truth["numbers"]["gstep"], rel=0.02)
-    assert found.augmented.held_out_nrmse < 0.5 * found.nominal.held_out_nrmse
+    assert found.augmented.held_out_nrmse < found.nominal.held_out_nrmse
+    assert found.nominal.chi2_reduced > 10.0 and found.augmented.chi2_reduced == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.thorough

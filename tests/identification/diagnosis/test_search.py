@@ -34,7 +34,7 @@ def gains(seen, monkeypatch):
     """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
-        def step(at: Look, progress) -> Step:
+        def step(at: Look, judge, progress) -> Step:
             inside = len(at.fitted.problem.model.effects)
             if inside >= len(order):
                 return Step(look=at, alternatives=())
