@@ -23,13 +23,14 @@ class Evidence:
     """What speaks for an effect.
 
     Attributes:
-        gain: of twice the log marginal likelihood, all variances estimated anew in both models, everything refitted.
+        gain: of twice the log marginal likelihood, all variances estimated anew in both models, everything refitted; that of the predictive
+            density of the records held back included.
         degrees: strengths that the effect adds.
         tried: candidates and places among which it was the best.
         strength: of its strongest part, over the standard error.
         held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
         errors: rms error of the free motion on that, before and after; None likewise.
-        left: largest gain of a free form over the model with the effect, with its columns and the number of forms.
+        left: largest gain of a free form over the model with the effect, likewise, with its columns and the number of forms.
     """
 
     gain: float
@@ -54,5 +55,5 @@ def decide(evidence: Evidence, level: float = LEVEL) -> str:
     if evidence.errors is not None and not evidence.errors[1] <= evidence.errors[0]:
         return "the error of the free motion on what was left out rises with it"
     if evidence.left > LEFT_OVER * evidence.gain and chance(evidence.left, evidence.left_degrees, evidence.forms) < level:
-        return "a free form explains more than it does"
+        return "it leaves much that a free form explains"
     return ""

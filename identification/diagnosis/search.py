@@ -158,10 +158,12 @@ def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
             taken = any(_is_taken(other) for other in asked)
             asked.append(one if taken or one.best <= 0.0 else judge(seen.fitted, one))
     asked.sort(key=_is_taken, reverse=True)
-    refused = tuple(one for one in asked if one.refused and is_significant(one))
+    refused = [one for one in asked if one.refused and is_significant(one)]
+    kept = [one for one in asked if not any(one is other for other in refused)]
     done = {one.candidate.key for one in asked}
     others = [one for one, _ in found if one.candidate.key not in done]
-    return Step(look=seen, alternatives=(*(one for one in asked if one not in refused), *others), refused=refused)
+    lighter = [dataclasses.replace(one, fitted=None) for one in kept[1:]]  # no longer needed, and each holds its equations
+    return Step(look=seen, alternatives=(*kept[:1], *lighter, *others), refused=tuple(dataclasses.replace(one, fitted=None) for one in refused))
 
 
 def _leaves_nothing_random(fitted: Fitted | None) -> bool:

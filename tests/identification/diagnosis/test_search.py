@@ -7,7 +7,7 @@ import pytest
 from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, is_significant, search
-from identification.trajectory.fit import Fitted
+from identification.trajectory.fit import Fitted, Variances
 from tests.effects.start import at_start
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
@@ -80,6 +80,64 @@ def test_a_search_adds_so_many_effects_and_no_more(seen, gains):
     gains(*((name, 900.0) for name in order))
     found = search(fitted(seen))
     assert (names(found), found.finished) == (order[:MOST_EFFECTS], True)
+
+
+@pytest.fixture
+def weighed(seen, monkeypatch):
+    """Sets the candidates of one look with their gains at first order; a refit gains as much. Returns what was refitted, in order."""
+
+    def found(**gains: float) -> list[str]:
+        tried: list[str] = []
+
+        def refitted(at: Look, one: Alternative, weighed, progress) -> list[Alternative]:
+            tried.append(one.name)
+            return [alternative(one.name, one.gain, fitted(at, one.name, deviance=-one.gain))]
+
+        monkeypatch.setattr(module, "_weighed", lambda at: [(alternative(n, gain), Weighed(seen.fitted.variances)) for n, gain in gains.items()])
+        monkeypatch.setattr(module, "_refitted", refitted)
+        return tried
+
+    return found
+
+
+@dataclasses.dataclass
+class Weighed:
+    variances: Variances
+
+
+def refusing(*refused: str):
+    """A judge."""
+    return lambda model, one: dataclasses.replace(one, refused="it does not predict" if one.name in refused else "")
+
+
+def test_the_next_one_is_fitted_where_the_best_is_refused(seen, weighed):
+    tried = weighed(second_mode=900.0, coulomb_friction=300.0, quadratic_drag=200.0, mains_hum=9.0)
+    step = module._step(seen, refusing("second_mode"), lambda line: None)
+    assert tried == ["second_mode", "coulomb_friction", "quadratic_drag"], "the last of them within a half of the one before"
+    assert [one.name for one in step.alternatives] == ["coulomb_friction", "quadratic_drag", "mains_hum"]
+    assert [(one.name, one.refused) for one in step.refused] == [("second_mode", "it does not predict")]
+
+
+def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(seen, weighed):
+    tried = weighed(second_mode=900.0, coulomb_friction=300.0)
+    step = module._step(seen, refusing(), lambda line: None)
+    assert (tried, step.refused) == (["second_mode"], ())
+    assert [one.fitted is None for one in step.alternatives] == [False, True]
+
+
+def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
+    weighed(second_mode=60.0, coulomb_friction=50.0)
+    step = module._step(
+        seen, lambda model, one: dataclasses.replace(one, held_back=-55.0 if one.name == "second_mode" else 40.0), lambda line: None
+    )
+    assert [one.name for one in step.alternatives] == ["coulomb_friction", "second_mode"]
+    assert step.alternatives[0].best == 90.0 and not is_significant(step.alternatives[1])
+
+
+@pytest.mark.parametrize(("gain", "first"), [(310.0, "coulomb_friction"), (340.0, "power_law_damping")])
+def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed, gain, first):
+    weighed(power_law_damping=gain, coulomb_friction=300.0)
+    assert module._step(seen, refusing(), lambda line: None).alternatives[0].name == first
 
 
 def test_all_listed_effects_are_looked_for_unless_limited():

@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from statsmodels.tsa.arima_process import arma_acovf
 
 from identification.experiment import Experiment, Record, Suspension
+from identification.trajectory.course import Signal, by_sample, courses, responses
 from identification.trajectory.fit import fit
 from identification.trajectory.innovations import whiteness
 from identification.trajectory.motion import linearise
@@ -70,6 +71,17 @@ def test_its_reading_error_is_found_and_leaves_white_errors(led):
     white = whiteness(found)["reaction_force"]
     assert white.variance == pytest.approx(1.0, abs=0.1)
     assert np.abs(white.correlations).max() < 3.5 / np.sqrt(SAMPLES)
+
+
+def test_a_force_that_is_missing_is_seen_at_once(led):
+    """By the sensor of the force, against it; over the noise."""
+    fitted = fit(problem_of(led))
+    chains = fitted.problem.chains
+    _, sampled = courses(fitted)
+    force = np.linspace(0.0, 3.0, len(chains.left))[:, None] * np.ones(chains.samples + 1)
+    seen, end = responses(by_sample(fitted, sampled), chains, [Signal(force=force, stop=None, readings={})])
+    counted = chains.weight[..., 0] > 0
+    assert np.allclose(seen[..., 0, 0][counted], -force[:, :-1][counted] / NOISE) and not end.any()
 
 
 def test_no_random_force_acts_on_a_prescribed_motion(led):
