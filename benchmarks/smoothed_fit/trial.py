@@ -7,13 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.smoothed_fit.rig import simulated, true_model
-from identification.trajectory.chain_equations import moved
-from identification.trajectory.fit import SMALLEST_FORCE, Fitted, Variances, equations, fit
+from identification.trajectory.elimination import moved
+from identification.trajectory.fit import Fitted, equations, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.smoothed import SMALL_GRADIENT, Smoothed, fit_smoothed
 from identification.trajectory.start import Problem, problem_of
+from identification.trajectory.variances import SMALLEST_FORCE, Variances
 from vibrojax.integrate import Landing
 
 _FINE, _FINER = 8.0, 16.0

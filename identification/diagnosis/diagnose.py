@@ -33,7 +33,7 @@ from identification.estimation.prediction import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.experiment import Experiment
 from identification.result.evidence import chance
-from identification.result.result import OK, RecordFit
+from identification.result.result import OK
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
 from identification.windows.clearance import check_clearance
@@ -145,9 +145,7 @@ def _is_unexplained(left: Free) -> bool:
     return bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), len(left)) < LEVEL
 
 
-def _with_prediction(
-    left: Free, last: Look, final: Fitted, judge: Judge, progress: Progress
-) -> tuple[Free, tuple[LeftOut, str] | None]:
+def _with_prediction(left: Free, last: Look, final: Fitted, judge: Judge, progress: Progress) -> tuple[Free, tuple[LeftOut, str] | None]:
     """The best free form fitted to the end: its gain over all records, and its model and formula; none where it does not predict."""
     problem = learned(last, left[0][0].candidate, left[0][1].strengths)
     if problem is None:

@@ -39,8 +39,9 @@ class Judge:
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
         """An alternative with its gain on the records held back, and why it is not taken in beside a model."""
         assert one.fitted is not None, "a candidate is judged once it is fitted"
-        one = dataclasses.replace(one, held_back=self.held_back_gain(before, one.fitted))
-        return dataclasses.replace(one, refused=self.why_not(before, one, one.fitted))
+        after = one.fitted
+        one = dataclasses.replace(one, held_back=self.held_back_gain(before, after))
+        return dataclasses.replace(one, refused=self.why_not(before, one, after))
 
     def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = ()) -> str:
         """Why an effect is not asserted; empty where it is.

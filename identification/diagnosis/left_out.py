@@ -13,9 +13,10 @@ from identification.estimation.prediction import record_fits
 from identification.estimation.unseen import held_back_chain, rms_nrmse
 from identification.experiment import Experiment
 from identification.result.result import RecordFit
-from identification.trajectory.chain_equations import Solution, solve
-from identification.trajectory.fit import Fitted, reweighed
+from identification.trajectory.elimination import Solution, solve
+from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Linearised
+from identification.trajectory.variances import reweighed
 from vibrojax.errors import NoConvergenceError
 
 _MOST_FOLDS = 6

@@ -12,10 +12,11 @@ from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scored, scorer
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
-from identification.trajectory.fit import Fitted, Variances, vanishes
+from identification.trajectory.fit import Fitted
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import Chains
+from identification.trajectory.variances import Variances, vanishes
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
 from vibrojax.errors import InputError

@@ -10,7 +10,8 @@ from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, Variances, fit, vanishes
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.variances import Variances, vanishes
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
 
@@ -162,8 +163,8 @@ def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
     kept = [one for one in asked if not any(one is other for other in refused)]
     done = {one.candidate.key for one in asked}
     others = [one for one, _ in found if one.candidate.key not in done]
-    lighter = [dataclasses.replace(one, fitted=None) for one in kept[1:]]  # no longer needed, and each holds its equations
-    return Step(look=seen, alternatives=(*kept[:1], *lighter, *others), refused=tuple(dataclasses.replace(one, fitted=None) for one in refused))
+    without_equations = [tuple(dataclasses.replace(one, fitted=None) for one in part) for part in (kept[1:], refused)]
+    return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1])
 
 
 def _leaves_nothing_random(fitted: Fitted | None) -> bool:
@@ -228,17 +229,22 @@ def _numbers(candidate: Candidate, records: int) -> int:
 def _shortlist(seen: Look) -> list[Scored]:
     """The best of each kind by score; where scores do not order, stops too, which the motion without them passes through."""
     best = list(best_of_each(seen.listed).values())
-    chosen = best[:_WEIGHED]
+    chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
-        chosen += [one for one in best[_WEIGHED:] if one.candidate.members[0].probe.is_stop]
-    return [one for one in chosen if one.gain > _WORTH_WEIGHING * best[0].gain]
+        chosen += [
+            one for one in best if one.candidate.members[0].probe.is_stop and one.gain > 0.0 and not any(one is other for other in chosen)
+        ]
+    return chosen
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
     """Whether so much is taken for random that the scores of candidates do not order them."""
     problem = fitted.problem
     signals = np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1))
-    parts = [variances.force.std / problem.scales.force, *(one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True))]
+    parts = [
+        variances.force.std / problem.scales.force,
+        *(one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True)),
+    ]
     return max(parts) > LARGE_PART
 
 

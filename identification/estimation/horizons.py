@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from identification.estimation.prediction import Free, free_motion, frequency, pieces_of
 from identification.result.result import Horizon
-from identification.trajectory.chain_equations import solve
+from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import Chains

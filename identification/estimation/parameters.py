@@ -10,11 +10,12 @@ from scipy.special import chdtrc, chdtri, ndtri
 from identification.result.evidence import chance_of_force
 from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, ParameterEstimate, SensorError
 from identification.result.variation import Disagreement, Unrest
-from identification.trajectory.chain_equations import solve
-from identification.trajectory.fit import SMALLEST_FORCE, Fitted, reweighed, settled
+from identification.trajectory.elimination import solve
+from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import weighable
+from identification.trajectory.variances import SMALLEST_FORCE, reweighed
 from vibrojax.channels import UNITS
 from vibrojax.parameters import Parameter
 

@@ -7,8 +7,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from identification.estimation.parameters import deviance, record_estimates
-from identification.trajectory.fit import Fitted, fit, reweighed, settled
+from identification.trajectory.fit import Fitted, fit, settled
 from identification.trajectory.remodel import with_variation
+from identification.trajectory.variances import reweighed
 
 _SWEEPS = 4
 _STEADY = 0.05

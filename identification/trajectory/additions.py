@@ -9,19 +9,12 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_solve_banded
 
-from identification.trajectory.chain_equations import (
-    Solution,
-    Weighed,
-    motion_covariance,
-    moved,
-    solve,
-    whitened_rows,
-    whitenings,
-)
-from identification.trajectory.fit import Fitted, Variances, annealed, coloured, reweighed
+from identification.trajectory.chain_equations import Weighed, motion_covariance, whitened_rows, whitenings
+from identification.trajectory.elimination import Solution, moved
+from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.start import Problem
-
+from identification.trajectory.variances import Variances, annealed, coloured, reweighed, solved
 
 _NO_GAIN = 1.0
 """Fall of -2 log likelihood in a round, below which variances have been found."""
@@ -127,7 +120,7 @@ def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Varian
     """Equations of the chain under given variances."""
     white = whitenings(problem.chains, linear, variances.readings)
     local = reweighed(problem, at, linear, variances.readings)
-    solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, variances.force, problem.experiment.mass)
+    solution = solved(problem, at, local, variances.force)
     covariance = motion_covariance(problem.chains, problem.scales, variances.force, problem.experiment.mass)
     return Scorer(
         problem=problem,
@@ -189,7 +182,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Va
         local = reweighed(problem, at, linear, readings)
         if round_ < rounds:
             force = annealed(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
-        solution = solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
+        solution = solved(problem, at, local, force)
         after = moved(problem.border, at, solution, 1.0)
         tried.append(
             Reestimated(

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from identification.trajectory.chain_equations import whitened_rows, whitenings, with_motion
+from identification.trajectory.chain_equations import motion_covariance, whitened_rows, whitenings
 from identification.trajectory.fit import Fitted
 
 _ROUNDING = 1e-13
@@ -26,8 +26,7 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
     problem, chains, linear = fitted.problem, fitted.problem.chains, fitted.linear
     size, segments = len(problem.unknowns.states) + 1, len(chains.left)
     inside, force, scales = 3 * size, fitted.variances.force, problem.scales
-    silent = dataclasses.replace(fitted.local, gram=np.zeros_like(fitted.local.gram), right=np.zeros_like(fitted.local.right))
-    motion, drive, *_ = with_motion(chains, scales, fitted.at, silent, force, problem.experiment.mass, size)
+    motion, drive = _motion_alone(fitted)
     white = whitenings(chains, linear, fitted.variances.readings)
     parts = list(whitened_rows(chains, problem.unknowns, problem.border, linear, white))
     rows = np.stack([one[..., :inside] for one, _ in parts], axis=2).reshape(segments, -1, inside)
@@ -45,7 +44,7 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
         elif not fitted.local.linked[k - 1]:
             states = np.arange(size, 2 * size - 1)
             precision[states, states] += wide[:-1]
-        precision, gradient = precision + motion[k, :inside, :inside], gradient + drive[k, :inside]
+        precision, gradient = precision + motion[k], gradient + drive[k]
         if not fitted.local.linked[k]:
             states = np.arange(2 * size, 3 * size - 1)
             precision[states, states] += wide[:-1]
@@ -59,6 +58,22 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
             found[k, used] = solve_triangular(np.linalg.cholesky(spread), ahead, lower=True)
             precision, gradient = precision + by.T @ by, gradient + by.T @ error
     return found.reshape(segments, chains.samples, -1)
+
+
+def _motion_alone(fitted: Fitted) -> tuple[Float[np.ndarray, "segments inside inside"], Float[np.ndarray, "segments inside"]]:
+    """Information and gradient of three knots by the equations of motion and of the random force."""
+    problem, chains, at, force, local = fitted.problem, fitted.problem.chains, fitted.at, fitted.variances.force, fitted.local
+    inside, size = 3 * (len(problem.unknowns.states) + 1), len(problem.unknowns.states) + 1
+    weight = np.linalg.inv(motion_covariance(chains, problem.scales, force, problem.experiment.mass))
+    rows = local.defect[..., :inside]
+    turned = rows.swapaxes(1, 2) @ weight
+    gram, right = turned @ rows, (turned @ local.gap[..., None])[..., 0]
+    correlation, variance = force.step(chains.duration)
+    ends = np.zeros((len(chains.left), inside))
+    ends[:, 2 * size - 1], ends[:, 3 * size - 1] = -correlation, 1.0
+    jump = at.force[chains.left + 1] - correlation * at.force[chains.left]
+    gram += ends[:, :, None] * ends[:, None, :] / variance[:, None, None]
+    return gram, right + ends * (jump / variance)[:, None]
 
 
 def _later(precision: np.ndarray, gradient: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:

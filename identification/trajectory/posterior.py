@@ -14,7 +14,8 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from identification.trajectory.chain_equations import Border, Solution, lagged, residuals_after
+from identification.trajectory.chain_equations import Border, lagged, residuals_after
+from identification.trajectory.elimination import Solution
 from identification.trajectory.motion import Linearised
 from identification.trajectory.reading_error import run_lengths
 from identification.trajectory.segments import Chains, Unknowns

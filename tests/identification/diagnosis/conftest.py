@@ -8,10 +8,11 @@ import pytest
 from identification.diagnosis.look import Look
 from identification.diagnosis.scales import probe_scales
 from identification.trajectory.course import by_sample, courses
-from identification.trajectory.fit import Fitted, Variances, equations
+from identification.trajectory.fit import Fitted, equations
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import problem_of
+from identification.trajectory.variances import Variances
 from tests.identification.conftest import TRUTH
 
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.left_out import folds, left_out_density, left_out_fits
-from identification.trajectory.fit import Fitted, Variances, equations
+from identification.trajectory.fit import Fitted, equations
 from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.start import Problem, problem_of
+from identification.trajectory.variances import Variances
 from tests.identification.trajectory.conftest import FORCE, MEMORY, RATE, shaken
 from tests.identification.trajectory.dense import WHITE, dense
 

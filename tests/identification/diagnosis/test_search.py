@@ -7,7 +7,8 @@ import pytest
 from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, is_significant, search
-from identification.trajectory.fit import Fitted, Variances
+from identification.trajectory.fit import Fitted
+from identification.trajectory.variances import Variances
 from tests.effects.start import at_start
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
@@ -93,7 +94,9 @@ def weighed(seen, monkeypatch):
             tried.append(one.name)
             return [alternative(one.name, one.gain, fitted(at, one.name, deviance=-one.gain))]
 
-        monkeypatch.setattr(module, "_weighed", lambda at: [(alternative(n, gain), Weighed(seen.fitted.variances)) for n, gain in gains.items()])
+        monkeypatch.setattr(
+            module, "_weighed", lambda at: [(alternative(n, gain), Weighed(seen.fitted.variances)) for n, gain in gains.items()]
+        )
         monkeypatch.setattr(module, "_refitted", refitted)
         return tried
 

@@ -4,10 +4,11 @@ import numpy as np
 from scipy.linalg import toeplitz
 from statsmodels.tsa.arima_process import arma_acovf
 
-from identification.trajectory.fit import Variances, equations
+from identification.trajectory.fit import equations
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import Problem
+from identification.trajectory.variances import Variances
 from tests.identification.trajectory.conftest import MASS
 
 WHITE = ReadingError()

@@ -6,11 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from identification.trajectory.chain_equations import deviance, moved, residuals_after, solve
-from identification.trajectory.fit import reweighed
+from identification.trajectory.chain_equations import residuals_after
+from identification.trajectory.elimination import deviance, moved, solve
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import Problem
+from identification.trajectory.variances import reweighed
 from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY, NOISE, RATE, Linear
 from tests.identification.trajectory.dense import WHITE, dense, solved
 from vibrojax.integrate import Landing

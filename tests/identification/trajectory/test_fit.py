@@ -7,9 +7,10 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from identification.trajectory.fit import SMALLEST_FORCE, fit
+from identification.trajectory.fit import fit
 from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import problem_of
+from identification.trajectory.variances import SMALLEST_FORCE
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, NOISE, ZETA, Linear, shaken
 

@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from identification.trajectory.fit import Fitted, Variances, equations, fit
+from identification.trajectory.fit import Fitted, equations, fit
 from identification.trajectory.innovations import innovations, whiteness
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
+from identification.trajectory.variances import Variances
 from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY, NOISE, RATE, Linear
 from vibrojax.integrate import Landing
 

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from identification.trajectory.chain_equations import solve
-from identification.trajectory.fit import Variances, equations, likeliest, reweighed
+from identification.trajectory.elimination import solve
+from identification.trajectory.fit import equations
 from identification.trajectory.posterior import expected_products, knots_covariance
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
+from identification.trajectory.variances import Variances, likeliest, reweighed
 from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY
 
 SHAKEN = RandomForce(std=FORCE, memory=MEMORY)

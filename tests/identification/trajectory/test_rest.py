@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.bouncing import GRAVITY, bounced, experiment
-from identification.trajectory.fit import SMALLEST_FORCE, fit
+from identification.trajectory.fit import fit
 from identification.trajectory.motion import linearise, unrolled
 from identification.trajectory.start import Problem, problem_of
+from identification.trajectory.variances import SMALLEST_FORCE
 
 RATE = 100.0
 HEIGHTS = 0.08, 0.12

@@ -1,0 +1,301 @@
+"""Solution of the chain's equations, in time proportional to the samples: a step, its covariance, and the marginal likelihood.
+
+A banded Cholesky factorisation eliminates the knots, records are then eliminated one by one, and the shared unknowns are left. Another
+random force changes only the equations of motion: those of the readings are added up once.
+
+Source: G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed. (2013), sections 4.3 (banded Cholesky) and 4.5 (block elimination); D. A.
+Harville, Maximum likelihood approaches to variance component estimation, J. Am. Stat. Assoc. 72 (1977) 320-338 (restricted likelihood).
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cholesky_banded, get_lapack_funcs
+
+from identification.trajectory.chain_equations import Border, Scales, Sums, Weighed, motion_covariance
+from identification.trajectory.motion import Estimate
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.segments import Chains, Unknowns
+
+_ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
+"""Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
+_UNKNOWN = 1e8
+"""Variance, in the natural scale, of what the records say nothing of."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Solution:
+    """Solution of the chain's equations: a step from the estimate, its covariance, and -2 log of the marginal likelihood.
+
+    Attributes:
+        deviance: -2 log marginal (restricted) likelihood, up to a constant of the records.
+        shared: step, in units of `Border.shared_scale`; (parameters,).
+        own: step, in units of `Border.own_scale`; (records, own).
+        knots: step of states and force; (knots, states + 1).
+        covariance: of the shared unknowns, scaled; (parameters, parameters), 0 where held.
+        information, gradient: what each record by itself says of the shared unknowns, all else eliminated, scaled; (records, parameters,
+            parameters) and (records, parameters), priors left out.
+        own_error: standard error of each record's own unknowns, scaled; (records, own).
+        factor: banded lower Cholesky factor of the knots' Hessian; (3 (states + 1), knots (states + 1)).
+        by_shared, by_own: inverse of that Hessian times its border; (knots (states + 1), parameters) and (..., own).
+        own_inverse: covariance of each record's own unknowns with the shared ones held; (records, own, own).
+        own_by_shared: fall of these with the shared ones; (records, own, parameters).
+    """
+
+    deviance: float
+    shared: np.ndarray
+    own: np.ndarray
+    knots: np.ndarray
+    covariance: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
+    own_error: np.ndarray
+    factor: np.ndarray
+    by_shared: np.ndarray
+    by_own: np.ndarray
+    own_inverse: np.ndarray
+    own_by_shared: np.ndarray
+    _rows: np.ndarray
+
+    @property
+    def knots_by_outside(self) -> np.ndarray:
+        """Derivative of the knots by shared and own unknowns, scaled; (knots (states + 1), shared + own)."""
+        return -np.concatenate([self.by_shared, self.by_own], axis=1)
+
+    @property
+    def outside_covariance(self) -> np.ndarray:
+        """Of shared and own unknowns of each record, scaled; (records, shared + own, shared + own)."""
+        across = -self.own_by_shared @ self.covariance
+        shared = np.broadcast_to(self.covariance, (len(across), *self.covariance.shape))
+        own = self.own_inverse - across @ self.own_by_shared.swapaxes(1, 2)
+        return np.concatenate([np.concatenate([shared, across.swapaxes(1, 2)], axis=2), np.concatenate([across, own], axis=2)], axis=1)
+
+    def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A sample of the posterior, as steps of shared, own and knots."""
+        root = _root(self.covariance)
+        shared = root @ rng.standard_normal(len(root))
+        own = np.stack([_root(one) @ rng.standard_normal(len(one)) for one in self.own_inverse]) - self.own_by_shared @ shared
+        noise = rng.standard_normal(self.factor.shape[1])
+        (solve_triangular,) = get_lapack_funcs(("tbtrs",), (self.factor,))
+        chain, _ = solve_triangular(self.factor, noise[:, None], uplo="L", trans="T")
+        knots = chain[:, 0] - self.by_shared @ shared - (self.by_own * own[self._rows]).sum(axis=1)
+        return self.shared + shared, self.own + own, self.knots + knots.reshape(self.knots.shape)
+
+
+def solve(
+    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
+) -> Solution:
+    """Solve the linearised equations under a random force."""
+    found = _eliminated(chains, unknowns, border, scales, at, local, force, mass)
+    size, shared, records = len(unknowns.states) + 1, len(unknowns.shared), len(chains.knots)
+    (solve_triangular,) = get_lapack_funcs(("tbtrs",), (found.factor,))
+    solved, _ = solve_triangular(found.factor, found.half, uplo="L", trans="T")
+    x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
+    ss, gs, go, lead, inverse = found.shared, found.shared_gradient, found.own_gradient, found.own_by_shared, found.own_inverse
+    covariance = _inverse(ss)
+    step = -(np.linalg.solve(ss + border.proximal * np.eye(shared), gs) if border.proximal > 0.0 else covariance @ gs)
+    own_step = -np.einsum("rop,rp->ro", inverse, go) - lead @ step
+    rows = np.repeat(np.arange(records), [size * (one.stop - one.start) for one in chains.knots])
+    knots = -x - xs @ step
+    knots[size:] -= (xo[size:] * own_step[rows]).sum(axis=1)
+    held = np.where(border.shared, 1.0, 0.0)
+    own_variance = np.diagonal(inverse, axis1=1, axis2=2) + np.einsum("ros,st,rot->ro", lead, covariance * np.outer(held, held), lead)
+    return Solution(
+        deviance=found.deviance,
+        shared=step * held,
+        own=own_step * border.own,
+        knots=knots[size:].reshape(-1, size),
+        covariance=covariance * np.outer(held, held),
+        information=found.information,
+        gradient=found.gradient,
+        own_error=np.sqrt(np.maximum(own_variance, 0.0)) * border.own,
+        factor=found.factor[:, size:],
+        by_shared=xs[size:],
+        by_own=xo[size:],
+        own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
+        own_by_shared=lead * border.own[:, :, None],
+        _rows=rows,
+    )
+
+
+def deviance(
+    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
+) -> float:
+    """-2 log of the marginal likelihood under a random force, without the solution."""
+    return _eliminated(chains, unknowns, border, scales, at, local, force, mass).deviance
+
+
+class _Eliminated(NamedTuple):
+    """The equations with knots and then each record's own unknowns eliminated.
+
+    Attributes:
+        deviance: see `Solution`.
+        factor: banded lower Cholesky factor of the knots' Hessian.
+        half: its inverse times gradient, shared and own border; (size (knots + 1), 1 + shared + own).
+        shared, shared_gradient: information and gradient of the shared unknowns, with their priors.
+        own_gradient, own_inverse, own_by_shared: of each record's own unknowns.
+        information, gradient: see `Solution`.
+    """
+
+    deviance: float
+    factor: np.ndarray
+    half: np.ndarray
+    shared: np.ndarray
+    shared_gradient: np.ndarray
+    own_gradient: np.ndarray
+    own_inverse: np.ndarray
+    own_by_shared: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
+
+
+def _eliminated(
+    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
+) -> _Eliminated:
+    size, shared = len(unknowns.states) + 1, len(unknowns.shared)
+    sums = local.sums(chains, size, shared)
+    band, rhs, products = sums.band.copy(), sums.rhs.copy(), sums.border.copy()
+    square, logs = _with_motion(chains, scales, at, sums, local, force, mass, size, band, rhs, products)
+    band[0, :size] = 1.0
+    square += _initial_states(chains, scales, at, local, force, band, rhs[0], size)
+    factor = _factorised(band)
+    (solve_triangular,) = get_lapack_funcs(("tbtrs",), (factor,))
+    half, _ = solve_triangular(factor, rhs.T, uplo="L", trans="N")
+    edges = [size * (1 + one.start) for one in chains.knots] + [len(half)]
+    gradient_square = float(half[:, 0] @ half[:, 0])
+    for record, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        products[record] -= half[begin:end].T @ half[begin:end]
+    a, b = slice(1, 1 + shared), slice(1 + shared, None)
+    ss, oo, os, gs, go = products[:, a, a], products[:, b, b], products[:, b, a], products[:, 0, a], products[:, 0, b]
+
+    own_precision, own_off = border.own_precision * border.own_scale**2, (at.own - border.own_mean) / border.own_scale
+    shared_precision, shared_off = border.shared_precision * border.shared_scale**2, (at.shared - border.shared_mean) / border.shared_scale
+    places = np.arange(oo.shape[1])
+    oo[:, places, places] += np.where(border.own, own_precision, 1.0)
+    go += np.where(border.own, own_precision * own_off, 0.0)
+    square += float(np.sum(np.where(border.own, own_precision * own_off**2, 0.0)))
+    inverse = np.linalg.inv(oo)
+    lead = inverse @ os
+    information, gradients = ss - os.swapaxes(1, 2) @ lead, gs - (go[:, None, :] @ lead)[:, 0]
+    total, gradient = information.sum(axis=0), gradients.sum(axis=0)
+    total[np.diag_indices(shared)] += np.where(border.shared, shared_precision, 1.0)
+    gradient = gradient + np.where(border.shared, shared_precision * shared_off, 0.0)
+    square += float(np.sum(np.where(border.shared, shared_precision * shared_off**2, 0.0)))
+    fitted = gradient_square + float(np.einsum("ro,rop,rp->", go, inverse, go)) + float(gradient @ _inverse(total) @ gradient)
+    if square - fitted < -1e-6 * square:
+        raise np.linalg.LinAlgError("a sum of squares came out negative: rounding has spoilt the factorisation")
+    restricted, marginal = border.shared & ~border.strengths, ~border.own_strengths
+    known = total[np.ix_(restricted, restricted)] + np.eye(int(restricted.sum())) / _UNKNOWN
+    log_border = np.linalg.slogdet(oo[:, marginal][:, :, marginal])[1].sum() + np.linalg.slogdet(known)[1]
+    return _Eliminated(
+        deviance=float(square - fitted + 2.0 * float(np.log(factor[0]).sum()) + logs + float(log_border)),
+        factor=factor,
+        half=half,
+        shared=total,
+        shared_gradient=gradient,
+        own_gradient=go,
+        own_inverse=inverse,
+        own_by_shared=lead,
+        information=information,
+        gradient=gradients,
+    )
+
+
+def _with_motion(
+    chains: Chains,
+    scales: Scales,
+    at: Estimate,
+    sums: Sums,
+    local: Weighed,
+    force: RandomForce,
+    mass: float,
+    size: int,
+    band: np.ndarray,
+    rhs: np.ndarray,
+    products: np.ndarray,
+) -> tuple[float, float]:
+    """Add the equations of motion and of the random force; sum of squares and log determinant, those of the readings included."""
+    root = np.linalg.cholesky(motion_covariance(chains, scales, force, mass))
+    rows = sums.defect.copy()
+    for state in range(len(rows)):
+        if state == 1:  # u and u' move together; every other state has a floor of its own
+            rows[1] -= root[:, 1, 0] * rows[0]
+        rows[state] /= root[:, state, state]
+    start, inner, begins = size * chains.left, 2 * size, np.flatnonzero(chains.first)
+    for i in range(inner):
+        here = start + size + i
+        for j in range(i + 1):
+            band[i - j, here - i + j] += (rows[:, i] * rows[:, j]).sum(axis=0)
+        for column, j in enumerate((rows.shape[1] - 1, *range(inner, rows.shape[1] - 1))):
+            rhs[column, here] += (rows[:, i] * rows[:, j]).sum(axis=0)
+    outer = np.concatenate([rows[:, -1:], rows[:, inner:-1]], axis=1)
+    for record, (begin, end) in enumerate(zip(begins, (*begins[1:], len(chains.left)), strict=True)):
+        part = outer[:, :, begin:end].transpose(1, 0, 2).reshape(outer.shape[1], -1)
+        products[record] += part @ part.T
+    correlation, variance = force.step(chains.duration)
+    jump = at.force[chains.left + 1] - correlation * at.force[chains.left]
+    here, there = start + inner - 1, start + 3 * size - 1
+    band[0, there] += 1.0 / variance
+    band[0, here] += correlation**2 / variance
+    band[size, here] -= correlation / variance
+    rhs[0, there] += jump / variance
+    rhs[0, here] -= correlation * jump / variance
+    square = local.square + float((rows[:, -1] ** 2).sum() + (jump**2 / variance).sum())
+    logs = local.log_determinant + float(2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum() + np.log(variance).sum())
+    return square, logs + len(chains.knots) * 2.0 * float(np.log(force.std))
+
+
+def moved(border: Border, at: Estimate, solution: Solution, share: float) -> Estimate:
+    """The estimate after a share of the step."""
+    return Estimate(
+        states=at.states + share * solution.knots[:, :-1],
+        force=at.force + share * solution.knots[:, -1],
+        shared=np.clip(at.shared + share * solution.shared * border.shared_scale, border.lower, border.upper),
+        own=at.own + share * solution.own * border.own_scale,
+    )
+
+
+def _initial_states(
+    chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, band: np.ndarray, gradient: np.ndarray, size: int
+) -> float:
+    """Add the prior at the first knot of every record: motion of any size, states of effects near rest, a force of its stationary size.
+
+    Where a segment could not be integrated, the motion at its end is of any size again.
+    """
+    wide = scales.widest
+    begins = np.array([one.start for one in chains.knots])
+    anew = np.concatenate([begins, 1 + chains.left[~local.linked]])
+    added = 0.0
+    for place, std in enumerate(wide):
+        band[0, size * (1 + anew) + place] += 1.0 / std**2
+        if place >= 2:  # the prior of the motion is centred wherever the estimate is: it only keeps the equations definite
+            gradient[size * (1 + anew) + place] += at.states[anew, place] / std**2
+            added += float((at.states[anew, place] ** 2).sum()) / std**2
+    band[0, size * (1 + begins) + size - 1] += 1.0 / force.std**2
+    gradient[size * (1 + begins) + size - 1] += at.force[begins] / force.std**2
+    return added + float((at.force[begins] ** 2).sum()) / force.std**2
+
+
+def _factorised(band: np.ndarray) -> np.ndarray:
+    """Banded Cholesky factor of a Hessian; where rounding of large entries hides a small one, its diagonal is raised by a little more."""
+    for raised in _ROUNDING:
+        try:
+            return cholesky_banded(np.concatenate([band[:1] * (1.0 + raised), band[1:]]), lower=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            if raised == _ROUNDING[-1] or not np.all(np.isfinite(band)):
+                raise
+    raise AssertionError
+
+
+def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
+    """Inverse of an information matrix; what it says nothing of gets a variance of `_UNKNOWN`."""
+    values, vectors = np.linalg.eigh(0.5 * (information + information.T))
+    return (vectors / np.maximum(values, 1.0 / _UNKNOWN)) @ vectors.T
+
+
+def _root(covariance: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
+    """A square root of a covariance, which may be singular."""
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    return vectors * np.sqrt(np.maximum(values, 0.0))
