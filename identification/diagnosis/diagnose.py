@@ -104,13 +104,14 @@ def diagnose_experiment(
     with course.stage("evidence"):
         progress("predicting what was left out")
         before, after = judge.left_out(found.nominal), judge.left_out(found.final)
-        left, form = _free(last), None
-        if _is_unexplained(left):
+        left, forms, form = _free(last), len(last.free), None
+        if _is_unexplained(left, forms):
             left, form = _with_prediction(left, last, found.final, judge, progress)
-        taken = {step.alternatives[0].name: judge.why_not(found.nominal, step.alternatives[0], found.final, left) for step in found.steps}
+        first = [step.alternatives[0] for step in found.steps]
+        taken = {one.name: judge.why_not(found.nominal, one, found.final, left, forms) for one in first}
         refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
         reasons = taken or refused
-        verdict = _verdict(found, reasons, left)
+        verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
         if verdict == UNLISTED:
             models = [(before, ""), (after, ""), *([form] if form is not None else [])]
             after, formula = min(models, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
@@ -129,24 +130,24 @@ def _free(seen: Look) -> Free:
     return tuple(sorted(found, key=lambda one: -one[2]))
 
 
-def _verdict(found: Search, reasons: dict[str, str], left: Free) -> str:
+def _verdict(found: Search, reasons: dict[str, str], *, unexplained: bool) -> str:
     """The verdict; `decide` alone says whether an effect is asserted."""
     if not found.finished or not found.final.converged:
         return UNDECIDED
     if reasons and not any(reasons.values()):
         return MISSING
-    if reasons or _is_unexplained(left):
+    if reasons or unexplained:
         return UNLISTED
     return RESTLESS if unrest(found.final, alpha=LEVEL) else ADEQUATE
 
 
-def _is_unexplained(left: Free) -> bool:
-    """Whether a free form gains more than noise alone gives one."""
-    return bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), len(left)) < LEVEL
+def _is_unexplained(left: Free, forms: int) -> bool:
+    """Whether the best of so many free forms gains more than noise alone gives one."""
+    return bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), forms) < LEVEL
 
 
 def _with_prediction(left: Free, last: Look, final: Fitted, judge: Judge, progress: Progress) -> tuple[Free, tuple[LeftOut, str] | None]:
-    """The best free form fitted to the end: its gain over all records, and its model and formula; none where it does not predict."""
+    """The best free form fitted to the end: its gain over all records, and its model and formula."""
     problem = learned(last, left[0][0].candidate, left[0][1].strengths)
     if problem is None:
         return left, None
@@ -155,8 +156,7 @@ def _with_prediction(left: Free, last: Look, final: Fitted, judge: Judge, progre
         fitted = fit(problem, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
         return left, None
-    predicts = judge.left_out(final).density > judge.left_out(fitted).density
-    gain = left[0][2] + judge.held_back_gain(final, fitted) if predicts else 0.0
+    gain = left[0][2] + judge.held_back_gain(final, fitted)
     return ((*left[0][:2], gain), *left[1:]), (judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation)
 
 

@@ -43,14 +43,14 @@ class Judge:
         one = dataclasses.replace(one, held_back=self.held_back_gain(before, after))
         return dataclasses.replace(one, refused=self.why_not(before, one, after))
 
-    def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = ()) -> str:
+    def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1) -> str:
         """Why an effect is not asserted; empty where it is.
 
         Args:
             before: model without it.
             one: the effect, with its gain.
             after: model with it, and perhaps with more.
-            free: forms beside that model.
+            free: forms beside that model, the best of so many `forms`.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
         errors = held_out = None
@@ -66,7 +66,7 @@ class Judge:
             errors=errors,
             left=free[0][2] if free else 0.0,
             left_degrees=len(free[0][0].candidate.signals) if free else 1,
-            forms=max(len(free), 1),
+            forms=forms,
         )
         return decide(evidence)
 

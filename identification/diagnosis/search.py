@@ -245,7 +245,7 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
         variances.force.std / problem.scales.force,
         *(one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True)),
     ]
-    return max(parts) > LARGE_PART
+    return bool(max(parts) > LARGE_PART)
 
 
 def _needed(found: Search, progress: Progress) -> Search:

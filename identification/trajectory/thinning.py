@@ -30,15 +30,18 @@ _LONGEST = 16384
 
 
 def thinned(records: Sequence[Record]) -> list[Record]:
-    """Records of a motion without impacts, averaged and with every q-th sample, where all of them allow it; as they are otherwise."""
+    """Records of a motion without impacts, averaged and with every q-th sample, where all of them allow it; as they are otherwise.
+
+    A measured input stays as it is: what an average takes from it drives the model no longer.
+    """
     q = min((_factor(record) for record in records), default=1)
     return [_every(record, q) if q > 1 else record for record in records]
 
 
 def _factor(record: Record) -> int:
     """By how much one record can be thinned."""
-    steps = np.diff(record.time)
-    if len(steps) < _FEWEST or np.ptp(steps) > 0.1 * np.median(steps):
+    steps, measured_input = np.diff(record.time), record.kind in ("forced", "prescribed") or record.base == "measured"
+    if measured_input or len(steps) < _FEWEST or np.ptp(steps) > 0.1 * np.median(steps):
         return 1
     rate, needed = 1.0 / float(np.median(steps)), 0.0
     for values in record.channels.values():

@@ -2,13 +2,14 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, is_significant, search
+from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
-from identification.trajectory.variances import Variances
 from tests.effects.start import at_start
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
@@ -89,23 +90,18 @@ def weighed(seen, monkeypatch):
 
     def found(**gains: float) -> list[str]:
         tried: list[str] = []
+        one = seen.fitted
+        anew = Reestimated(deviance=0.0, strengths=np.zeros(1), stderr=np.ones(1), variances=one.variances, at=one.at)
 
         def refitted(at: Look, one: Alternative, weighed, progress) -> list[Alternative]:
             tried.append(one.name)
             return [alternative(one.name, one.gain, fitted(at, one.name, deviance=-one.gain))]
 
-        monkeypatch.setattr(
-            module, "_weighed", lambda at: [(alternative(n, gain), Weighed(seen.fitted.variances)) for n, gain in gains.items()]
-        )
+        monkeypatch.setattr(module, "_weighed", lambda at: [(alternative(n, gain), anew) for n, gain in gains.items()])
         monkeypatch.setattr(module, "_refitted", refitted)
         return tried
 
     return found
-
-
-@dataclasses.dataclass
-class Weighed:
-    variances: Variances
 
 
 def refusing(*refused: str):

@@ -1,5 +1,7 @@
 """Records that were sampled far more often than they change."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,11 @@ def test_records_are_thinned_alike():
 )
 def test_gaps_and_plateaus_are_left_as_they_are(values):
     assert thinned([record(values)])[0].channels["relative_displacement"] is values
+
+
+@pytest.mark.parametrize("given", [{"kind": "forced"}, {"kind": "prescribed"}, {"kind": "cart-excitation", "base": "measured"}])
+def test_a_measured_input_stays_as_it_is(given):
+    assert thinned([dataclasses.replace(record(decay()), **given)])[0].time is TIME
 
 
 def test_uneven_and_short_records_are_left_as_they_are():
