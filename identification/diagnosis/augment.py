@@ -24,9 +24,13 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
         strengths: of its columns, over the probing strength, from which it starts.
         progress: called with a line in each round.
     """
-    problem, both = extended(seen, candidate, strengths), seen.fitted.of_readings
-    found = fit(problem, both=both, together=False, progress=progress)
-    return polished(found, progress=progress) if both else found
+    return refitted(extended(seen, candidate, strengths), seen.fitted, progress)
+
+
+def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
+    """A problem fitted in the way in which the model was fitted that it is compared with."""
+    found = fit(problem, both=beside.of_readings, together=False, progress=progress)
+    return polished(found, progress=progress) if beside.of_readings else found
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:

@@ -26,7 +26,7 @@ from identification.diagnosis.evidence import Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, best_of_each, detail, limit_warning, look, weighed_anew
-from identification.diagnosis.search import MOST_EFFECTS, Search, Step, search
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
 from identification.estimation.prediction import record_fits
@@ -98,15 +98,14 @@ def diagnose_experiment(
     with course.stage("search"):
         judge = Judge(experiment)
         found = search(nominal, among, judge=judge, progress=progress, spent=course.spent)
-        last = found.last.look if found.last is not None else look(found.final, among)
+        last = look(found.final, among) if found.last is None else found.last.look
         final = polished(found.final, progress=progress)
         found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
     with course.stage("evidence"):
         progress("predicting what was left out")
         before, after = judge.left_out(found.nominal), judge.left_out(found.final)
-        left, forms, form = _free(last), len(last.free), None
-        if _is_unexplained(left, forms):
-            left, form = _with_prediction(left, last, found.final, judge, progress)
+        forms = len(last.free)
+        left, form = _with_prediction(_free(last), forms, last, found.final, judge, progress)
         first = [step.alternatives[0] for step in found.steps]
         taken = {one.name: judge.why_not(found.nominal, one, found.final, left, forms) for one in first}
         refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
@@ -125,8 +124,13 @@ def diagnose_experiment(
 
 def _free(seen: Look) -> Free:
     """The best free forms beside a model, all variances estimated anew."""
-    base = weighed_anew(seen, None).deviance
-    found = [(one, weighed := weighed_anew(seen, one.candidate), base - weighed.deviance) for one in seen.free[:_FORMS]]
+    base, found = weighed_anew(seen, None).deviance, []
+    for one in seen.free[:_FORMS]:
+        try:
+            weighed = weighed_anew(seen, one.candidate)
+        except np.linalg.LinAlgError:  # at first order it takes the motion too far to be weighed
+            continue
+        found.append((one, weighed, base - weighed.deviance))
     return tuple(sorted(found, key=lambda one: -one[2]))
 
 
@@ -146,18 +150,27 @@ def _is_unexplained(left: Free, forms: int) -> bool:
     return bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), forms) < LEVEL
 
 
-def _with_prediction(left: Free, last: Look, final: Fitted, judge: Judge, progress: Progress) -> tuple[Free, tuple[LeftOut, str] | None]:
-    """The best free form fitted to the end: its gain over all records, and its model and formula."""
-    problem = learned(last, left[0][0].candidate, left[0][1].strengths)
-    if problem is None:
-        return left, None
-    progress("fitting the free form")
-    try:
-        fitted = fit(problem, progress=progress)
-    except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
-        return left, None
-    gain = left[0][2] + judge.held_back_gain(final, fitted)
-    return ((*left[0][:2], gain), *left[1:]), (judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation)
+def _with_prediction(
+    left: Free, forms: int, last: Look, final: Fitted, judge: Judge, progress: Progress
+) -> tuple[Free, tuple[LeftOut, str] | None]:
+    """The free forms, best first, and the best fitted model with one, with its formula; a form's gain is that over all records.
+
+    One that gains more than chance is fitted to the end; where it does not predict the records held back, the next is.
+    """
+    found, best = [], None
+    for scored, weighed, gain in left:
+        problem = learned(last, scored.candidate, weighed.strengths)
+        if best is None and problem is not None and _is_unexplained(((scored, weighed, gain),), forms):
+            progress(f"fitting {scored.candidate.name}")
+            try:
+                fitted = fit(problem, progress=progress)
+                gain += judge.held_back_gain(final, fitted)
+                if _is_unexplained(((scored, weighed, gain),), forms):
+                    best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation
+            except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
+                pass
+        found.append((scored, weighed, gain))
+    return tuple(sorted(found, key=lambda one: -one[2])), best
 
 
 def _concluded(
@@ -273,20 +286,25 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     )
 
 
+def _rivals(step: Step) -> list[Alternative]:
+    """The effect taken in, and those that were not refused beside it; compared on the records fitted."""
+    return [one for one in step.alternatives if not one.refused]
+
+
 def _probability(step: Step) -> float:
     """Weight exp(-BIC / 2) of the best among the alternatives of its step, times 1 - chance."""
     best, samples = step.alternatives[0], step.look.fitted.local.samples
     lowest = best.criterion(samples)
-    weights = [float(np.exp(-0.5 * min(one.criterion(samples) - lowest, 1400.0))) for one in step.alternatives]
-    mine = sum(weight for weight, one in zip(weights, step.alternatives, strict=True) if one.name == best.name)
-    return (1.0 - chance(best.best, best.degrees, best.tried)) * mine / sum(weights)
+    weights = {id(one): float(np.exp(-0.5 * np.clip(one.criterion(samples) - lowest, 0.0, 1400.0))) for one in _rivals(step)}
+    mine = sum(weights[id(one)] for one in _rivals(step) if one.name == best.name)
+    return (1.0 - chance(best.best, best.degrees, best.tried)) * mine / sum(weights.values())
 
 
 def _twins(step: Step) -> list[str]:
     """Effects that the records cannot separate from the best: chance alone could have put these first."""
     best, samples = step.alternatives[0], step.look.fitted.local.samples
     within = -2.0 * float(np.log(LEVEL))
-    near = [one for one in step.alternatives[1:] if one.criterion(samples) - best.criterion(samples) < within]
+    near = [one for one in _rivals(step)[1:] if one.criterion(samples) - best.criterion(samples) < within]
     return [one.name for one in near if one.name != best.name and best.name not in one.candidate.members[0].special_cases]
 
 
@@ -296,6 +314,7 @@ def _considered(found: Search) -> tuple[Considered, ...]:
     for step in (*found.steps, *([found.last] if found.last is not None else [])):
         tried = {one.candidate.key: one for one in (*step.alternatives, *step.refused)}
         samples = step.look.fitted.local.samples
+        first = next(iter((*step.alternatives, *step.refused)), None)
         beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
         for key, scored in best_of_each(step.look.listed).items():
             one = tried.get(key)
@@ -306,8 +325,8 @@ def _considered(found: Search) -> tuple[Considered, ...]:
                     detail=detail(scored.candidate),
                     gain=scored.gain,
                     chance=chance(scored.gain, degrees, len(step.look.listed)),
-                    drop=None if one is None else one.best,
-                    bic=None if one is None else one.criterion(samples) - step.alternatives[0].criterion(samples),
+                    drop=None if one is None else one.fitted_gain,
+                    bic=None if one is None or first is None else one.criterion(samples) - first.criterion(samples),
                     held_out=one.held_back if one is not None and one.held_back else None,
                     beside=beside,
                 )

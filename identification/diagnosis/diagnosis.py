@@ -129,10 +129,10 @@ class Considered:
         detail: which channel, record or frequency.
         gain: expected improvement of twice the log-likelihood (score test).
         chance: probability that noise alone gives as much (Bonferroni).
-        drop: improvement of twice the log-likelihood after the refit; a lower bound where the refit stopped early, since the candidate
-            could not become the best; None where it was not fitted.
+        drop: improvement of twice the log-likelihood after the refit, at first order with all variances estimated anew where it was not
+            fitted; None where it was not weighed.
         bic: Bayesian information criterion after the refit, less that of the best; None where it was not fitted.
-        held_out: fall of the error on windows left out of the fit, over the standard deviation of the record; None where it was not fitted.
+        held_out: improvement of twice the log predictive density of the records held back; None without any, or where it was not fitted.
         beside: effects already in the model.
     """
 

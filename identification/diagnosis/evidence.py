@@ -33,8 +33,13 @@ class Judge:
         return known
 
     def held_back_gain(self, before: Fitted, after: Fitted) -> float:
-        """Gain of twice the log predictive density of the records held back; 0 without any."""
-        return self.left_out(before).density - self.left_out(after).density if self._experiment.held_back else 0.0
+        """Gain of twice the log predictive density of the records held back; 0 without any, or where neither model can follow them.
+
+        Numbers that every record has of its own are fitted to those too, and cost 2 each (Akaike).
+        """
+        held_back = len(self._experiment.held_back)
+        densities = [self.left_out(one).density + 2.0 * held_back * int(one.problem.border.own_strengths.sum()) for one in (before, after)]
+        return densities[0] - densities[1] if held_back and np.isfinite(densities).any() else 0.0
 
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
         """An alternative with its gain on the records held back, and why it is not taken in beside a model."""
@@ -50,13 +55,15 @@ class Judge:
             before: model without it.
             one: the effect, with its gain.
             after: model with it, and perhaps with more.
-            free: forms beside that model, the best of so many `forms`.
+            free: forms beside that model.
+            forms: of how many they are the best.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
         errors = held_out = None
         if effect.record is None:  # of one that acts in a single record the others say nothing
             was, is_now = self.left_out(before), self.left_out(after)
-            held_out, errors = was.density - is_now.density, (was.error, is_now.error)
+            held_out = self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density
+            errors = None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error)  # no channel has signal there
         evidence = Evidence(
             gain=one.best,
             degrees=one.degrees,

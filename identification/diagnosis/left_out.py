@@ -40,18 +40,18 @@ class LeftOut:
 
     @property
     def error(self) -> float:
-        """Rms error of the free motion on records held back, else on those left out in turn."""
-        return rms_nrmse(self.held_back or self.in_turn)
+        """Rms error of the free motion on records held back, else on those left out in turn; 1 where the model cannot follow them."""
+        return rms_nrmse(self.held_back or self.in_turn) if np.isfinite(self.density) else 1.0
 
 
 def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
     """What a fitted model predicts of the records held back, else of each record by what the others say; nothing where it fails there."""
     try:
         chain = held_back_chain(fitted, experiment)
-    except NoConvergenceError:  # a wrong model may leave no motion that comes near what it has not seen
+        if chain is None:
+            return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
+    except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong model may leave no motion that comes near what it has not seen
         return LeftOut(fitted=fitted, density=np.inf, in_turn=(), held_back=())
-    if chain is None:
-        return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
     return LeftOut(fitted=fitted, density=chain.solution.deviance, in_turn=(), held_back=record_fits(chain))
 
 

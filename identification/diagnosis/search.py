@@ -5,12 +5,12 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, without
+from identification.diagnosis.augment import augmented, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.fit import Fitted
 from identification.trajectory.variances import Variances, vanishes
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import NoConvergenceError
@@ -25,7 +25,7 @@ _WORTH_FITTING = 0.05
 """Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
 Progress = Callable[[str], None]
-Judge = Callable[[Fitted, "Alternative"], "Alternative"]
+Judging = Callable[[Fitted, "Alternative"], "Alternative"]
 """An alternative beside a model, with what it predicts of the records held back, and why it is not taken in."""
 
 
@@ -62,11 +62,16 @@ class Alternative:
     @property
     def best(self) -> float:
         """Gain by the best that is known of it, over all records."""
-        return (self.gain if self.drop is None else self.drop) + self.held_back
+        return self.fitted_gain + self.held_back
+
+    @property
+    def fitted_gain(self) -> float:
+        """The same over the records that were fitted."""
+        return self.gain if self.drop is None else self.drop
 
     def criterion(self, samples: int) -> float:
-        """Bayesian information criterion, less that of the model without it; the lower the better (Schwarz 1978)."""
-        return self.degrees * float(np.log(max(samples, 1))) - self.best
+        """Bayesian information criterion on the records fitted, less that of the model without it; the lower the better (Schwarz 1978)."""
+        return self.degrees * float(np.log(max(samples, 1))) - self.fitted_gain
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -107,7 +112,7 @@ def search(
     nominal: Fitted,
     among: Collection[str] = EFFECTS,
     *,
-    judge: Judge = lambda model, one: one,
+    judge: Judging = lambda model, one: one,
     progress: Progress = lambda line: None,
     spent: Callable[[], bool] = lambda: False,
 ) -> Search:
@@ -122,15 +127,17 @@ def search(
     """
     current, steps = nominal, []
     while True:
-        progress(f"looking at everything that may be missing{_beside(current)}")
+        progress(f"scoring all candidates{_beside(current)}")
         step = _step(look(current, among), judge, progress)
         fitted = step.alternatives[0].fitted if step.alternatives else None
         if fitted is None or not is_significant(step.alternatives[0]):
-            return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=step, finished=True), progress)
+            return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=step, finished=True), judge, progress)
         steps.append(step)
         current = fitted
-        if len(steps) == MOST_EFFECTS or spent():
-            return Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=len(steps) == MOST_EFFECTS)
+        if len(steps) == MOST_EFFECTS:
+            return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=True), judge, progress)
+        if spent():
+            return Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=False)
 
 
 def is_significant(one: Alternative) -> bool:
@@ -138,7 +145,7 @@ def is_significant(one: Alternative) -> bool:
     return chance(one.best, one.degrees, one.tried) < LEVEL
 
 
-def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
+def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     """Weigh the best candidates anew and refit those that may be the best, until one of these is taken in."""
     found = _weighed(seen)
     waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
@@ -146,16 +153,16 @@ def _step(seen: Look, judge: Judge, progress: Progress) -> Step:
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
     while waiting and not any(_is_taken(one) for one in asked):
-        refitted: list[Alternative] = []
+        tried: list[Alternative] = []
         for one, weighed in list(waiting):
-            best = max((other.best for other in refitted), default=0.0)
+            best = max((other.best for other in tried), default=0.0)
             if not hidden and one.gain < 0.5 * best:
                 break
             waiting.remove((one, weighed))
-            if not _special_case_is_as_good(one, found, samples):
-                refitted += _refitted(seen, one, weighed, progress)
-            hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in refitted)
-        for one in _ranked(refitted, samples):
+            if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
+                tried += _refitted(seen, one, weighed, progress)
+            hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
+        for one in _ranked(tried, samples):
             taken = any(_is_taken(other) for other in asked)
             asked.append(one if taken or one.best <= 0.0 else judge(seen.fitted, one))
     asked.sort(key=_is_taken, reverse=True)
@@ -196,18 +203,19 @@ def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
     return sorted(found, key=lambda pair: -pair[0].gain)
 
 
-def _special_case_is_as_good(one: Alternative, found: list[tuple[Alternative, Reestimated]], samples: int) -> bool:
-    """Whether an effect of fewer numbers that the alternative contains explains as much."""
-    special = [other for other, _ in found if other.name in one.candidate.members[0].special_cases and is_significant(other)]
-    return any(other.criterion(samples) <= one.criterion(samples) for other in special)
+def _special_case_is_as_good(one: Alternative, found: list[Alternative], asked: list[Alternative], samples: int) -> bool:
+    """Whether an effect of fewer numbers that the alternative contains explains as much, and has not been refused."""
+    refused = [other.name for other in asked if other.refused]
+    special = [other for other in found if other.name in one.candidate.members[0].special_cases and other.name not in refused]
+    return any(is_significant(other) and other.criterion(samples) <= one.criterion(samples) for other in special)
 
 
-def _ranked(refitted: list[Alternative], samples: int) -> list[Alternative]:
+def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
     """The best first; before it a special case of it that the records do not reject."""
-    ranked = sorted(refitted, key=lambda one: one.criterion(samples))
+    ranked = sorted(tried, key=lambda one: one.criterion(samples))
     special = [one for one in ranked if one.name in ranked[0].candidate.members[0].special_cases] if ranked else []
-    kept = [one for one in special if chance(ranked[0].best - one.best, max(ranked[0].degrees - one.degrees, 1), 1) > LEVEL]
-    return [*kept, *(one for one in ranked if one not in kept)]
+    kept = [one for one in special if chance(ranked[0].fitted_gain - one.fitted_gain, max(ranked[0].degrees - one.degrees, 1), 1) > LEVEL]
+    return [*kept, *(one for one in ranked if not any(one is other for other in kept))]
 
 
 def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
@@ -248,19 +256,23 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
     return bool(max(parts) > LARGE_PART)
 
 
-def _needed(found: Search, progress: Progress) -> Search:
-    """The search without the effects that the others have made needless."""
+def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
+    """The search without the effects that the others have made needless; the last one has just been found to be needed."""
     final, steps = found.final, list(found.steps)
     for step in found.steps[:-1]:
-        name = step.alternatives[0].name
+        one = step.alternatives[0]
         if len(steps) < 2:
             break
-        progress(f"asking whether {name} is still needed")
-        lesser = fit(without(final, name), both=False, together=False, progress=progress)
+        progress(f"asking whether {one.name} is still needed")
+        try:
+            lesser = refitted(without(final, one.name), final, progress)
+        except (np.linalg.LinAlgError, NoConvergenceError):  # without it the motion cannot be followed
+            continue
         rise = lesser.solution.deviance - final.solution.deviance
-        if chance(rise, step.alternatives[0].degrees, step.alternatives[0].tried) > LEVEL and lesser.converged:
-            final, steps = lesser, [one for one in steps if one is not step]
-    return dataclasses.replace(found, final=final, steps=tuple(steps))
+        again = judge(lesser, dataclasses.replace(one, fitted=final, drop=rise))
+        if not is_significant(again) and lesser.converged:
+            final, steps = lesser, [other for other in steps if other is not step]
+    return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)
 
 
 def _beside(fitted: Fitted) -> str:

@@ -182,22 +182,25 @@ def whitened_rows(
     chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, white: tuple[Whitening, ...]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """By channel: derivative of the whitened residuals, (segments, samples, columns) as in `Weighed`, and these, (segments, samples)."""
-    states = len(unknowns.states)
-    size, columns = states + 1, 3 * (states + 1) + len(unknowns.shared) + len(unknowns.own)
-    border_columns = np.arange(3 * size, columns)
-    own = _own_columns(size, columns)
-    before = np.concatenate([np.arange(size), [2 * size - 1], border_columns])
-    by = _scaled(chains, border, linear.by, states)
-    follows = ~chains.first
+    by = _scaled(chains, border, linear.by, len(unknowns.states))
     for c, one in enumerate(white):
-        rows = np.zeros((len(chains.left), chains.samples, columns))
-        rows[..., own] = by[:, :, c]
-        for lag in range(1, one.lags.shape[-1] + 1):
-            coefficient = one.lags[..., lag - 1, None]
-            rows[:, lag:, own] -= coefficient[:, lag:] * by[:, :-lag, c]
-            earlier = coefficient[1:, :lag] * by[:-1, chains.samples - lag :, c] * follows[1:, None, None]
-            rows[1:, :lag, before] -= earlier
-        yield rows * one.scale[..., None], one(linear.residual[:, :, c])
+        yield _whitened(chains, unknowns, by[:, :, c], one), one(linear.residual[:, :, c])
+
+
+def _whitened(chains: Chains, unknowns: Unknowns, by: np.ndarray, one: Whitening) -> Float[np.ndarray, "segments samples columns"]:
+    """Derivative of one channel's whitened residuals, from that of its residuals, which reaches back into the segment before."""
+    size = len(unknowns.states) + 1
+    columns, follows = 3 * size + len(unknowns.shared) + len(unknowns.own), ~chains.first
+    own = _own_columns(size, columns)
+    before = np.concatenate([np.arange(size), [2 * size - 1], np.arange(3 * size, columns)])
+    rows = np.zeros((len(chains.left), chains.samples, columns))
+    rows[..., own] = by
+    for lag in range(1, one.lags.shape[-1] + 1):
+        coefficient = one.lags[..., lag - 1, None]
+        rows[:, lag:, own] -= coefficient[:, lag:] * by[:, :-lag]
+        earlier = coefficient[1:, :lag] * by[:-1, chains.samples - lag :] * follows[1:, None, None]
+        rows[1:, :lag, before] -= earlier
+    return rows * one.scale[..., None]
 
 
 def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, at: Estimate, white: tuple[Whitening, ...]) -> Weighed:
@@ -206,11 +209,21 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     size, segments = states + 1, len(chains.left)
     columns = 3 * size + len(unknowns.shared) + len(unknowns.own)
     gram, right, square = np.zeros((segments, columns, columns)), np.zeros((segments, columns)), 0.0
-    for rows, residual in whitened_rows(chains, unknowns, border, linear, white):
-        turned = rows.swapaxes(1, 2)
-        gram += turned @ rows
-        right += (turned @ residual[..., None])[..., 0]
-        square += float((residual**2).sum())
+    by, own = _scaled(chains, border, linear.by, states), _own_columns(size, columns)
+    alone = [c for c, one in enumerate(white) if not one.lags.shape[-1]]  # white: nothing reaches back, and many columns stay empty
+    scale = np.stack([white[c].scale for c in alone], axis=-1) if alone else np.zeros((segments, chains.samples, 0))
+    rows = (by[:, :, alone] * scale[..., None]).reshape(segments, -1, len(own))
+    residual = (linear.residual[:, :, alone] * scale).reshape(segments, -1)
+    gram[:, own[:, None], own] = rows.swapaxes(1, 2) @ rows
+    right[:, own] = (rows.swapaxes(1, 2) @ residual[..., None])[..., 0]
+    square += float((residual**2).sum())
+    for c, one in enumerate(white):
+        if c not in alone:
+            rows, residual = _whitened(chains, unknowns, by[:, :, c], one), one(linear.residual[:, :, c])
+            turned = rows.swapaxes(1, 2)
+            gram += turned @ rows
+            right += (turned @ residual[..., None])[..., 0]
+            square += float((residual**2).sum())
     defect = np.zeros((segments, states, columns))
     defect[..., _own_columns(size, columns)] = -_scaled(chains, border, linear.end_by, states)
     defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0

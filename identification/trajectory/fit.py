@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identification.trajectory.chain_equations import Weighed
+from identification.trajectory.chain_equations import Border, Weighed
 from identification.trajectory.elimination import Solution, moved
 from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
 from identification.trajectory.random_force import RandomForce
@@ -173,7 +173,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
         variances = _likelier(problem, at, linear, variances)
         linear, local, solution = equations(problem, at, variances)
         progress(_line(count, problem, at, variances.force))
-        if not vanishes(problem, variances.force) or _change(problem, solution) < _SMALL_STEP:
+        if not vanishes(problem, variances.force) or _change(solution) < _SMALL_STEP:
             break
         at, square = unrolled(
             problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
@@ -187,18 +187,19 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
         local=local,
         solution=solution,
         rounds=count + 1,
-        converged=bool(np.isfinite(square)) and _change(problem, solution) < _SMALL_STEP,
+        converged=bool(np.isfinite(square)) and _change(solution) < _SMALL_STEP,
     )
 
 
 def _likelier(problem: Problem, at: Estimate, linear: Linearised, begin: Variances) -> Variances:
     """The likeliest variances, with a random force only where that gains what its two numbers cost."""
     found, least = begin, np.inf
-    for share, price in ((1.0, 0.0), (_SOME_FORCE / SMALLEST_FORCE, OF_TWO_NUMBERS)):
+    for share in (1.0, _SOME_FORCE / SMALLEST_FORCE):
         tried = RandomForce(std=share * SMALLEST_FORCE * problem.scales.force, memory=begin.force.memory)
         force, readings = likeliest(problem, at, linear, Variances(force=tried, readings=begin.readings))
         deviance = solved(problem, at, reweighed(problem, at, linear, readings), force).deviance
-        if deviance + price < least:
+        deviance += 0.0 if vanishes(problem, force) else OF_TWO_NUMBERS
+        if deviance < least:
             found, least = Variances(force=force, readings=readings), deviance
     return found
 
@@ -225,7 +226,7 @@ def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[E
     at, square = unforced(at)
     for _ in range(_ROUNDS):
         *_, solution = equations(problem, at, small)
-        share, before = _share(problem, solution), square
+        share, before = _Stride(problem.border).share(solution), square
         while share > _SHORTEST_SHARE:
             tried, there = unforced(moved(problem.border, at, solution, share))
             if there < square:
@@ -255,10 +256,10 @@ def _converged(
         _SamePlace: the force does not stay below a size, N.
     """
     border = problem.border
-    force, readings, count, last = variances.force, variances.readings, 0, None
+    force, readings, count, stride = variances.force, variances.readings, 0, _Stride(border)
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
-        share, change, before, last = _share(problem, solution, last), _change(problem, solution), force, solution
+        share, change, before = stride.share(solution), _change(solution), force
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from:
@@ -267,8 +268,8 @@ def _converged(
         progress(_line(count, problem, at, force))
         if force.std > below:
             raise _SamePlace
-        settled = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
-        if count >= max(coloured_from, held % _ROUNDS) + 2 and settled and change < _SMALL_STEP:
+        stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
+        if count >= max(coloured_from, held % _ROUNDS) + 2 and stays and change < _SMALL_STEP:
             break
     return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, together=together)
 
@@ -277,7 +278,7 @@ def _with_likeliest(
     problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, together: bool
 ) -> Fitted:
     """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
-    force, readings, before = variances.force, variances.readings, None
+    force, readings, stride = variances.force, variances.readings, _Stride(problem.border)
     for last in range(_LAST_ROUNDS):
         linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
         if together and not vanishes(problem, force) and any(one.order for one in readings):
@@ -288,10 +289,9 @@ def _with_likeliest(
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
-        if last == _LAST_ROUNDS - 1 or (last and _change(problem, solution) < _SMALL_STEP):
+        if last == _LAST_ROUNDS - 1 or (last and _change(solution) < _SMALL_STEP):
             break
-        share, before = _share(problem, solution, before), solution
-        at = moved(problem.border, at, solution, share)
+        at = moved(problem.border, at, solution, stride.share(solution))
     return Fitted(
         problem=problem,
         at=at,
@@ -300,7 +300,7 @@ def _with_likeliest(
         local=local,
         solution=solution,
         rounds=rounds,
-        converged=_change(problem, solution) < _SMALL_STEP,
+        converged=_change(solution) < _SMALL_STEP,
     )
 
 
@@ -315,13 +315,13 @@ def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line:
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
     """The mode under given variances, by Gauss-Newton steps from an estimate; at most so many."""
-    free, count, last = problem.border.shared.any(), 0, None
+    free, count, stride = problem.border.shared.any(), 0, _Stride(problem.border)
     for count in range(steps):
         linear, local, solution = equations(problem, at, variances)
-        share, change, last = _share(problem, solution, last), _change(problem, solution), solution
+        change = _change(solution)
         if count + 1 == steps or (free and change < _NO_STEP):
             break
-        at = moved(problem.border, at, solution, share)
+        at = moved(problem.border, at, solution, stride.share(solution))
     return Fitted(
         problem=problem,
         at=at,
@@ -343,25 +343,31 @@ def equations(problem: Problem, at: Estimate, variances: Variances) -> tuple[Lin
     return linear, local, solution
 
 
-def _share(problem: Problem, solution: Solution, last: Solution | None = None) -> float:
-    """Part of the step that moves no parameter too far, and none back and forth.
+class _Stride:
+    """How much of each step is taken: none moves a parameter too far, and none goes back and forth.
 
-    Where a parameter's step turns back on the `last` one, which was too long, the line through both puts the place of no step at
-    1 / (1 + r) of it, with r the ratio of their lengths.
+    Where a parameter's step turns back on the one before, of which a share was taken, the line through both puts the place of no step at
+    share / (1 + r) of it, with r the ratio of their lengths (secant rule).
     """
-    border = problem.border
-    longest = np.minimum(_LONGEST_STEP, 0.25 * (border.upper - border.lower) / border.shared_scale)
-    largest = float(np.max(np.abs(solution.shared) / longest, initial=0.0))
-    share = min(1.0, 1.0 / max(largest, 1e-300))
-    if last is not None:
+
+    def __init__(self, border: Border) -> None:
+        self._longest = np.minimum(_LONGEST_STEP, 0.25 * (border.upper - border.lower) / border.shared_scale)
+        self._last, self._taken = np.zeros(len(border.shared)), 1.0
+
+    def share(self, solution: Solution) -> float:
+        """Of a step, in 0 to 1."""
+        step, last = solution.shared, self._last
+        share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / self._longest, initial=0.0)), 1e-300))
         least = _NO_STEP * np.sqrt(np.diag(solution.covariance))
-        back = (solution.shared * last.shared < 0) & (np.minimum(np.abs(solution.shared), np.abs(last.shared)) > least)
-        ratio = np.abs(solution.shared[back] / last.shared[back])
-        share = min(share, 1.0 / (1.0 + min(float(np.max(ratio, initial=0.0)), _TURNS_BACK)))
-    return share
+        back = (step * last < 0) & (np.minimum(np.abs(step), np.abs(last)) > least)
+        if back.any():
+            ratio = min(float(np.max(np.abs(step[back] / last[back]))), _TURNS_BACK)
+            share = min(share, self._taken / (1.0 + ratio))
+        self._last, self._taken = step, share
+        return share
 
 
-def _change(problem: Problem, solution: Solution) -> float:
+def _change(solution: Solution) -> float:
     """Largest step of a shared parameter over its standard error."""
     error = np.sqrt(np.diag(solution.covariance))
     free = error > 0

@@ -59,7 +59,7 @@ def _every(record: Record, q: int) -> Record:
     window = 2 * q + 1
     scatter = float(np.linalg.norm(savgol_coeffs(window, _DEGREE)))
     channels = {name: savgol_filter(values, window, _DEGREE, mode="interp")[::q] for name, values in record.channels.items()}
-    notice = f"Nothing but noise is faster than a {q}th of the sampling rate: {window} samples each are averaged by a parabola."
+    notice = f"Nothing but noise is faster than 1/{q} of the sampling rate: {window} samples each are averaged by a parabola."
     return dataclasses.replace(
         record,
         time=record.time[::q],

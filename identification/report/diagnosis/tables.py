@@ -281,7 +281,7 @@ def strongest(diagnosis: Diagnosis) -> tuple[Considered, ...]:
 def candidates(diagnosis: Diagnosis, shown: Sequence[Considered]) -> Table:
     """Candidates with their scores; columns in which none of them has a number are left out. Asserted ones are bold."""
     asserted, rows = {one.effect.name for one in diagnosis.effects}, tuple(_candidate(one) for one in shown)
-    columns = ("candidate", "beside", "expected", "chance", "gain", "BIC")
+    columns = ("candidate", "beside", "expected", "chance", "gain", "held back", "BIC")
     bold = tuple(number for number, one in enumerate(shown) if one.name in asserted)
     unknown = [heading for place, heading in enumerate(columns) if rows and all(row[place] == NONE for row in rows)]
     meanings = tuple(effects_words([one.name]) for one in shown)
@@ -293,7 +293,7 @@ def _candidate(one: Considered) -> tuple[str, ...]:
     for channel in CHANNELS:
         detail = detail.replace(channel, spoken(channel))
     beside = joined([name.replace("_", " ") for name in one.beside]) or "nominal"
-    counts = (_count(number) for number in (one.drop, one.bic))
+    counts = (_count(number) for number in (one.drop, one.held_out, one.bic))
     return (one.name.replace("_", " ") + (f", {detail}" if detail else ""), beside, _count(one.gain), chance_text(one.chance), *counts)
 
 

@@ -7,19 +7,21 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from identification.trajectory.fit import fit
+from identification.trajectory.fit import _Stride, fit
+from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import SMALLEST_FORCE
 from tests.identification.conftest import TRUTH
-from tests.identification.trajectory.conftest import F_N, FORCE, NOISE, ZETA, Linear, shaken
+from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
+from tests.identification.trajectory.dense import solved
 
 
 def test_a_small_experiment_gives_its_true_parameters_and_no_random_force(small):
     problem = problem_of(small)
     found = fit(problem)
     assert found.converged
-    assert found.variances.force.std < 10.0 * SMALLEST_FORCE * problem.scales.force
+    assert found.variances.force.std == SMALLEST_FORCE * problem.scales.force, "one that does not pay for its two numbers goes"
     assert all(one.order == 0 for one in found.variances.readings)
     values = problem.values(found.at)
     for (name, logarithmic), error in zip(problem.unknowns.shared, found.stderr, strict=True):
@@ -84,3 +86,21 @@ def test_samples_at_a_ceiling_do_not_count():
     wave = np.sin(np.linspace(0.0, 40.0, 400))
     assert not at_ceiling(wave).any()
     assert at_ceiling(np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
+
+
+@pytest.mark.parametrize(("too_long", "rounds"), [(1.9, 8), (4.0, 20)])
+def test_steps_that_are_too_long_come_to_rest(vibrating, too_long, rounds):
+    """Of one parameter, each as many times too long: whole steps would go back and forth, further and further."""
+    stride, x = _Stride(vibrating.border), np.array([0.35, 0.0])
+    *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
+    for _ in range(rounds):
+        step = np.array([-too_long * x[0], 0.0])
+        x = x + stride.share(dataclasses.replace(solution, shared=step, covariance=1e-12 * np.eye(2))) * step
+    assert abs(x[0]) < 1e-3
+
+
+def test_a_step_that_goes_on_is_taken_whole(vibrating):
+    stride = _Stride(vibrating.border)
+    *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
+    steps = [dataclasses.replace(solution, shared=np.array([one, -0.2]), covariance=np.eye(2)) for one in (0.1, 0.3, 1.4)]
+    assert [stride.share(one) for one in steps] == [1.0, 1.0, pytest.approx(0.5)]

@@ -91,8 +91,8 @@ def shocked(number: int) -> Record:
 def test_a_base_known_by_its_acceleration_alone_drives_many_short_records():
     """Frequency and damping come back; the misfit is the board's sensor and what the noise of the base makes the model do.
 
-    White noise of variance s^2 at f_s passes an oscillator of quality Q = 1 / (2 zeta) with a variance of s^2 pi f_n Q / f_s. Over a duration
-    T it holds 2 T pi f_n / (2 Q) independent values, 36 in all records: the variance scatters by (2 / 36)^(1/2) = 24 %.
+    White noise of variance s^2 at f_s passes an oscillator of quality Q = 1 / (2 zeta) with a variance of s^2 pi f_n Q / f_s. Over a
+    duration T it holds 2 T pi f_n / (2 Q) independent values, 36 in all records: the variance scatters by (2 / 36)^(1/2) = 24 %.
     """
     suspension = Suspension(kind="linear")
     records = tuple(shocked(number) for number in range(6))

@@ -1,0 +1,107 @@
+"""What speaks for an effect, with predictions made to order."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.diagnosis import evidence as module
+from identification.diagnosis.evidence import Judge, strength
+from identification.diagnosis.left_out import LeftOut
+from identification.diagnosis.look import Candidate, Look
+from identification.diagnosis.search import Alternative
+from identification.trajectory.fit import Fitted
+from identification.trajectory.remodel import remodelled
+from vibrojax.effects import CoulombFriction
+
+
+@pytest.fixture
+def predicted(seen, monkeypatch):
+    """A judge to whom models predict with these densities and errors, in order; and what was worked out."""
+
+    def made(*predictions: tuple[float, float], held_back: bool = True) -> tuple[Judge, list[Fitted]]:
+        asked: list[Fitted] = []
+
+        def left_out(fitted: Fitted, experiment) -> LeftOut:
+            asked.append(fitted)
+            density, error = predictions[len(asked) - 1]
+            return Known(fitted=fitted, density=density, in_turn=(), held_back=(), known=error)
+
+        monkeypatch.setattr(module, "left_out", left_out)
+        first, *rest = seen.fitted.problem.experiment.records
+        experiment = dataclasses.replace(seen.fitted.problem.experiment, records=(dataclasses.replace(first, held_back=held_back), *rest))
+        return Judge(experiment), asked
+
+    return made
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Known(LeftOut):
+    known: float
+
+    @property
+    def error(self) -> float:
+        return self.known
+
+
+def rubbing(seen: Look, force: float) -> Fitted:
+    """The model of `seen` with friction of this size, of which a hundredth of a newton is known."""
+    one = seen.fitted
+    model = dataclasses.replace(one.problem.model_at(one.at), effects=(CoulombFriction(force),))
+    problem = remodelled(one.problem, one.at, model)
+    size = len(problem.unknowns.shared)
+    solution = dataclasses.replace(one.solution, covariance=(0.01 / problem.border.shared_scale) ** 2 * np.eye(size))
+    return dataclasses.replace(one, problem=problem, at=problem.start, solution=solution)
+
+
+def friction(seen: Look, force: float = 0.2) -> Alternative:
+    candidate = Candidate(name="coulomb_friction", members=(CoulombFriction(force),), signals=())
+    return Alternative(candidate=candidate, expected=0.0, gain=60.0, degrees=1, tried=100, fitted=rubbing(seen, force), drop=50.0)
+
+
+def test_records_held_back_count_and_each_model_predicts_once(seen, predicted):
+    judge, asked = predicted((900.0, 0.3), (860.0, 0.1))
+    one = judge(seen.fitted, friction(seen))
+    assert (one.held_back, one.best, one.fitted_gain, one.refused) == (40.0, 90.0, 50.0, "")
+    assert len(asked) == 2
+
+
+def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refuse(seen, predicted):
+    judge, _ = predicted((900.0, 0.3), (910.0, 0.1), held_back=False)
+    one = judge(seen.fitted, friction(seen))
+    assert (one.held_back, one.refused) == (0.0, "it does not predict better what was left out")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "gain", "refused"),
+    [
+        ((np.inf, 1.0), (np.inf, 1.0), 0.0, "it does not predict better"),
+        ((np.inf, 1.0), (860.0, 0.1), np.inf, ""),
+        ((900.0, 0.3), (np.inf, 1.0), -np.inf, "its gain of likelihood is no more than chance"),
+        ((900.0, np.nan), (860.0, np.nan), 40.0, ""),
+        ((900.0, 0.1), (860.0, 0.3), 40.0, "rises with it"),
+    ],
+    ids=["neither follows", "the nominal model does not follow", "it does not follow", "no signal", "larger error"],
+)
+def test_models_that_cannot_follow(seen, predicted, before, after, gain, refused):
+    one = predicted(before, after)[0](seen.fitted, friction(seen))
+    assert one.held_back == gain
+    assert (refused in one.refused) if refused else one.refused == ""
+
+
+def test_numbers_that_a_record_has_of_its_own_are_paid_for(seen, predicted):
+    judge, _ = predicted((900.0, 0.3), (860.0, 0.1))
+    fitted = rubbing(seen, 0.2)
+    own = fitted.problem.border.own_strengths.copy()
+    own[:2] = True
+    paid = dataclasses.replace(
+        fitted, problem=dataclasses.replace(fitted.problem, border=dataclasses.replace(fitted.problem.border, own_strengths=own))
+    )
+    assert judge.held_back_gain(seen.fitted, paid) == 40.0 - 2.0 * 2
+
+
+@pytest.mark.parametrize(("force", "expected"), [(0.2, 20.0), (0.02, 2.0)])
+def test_a_strength_is_counted_in_its_errors(seen, force, expected):
+    fitted = rubbing(seen, force)
+    (effect,) = fitted.problem.model_at(fitted.at).effects
+    assert strength(fitted, effect) == pytest.approx(expected)
