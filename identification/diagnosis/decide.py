@@ -3,7 +3,7 @@
 Levels, each set once:
 
 - `LEVEL`: chance by which noise alone passes for an effect. Null maxima of the gain were 8 to 14 on nine complete rigs, and free forms of
-  sixteen columns gained up to 28; at this level one column of some two hundred candidates needs 25, sixteen of one of eight forms 52.
+  sixteen columns gained up to 28; at this level one column of some two hundred candidates needs 26, sixteen of one of eight forms 52.
 - `IDENTIFIED`: a strength is further from nothing than so many of its standard errors.
 - `LEFT_OVER`: what a free form may gain over the effect, as a share of what the effect gains. True causes left up to 0.09, wrong ones
   at least 1.8; the geometric middle.

@@ -108,8 +108,12 @@ def warnings(diagnosis: Diagnosis) -> list[str]:
 
 
 def notices(diagnosis: Diagnosis) -> list[str]:
-    """What was found odd when the records were read."""
-    return grouped((record.file, notice.rstrip(".")) for record in diagnosis.experiment.records for notice in record.notices)
+    """What was found odd, or done, when the records were read."""
+    return grouped(
+        (record.file, notice.rstrip("."))
+        for record in (*diagnosis.nominal.records, *diagnosis.nominal.held_back)
+        for notice in record.notices
+    )
 
 
 def effects_words(names: Sequence[str]) -> str:
