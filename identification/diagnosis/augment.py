@@ -16,7 +16,7 @@ from vibrojax.effects.free_form import FreeForm
 
 
 def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
-    """The model with a candidate in it, fitted from a large random force on; from both ends where the model without it came from the other.
+    """The model with a candidate in it, fitted to the end.
 
     Args:
         seen: look in which the candidate was found.
@@ -28,8 +28,8 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
 
 
 def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
-    """A problem fitted in the way in which the model was fitted that it is compared with."""
-    found = fit(problem, both=beside.of_readings, together=False, progress=progress)
+    """A problem fitted from both ends, its variances weighed as in the model that it is compared with."""
+    found = fit(problem, together=False, progress=progress)
     return polished(found, progress=progress) if beside.of_readings else found
 
 

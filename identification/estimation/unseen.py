@@ -51,9 +51,13 @@ def held_back_fits(fitted: Fitted, experiment: Experiment, progress: Callable[[s
 
 
 def rms_nrmse(records: tuple[RecordFit, ...]) -> float:
-    """Root mean square of the normalised errors over all channels with signal; a failed prediction counts as 1."""
+    """Root mean square of the normalised errors over all channels with signal.
+
+    A prediction that is off by more than the signal itself has failed, and counts as 1: how far off a motion ends up that parts from the
+    recorded one, as a chaotic one does, says nothing of the model.
+    """
     errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
-    return float(np.sqrt(np.mean(np.nan_to_num(errors, nan=1.0, posinf=1.0) ** 2))) if errors else float("nan")
+    return float(np.sqrt(np.mean(np.minimum(np.nan_to_num(errors, nan=1.0), 1.0) ** 2))) if errors else float("nan")
 
 
 def _has_signal(record: RecordFit, channel: str) -> bool:

@@ -173,7 +173,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
         variances = _likelier(problem, at, linear, variances)
         linear, local, solution = equations(problem, at, variances)
         progress(_line(count, problem, at, variances.force))
-        if not vanishes(problem, variances.force) or _change(solution) < _SMALL_STEP:
+        if not vanishes(problem, variances.force) or _change(problem, at, solution) < _SMALL_STEP:
             break
         at, square = unrolled(
             problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
@@ -187,7 +187,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
         local=local,
         solution=solution,
         rounds=count + 1,
-        converged=bool(np.isfinite(square)) and _change(solution) < _SMALL_STEP,
+        converged=bool(np.isfinite(square)) and _change(problem, at, solution) < _SMALL_STEP,
     )
 
 
@@ -259,7 +259,7 @@ def _converged(
     force, readings, count, stride = variances.force, variances.readings, 0, _Stride(border)
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
-        share, change, before = stride.share(solution), _change(solution), force
+        share, change, before = stride.share(solution), _change(problem, at, solution), force
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from:
@@ -289,7 +289,7 @@ def _with_likeliest(
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
-        if last == _LAST_ROUNDS - 1 or (last and _change(solution) < _SMALL_STEP):
+        if last == _LAST_ROUNDS - 1 or (last and _change(problem, at, solution) < _SMALL_STEP):
             break
         at = moved(problem.border, at, solution, stride.share(solution))
     return Fitted(
@@ -300,7 +300,7 @@ def _with_likeliest(
         local=local,
         solution=solution,
         rounds=rounds,
-        converged=_change(solution) < _SMALL_STEP,
+        converged=_change(problem, at, solution) < _SMALL_STEP,
     )
 
 
@@ -318,7 +318,7 @@ def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int 
     free, count, stride = problem.border.shared.any(), 0, _Stride(problem.border)
     for count in range(steps):
         linear, local, solution = equations(problem, at, variances)
-        change = _change(solution)
+        change = _change(problem, at, solution)
         if count + 1 == steps or (free and change < _NO_STEP):
             break
         at = moved(problem.border, at, solution, stride.share(solution))
@@ -367,11 +367,12 @@ class _Stride:
         return share
 
 
-def _change(solution: Solution) -> float:
-    """Largest step of a shared parameter over its standard error."""
-    error = np.sqrt(np.diag(solution.covariance))
+def _change(problem: Problem, at: Estimate, solution: Solution) -> float:
+    """Largest step of a shared parameter over its standard error; none goes beyond its limit."""
+    border, error = problem.border, np.sqrt(np.diag(solution.covariance)) * problem.border.shared_scale
+    step = np.clip(at.shared + solution.shared * border.shared_scale, border.lower, border.upper) - at.shared
     free = error > 0
-    return float(np.max(np.abs(solution.shared[free]) / error[free], initial=0.0))
+    return float(np.max(np.abs(step[free]) / error[free], initial=0.0))
 
 
 def _line(count: int, problem: Problem, at: Estimate, force: RandomForce) -> str:
