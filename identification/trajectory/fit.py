@@ -179,16 +179,8 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
             problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
         )
         linear, local, solution = equations(problem, at, variances)
-    return Fitted(
-        problem=problem,
-        at=at,
-        variances=variances,
-        linear=linear,
-        local=local,
-        solution=solution,
-        rounds=count + 1,
-        converged=bool(np.isfinite(square)) and _change(problem, at, solution) < _SMALL_STEP,
-    )
+    found = _ended(problem, at, variances, linear, local, solution, rounds=count + 1)
+    return dataclasses.replace(found, converged=found.converged and bool(np.isfinite(square)))
 
 
 def _likelier(problem: Problem, at: Estimate, linear: Linearised, begin: Variances) -> Variances:
@@ -292,16 +284,7 @@ def _with_likeliest(
         if last == _LAST_ROUNDS - 1 or (last and _change(problem, at, solution) < _SMALL_STEP):
             break
         at = moved(problem.border, at, solution, stride.share(solution))
-    return Fitted(
-        problem=problem,
-        at=at,
-        variances=Variances(force=force, readings=readings),
-        linear=linear,
-        local=local,
-        solution=solution,
-        rounds=rounds,
-        converged=_change(problem, at, solution) < _SMALL_STEP,
-    )
+    return _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
 
 
 def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
@@ -318,10 +301,16 @@ def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int 
     free, count, stride = problem.border.shared.any(), 0, _Stride(problem.border)
     for count in range(steps):
         linear, local, solution = equations(problem, at, variances)
-        change = _change(problem, at, solution)
-        if count + 1 == steps or (free and change < _NO_STEP):
+        if count + 1 == steps or (free and _change(problem, at, solution) < _NO_STEP):
             break
         at = moved(problem.border, at, solution, stride.share(solution))
+    return _ended(problem, at, variances, linear, local, solution, rounds=count + 1)
+
+
+def _ended(
+    problem: Problem, at: Estimate, variances: Variances, linear: Linearised, local: Weighed, solution: Solution, *, rounds: int
+) -> Fitted:
+    """A fit where its iteration has ended."""
     return Fitted(
         problem=problem,
         at=at,
@@ -329,8 +318,8 @@ def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int 
         linear=linear,
         local=local,
         solution=solution,
-        rounds=count + 1,
-        converged=change < _SMALL_STEP,
+        rounds=rounds,
+        converged=_change(problem, at, solution) < _SMALL_STEP,
     )
 
 
