@@ -9,7 +9,7 @@ from scipy.signal import lsim
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, Record, Suspension
-from identification.result.result import OK
+from identification.result.result import OK, FitResult
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.start import harmonic_acceleration, harmonic_start
 
@@ -88,22 +88,25 @@ def shocked(number: int) -> Record:
     )
 
 
-def test_a_base_known_by_its_acceleration_alone_drives_many_short_records():
-    """Frequency and damping come back; the misfit is the board's sensor and what the noise of the base makes the model do.
-
-    White noise of variance s^2 at f_s passes an oscillator of quality Q = 1 / (2 zeta) with a variance of s^2 pi f_n Q / f_s. Over a
-    duration T it holds 2 T pi f_n / (2 Q) independent values, 36 in all records: the variance scatters by (2 / 36)^(1/2) = 24 %.
-    """
+@pytest.fixture(scope="module")
+def board() -> FitResult:
+    """Six shocks on a table of which only the acceleration was recorded."""
     suspension = Suspension(kind="linear")
     records = tuple(shocked(number) for number in range(6))
-    fitted = fit_experiment(
-        Experiment(name="board", folder=Path(), mass=1.0, suspension=suspension, law="none", records=records, sha256="")
-    )
-    values = {parameter.spec.name: parameter.value for parameter in fitted.parameters}
+    return fit_experiment(Experiment(name="board", folder=Path(), mass=1.0, suspension=suspension, law="none", records=records, sha256=""))
+
+
+def test_a_base_known_by_its_acceleration_alone_drives_many_short_records(board):
+    """Frequency and damping come back."""
+    values = {parameter.spec.name: parameter.value for parameter in board.parameters}
     assert values["f_n"] == pytest.approx(400.0, rel=1e-3)
     assert values["zeta"] == pytest.approx(0.02, rel=0.02)
-    passed = np.pi * 400.0 * 25.0 / 10_000.0
-    assert fitted.chi2_reduced == pytest.approx(1.0 + passed, abs=2.5 * 0.24 * passed)
+
+
+@pytest.mark.xfail(strict=True, reason="5.1 where 4.1 is expected: the noise of a measured base is taken for a slow random force")
+def test_the_misfit_is_the_sensors_noise_and_what_that_of_the_base_makes_the_model_do(board):
+    """White noise of variance s^2 at f_s passes an oscillator of quality Q = 1 / (2 zeta) with a variance of s^2 pi f_n Q / f_s."""
+    assert board.chi2_reduced == pytest.approx(1.0 + np.pi * 400.0 * 25.0 / 10_000.0, rel=0.2)
 
 
 def accelerometers(experiment: Experiment, *, cart: bool) -> Experiment:
