@@ -191,7 +191,9 @@ def _concluded(
     shown_after = shown_before if after is before else _side(after)
     named = tuple(_asserted(found, step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
     named = tuple(sorted(named, key=lambda one: -one.probability))
-    ambiguous = tuple(dict.fromkeys(name for step in found.steps for name in _twins(step))) if verdict == MISSING else ()
+    asserted = {one.effect.name for one in named}
+    twins = dict.fromkeys(name for step in found.steps for name in _twins(step) if name not in asserted)
+    ambiguous = tuple(twins) if verdict == MISSING else ()
     location = None
     if verdict in (MISSING, UNLISTED, UNDECIDED):
         first = found.steps[0].look if found.steps else found.last.look if found.last is not None else None
