@@ -289,8 +289,9 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
 
 
 def _rivals(step: Step) -> list[Alternative]:
-    """The effect taken in, and those that were not refused beside it; compared on the records fitted."""
-    return [one for one in step.alternatives if not one.refused]
+    """The effect taken in, and others that were not refused beside it, those that contain it left out; compared on the records fitted."""
+    best, *others = step.alternatives
+    return [best, *(one for one in others if not one.refused and best.name not in one.candidate.members[0].special_cases)]
 
 
 def _probability(step: Step) -> float:
@@ -307,7 +308,7 @@ def _twins(step: Step) -> list[str]:
     best, samples = step.alternatives[0], step.look.fitted.local.samples
     within = -2.0 * float(np.log(LEVEL))
     near = [one for one in _rivals(step)[1:] if one.criterion(samples) - best.criterion(samples) < within]
-    return [one.name for one in near if one.name != best.name and best.name not in one.candidate.members[0].special_cases]
+    return [one.name for one in near if one.name != best.name]
 
 
 def _considered(found: Search) -> tuple[Considered, ...]:

@@ -4,6 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.diagnosis.lags import lags
+from identification.experiment import Experiment
+from identification.trajectory.chain_equations import whitenings
 from identification.trajectory.course import Course
 from identification.trajectory.fit import Fitted
 from vibrojax.contact import AbstractCompliantLaw
@@ -11,7 +13,8 @@ from vibrojax.effects import ProbeScales
 
 _LINES = 2
 """Spectral lines taken from each channel's reading error."""
-_LOWEST_LINE_HZ = 15.0
+_SPACING, _APART = 0.25, 10.0
+"""Of frequencies of the spectrum, and of two lines at least, over that of one period in the longest record."""
 _ON_THE_CEILING = 5
 """Fewest samples within a tenth of the noise of the maximum that form a plateau."""
 
@@ -51,7 +54,14 @@ def probe_scales(fitted: Fitted, courses: tuple[Course, ...]) -> ProbeScales:
         lags=_unmended(lags(records), fitted),
         sampling=min(float(np.median(np.diff(r.time))) for r in records),
         law=law,
+        tied=force > 0 or len(channels) > 1 or _is_known(experiment),
     )
+
+
+def _is_known(experiment: Experiment) -> bool:
+    """Whether a force, an amplitude or a length that the operator states sets the size of the motion."""
+    stated = experiment.load.incline or experiment.load.constant_force or experiment.suspension.length
+    return bool(stated) or any("applied_force" in record.channels or record.base_amplitude for record in experiment.records)
 
 
 def _contact_time(law, mass: float, speed: float, force: float) -> float:
@@ -89,24 +99,24 @@ def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:
 
 
 def _lines(fitted: Fitted, channel: int) -> tuple[float, ...]:
-    """Strongest spectral lines in the reading error of a channel over all records, Hz."""
-    chains = fitted.problem.chains
-    frequencies, power = None, 0.0
-    for index, record in enumerate(fitted.problem.experiment.records):
-        if chains.channels[channel] not in record.channels:
-            continue
-        residual = chains.series(index, fitted.linear.residual, len(record.time))[:, channel]
-        dt = float(np.median(np.diff(record.time)))
-        count = max(1 << 17, 1 << (len(residual) - 1).bit_length())
-        spectrum = np.abs(np.fft.rfft(residual, count)) ** 2 / max(len(residual), 1)
-        frequencies = np.fft.rfftfreq(count, dt) if frequencies is None else frequencies
-        power = power + np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum)
-    if frequencies is None:
-        return ()
+    """Strongest spectral lines in the whitened reading error of a channel over all records, Hz: where a tone of any phase scores most."""
+    problem = fitted.problem
+    chains, records = problem.chains, problem.experiment.records
+    white = whitenings(chains, fitted.linear, fitted.variances.readings)[channel](fitted.linear.residual[..., channel])
+    longest = max(float(np.ptp(record.time)) for record in records)
+    sampling = min(float(np.median(np.diff(record.time))) for record in records)
+    frequencies = np.arange(1.0 / longest, 0.5 / sampling, _SPACING / longest)
+    power = np.zeros(len(frequencies))
+    for index, record in enumerate(records):
+        if chains.channels[channel] in record.channels:
+            error = chains.series(index, white[..., None], len(record.time))[:, 0]
+            dt = float(np.median(np.diff(record.time)))
+            count = 1 << int(np.ceil(np.log2(longest / _SPACING / dt)))
+            spectrum = np.abs(np.fft.rfft(np.nan_to_num(error), count)) ** 2 / max(np.count_nonzero(error), 1)
+            power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
     found = []
-    power = np.where(frequencies > _LOWEST_LINE_HZ, power, 0.0)
     for _ in range(_LINES):
         best = float(frequencies[np.argmax(power)])
         found.append(best)
-        power = np.where(np.abs(frequencies - best) < 2.0, 0.0, power)
+        power = np.where(np.abs(frequencies - best) < _APART / longest, 0.0, power)
     return tuple(found)

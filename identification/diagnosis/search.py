@@ -155,9 +155,10 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     while waiting and not any(_is_taken(one) for one in asked):
         tried: list[Alternative] = []
         for one, weighed in list(waiting):
-            best = max((other.best for other in tried), default=0.0)
-            if not hidden and one.gain < 0.5 * best:
-                break
+            best = max((other.gain for other in tried), default=0.0)
+            contained = {name for other in tried for name in other.candidate.members[0].special_cases}
+            if not hidden and one.gain < 0.5 * best and one.name not in contained:
+                continue
             waiting.remove((one, weighed))
             if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
                 tried += _refitted(seen, one, weighed, progress)

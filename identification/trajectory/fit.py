@@ -127,10 +127,14 @@ def fit(
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
     if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
-    rigid = isinstance(problem.model.law, AbstractInstantaneousLaw)
-    other = _of_one_trajectory(problem, small, rng, progress) if rigid else None
-    if other is not None and other.converged and vanishes(problem, other.variances.force):
-        return other
+    other = None
+    if isinstance(problem.model.law, AbstractInstantaneousLaw):
+        try:
+            other = _of_one_trajectory(problem, small, rng, progress)
+        except np.linalg.LinAlgError:  # from this start, impacts multiply a step beyond what rounding leaves of the others
+            other = None
+        if other is not None and other.converged and vanishes(problem, other.variances.force):
+            return other
     try:
         found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM, together=together)
     except np.linalg.LinAlgError as error:

@@ -26,6 +26,7 @@ SCALES = ProbeScales(
     lags={},
     sampling=5e-4,
     law=LAW,
+    tied=True,
 )
 NOTHING = dataclasses.replace(
     SCALES,

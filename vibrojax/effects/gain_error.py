@@ -41,9 +41,9 @@ class GainError(AbstractChannelFault):
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
     probe: ClassVar[Probe] = Probe(
-        lambda scales: [GainError(factor=1.01, of_channel=channel) for channel in scales.channels], either_sign=True
+        lambda scales: [GainError(factor=1.01, of_channel=channel) for channel in scales.channels if scales.tied], either_sign=True
     )
-    """One hundredth too much, in every channel."""
+    """One hundredth too much, in every channel, where something else sets the size of the motion."""
 
     factor: Value
     of_channel: str = eqx.field(static=True, default="")

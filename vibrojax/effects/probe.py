@@ -50,6 +50,8 @@ class ProbeScales:
             it agrees with one of them.
         sampling: shortest interval, s.
         law: the contact law as fitted.
+        tied: whether more than one channel sets the size of the motion: another channel, a known force or amplitude, a geometry. Otherwise
+            a gain is the unit of length, of which these records say nothing.
     """
 
     mass: float
@@ -72,6 +74,7 @@ class ProbeScales:
     lags: Mapping[str, float]
     sampling: float
     law: AbstractContactLaw
+    tied: bool
 
     @property
     def band(self) -> tuple[float, float]:
