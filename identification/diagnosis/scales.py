@@ -8,11 +8,12 @@ from identification.experiment import Experiment
 from identification.trajectory.chain_equations import whitenings
 from identification.trajectory.course import Course
 from identification.trajectory.fit import Fitted
+from identification.trajectory.variances import vanishes
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import ProbeScales
 
 _LINES = 2
-"""Spectral lines taken from each channel's reading error."""
+"""Spectral lines taken from each channel's reading error, and from the random force."""
 _SPACING, _APART = 0.25, 10.0
 """Of frequencies of the spectrum, and of two lines at least, over that of one period in the longest record."""
 _ON_THE_CEILING = 5
@@ -99,22 +100,29 @@ def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:
 
 
 def _lines(fitted: Fitted, channel: int) -> tuple[float, ...]:
-    """Strongest spectral lines in the whitened reading error of a channel over all records, Hz: where a tone of any phase scores most."""
-    problem = fitted.problem
-    chains, records = problem.chains, problem.experiment.records
-    white = whitenings(chains, fitted.linear, fitted.variances.readings)[channel](fitted.linear.residual[..., channel])
-    longest = max(float(np.ptp(record.time)) for record in records)
-    sampling = min(float(np.median(np.diff(record.time))) for record in records)
-    frequencies = np.arange(1.0 / longest, 0.5 / sampling, _SPACING / longest)
-    power = np.zeros(len(frequencies))
-    for index, record in enumerate(records):
+    """Strongest spectral lines of the whitened reading error of a channel, Hz, where a tone of any phase scores most; and of the whitened
+    random force, which takes up a tone in the readings near f_n."""
+    chains, variances = fitted.problem.chains, fitted.variances
+    white = whitenings(chains, fitted.linear, variances.readings)[channel](fitted.linear.residual[..., channel])
+    correlation, variance = variances.force.step(chains.duration)
+    jumps = (fitted.at.force[chains.left + 1] - correlation * fitted.at.force[chains.left]) / np.sqrt(variance)
+    errors, forces = [], []
+    for index, record in enumerate(fitted.problem.experiment.records):
         if chains.channels[channel] in record.channels:
-            error = chains.series(index, white[..., None], len(record.time))[:, 0]
-            dt = float(np.median(np.diff(record.time)))
-            count = 1 << int(np.ceil(np.log2(longest / _SPACING / dt)))
-            spectrum = np.abs(np.fft.rfft(np.nan_to_num(error), count)) ** 2 / max(np.count_nonzero(error), 1)
-            power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
-    found = []
+            errors.append((chains.series(index, white[..., None], len(record.time))[:, 0], float(np.median(np.diff(record.time)))))
+            forces.append((jumps[chains.of_record(index)], float(np.median(chains.duration[chains.of_record(index)]))))
+    return (*_strongest(errors), *(() if vanishes(fitted.problem, variances.force) else _strongest(forces)))
+
+
+def _strongest(series: list[tuple[np.ndarray, float]]) -> tuple[float, ...]:
+    """Frequencies of the highest peaks in the sum of the periodograms of some series, each with its sampling interval, s; Hz."""
+    longest, sampling = max(len(values) * dt for values, dt in series), min(dt for _, dt in series)
+    frequencies = np.arange(1.0 / longest, 0.5 / sampling, _SPACING / longest)
+    power, found = np.zeros(len(frequencies)), []
+    for values, dt in series:
+        count = 1 << int(np.ceil(np.log2(longest / _SPACING / dt)))
+        spectrum = np.abs(np.fft.rfft(np.nan_to_num(values), count)) ** 2 / max(np.count_nonzero(values), 1)
+        power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
     for _ in range(_LINES):
         best = float(frequencies[np.argmax(power)])
         found.append(best)
