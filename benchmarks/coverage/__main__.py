@@ -1,6 +1,6 @@
-"""`python -m benchmarks.coverage --rigs quiet force colour --count 50 --json FILE`: fit experiments of the independent simulator and count.
+"""`python -m benchmarks.coverage --rigs quiet force colour both --count 50 --json FILE`: fit experiments of the independent simulator and count.
 
-Rigs are quiet, pushed by a random force, or have coloured sensor noise. Each trial is one line of `FILE` with the suffix .jsonl, written as
+Rigs are quiet, pushed by a random force, have coloured sensor noise, or both. Each trial is one line of `FILE` with the suffix .jsonl, written as
 soon as it is done; with --resume those already there are kept, except for failures.
 """
 

@@ -22,7 +22,7 @@ _SERIES = 8_151
 _WITHOUT = ((), ("impact_force",), (), ("hammer_acceleration",))
 """Channels left out, in turn."""
 _SAMPLES = (6001, 12001)
-RIGS: Mapping[str, tuple[str, ...]] = {"quiet": (), "force": ("force",), "colour": ("colour",)}
+RIGS: Mapping[str, tuple[str, ...]] = {"quiet": (), "force": ("force",), "colour": ("colour",), "both": ("force", "colour")}
 """Unrest of the rigs, by the name of what they are."""
 
 

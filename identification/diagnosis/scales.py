@@ -100,8 +100,9 @@ def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:
 
 
 def _lines(fitted: Fitted, channel: int) -> tuple[float, ...]:
-    """Strongest spectral lines of the whitened reading error of a channel, Hz, where a tone of any phase scores most; and of the whitened
-    random force, which takes up a tone in the readings near f_n.
+    """Strongest spectral lines of a channel's whitened reading error, Hz: there a tone of any phase scores most.
+
+    Those of the whitened random force follow, which takes up a tone in the readings near f_n.
     """
     chains, variances = fitted.problem.chains, fitted.variances
     white = whitenings(chains, fitted.linear, variances.readings)[channel](fitted.linear.residual[..., channel])
