@@ -1,6 +1,6 @@
 """Rigs without a stop: a mass on a spring, or one that rolls freely; let go twice, then pushed by a recorded force.
 
-Two kinds are seen by an ideal sensor with white noise, the others by a [real one][benchmarks.contact_free.sensors].
+Two kinds are seen by an ideal sensor with white noise, the others by a real one (`seen`).
 """
 
 import dataclasses
@@ -8,16 +8,14 @@ import zlib
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from benchmarks.contact_free.sensors import SENSORS, Sensor, drawn, instants, read
+from benchmarks.contact_free.seen import NO_STOP, draw_seen, multisine, write_seen
+from benchmarks.contact_free.sensors import SENSORS
 from benchmarks.simulator import kernel
 
 STEP = 2e-3
 """Sampling interval, s."""
 _SAMPLES = 4001
-_NO_STOP = 1e3
-"""Gap, m."""
 _NOISE = {"hammer_displacement": 1e-5, "applied_force": 2e-3}
 """Standard deviations of the sensors' noise, m and N."""
 _FRICTION_SPEED = 1e-4
@@ -58,11 +56,11 @@ def write_rig(folder: Path, job: Job) -> dict:
     """Simulate the three records of a rig into `folder`, with their `experiment.toml`; return what is concealed, SI."""
     rng = np.random.default_rng([_SERIES, zlib.crc32(job.key.encode("ascii"))])
     if job.kind in SENSORS:
-        return _write_seen(folder, job, SENSORS[job.kind], rng)
+        return write_seen(folder, job.key, draw_seen(job.kind, job.effect, rng), rng)
     mass, f_n, zeta = rng.uniform(0.3, 0.6), rng.uniform(1.6, 6.4), rng.uniform(0.006, 0.015)
     omega = 2.0 * np.pi * f_n
     sprung = job.kind == "sprung"
-    nominal = {"m": mass, "gap": _NO_STOP, "k": mass * omega**2 * sprung, "c": 2.0 * zeta * mass * omega * sprung}
+    nominal = {"m": mass, "gap": NO_STOP, "k": mass * omega**2 * sprung, "c": 2.0 * zeta * mass * omega * sprung}
     starts = [(rng.uniform(5e-3, 8e-3), 0.0), (-rng.uniform(3e-3, 5e-3), 0.0)] if sprung else [(0.0, 0.3), (0.0, -0.15)]
     effect = _effect(rng, job, mass, omega)
     lines = ["schema = 1", "", "[experiment]", f'name = "{job.key}"', "", "[hammer]", f"mass = {mass:.17g}", "", "[suspension]"]
@@ -79,53 +77,9 @@ def write_rig(folder: Path, job: Job) -> dict:
         noisy = {name: values + rng.normal(0.0, _NOISE.get(name, 0.0), len(values)) for name, values in columns.items()}
         np.savez_compressed(folder / f"record{number}.npz", **noisy)
         kind = "free-decay" if push is None else "forced"
-        lines += ["", "[[record]]", f'file = "record{number}.npz"', f'kind = "{kind}"', f"gap = {_NO_STOP}"]
+        lines += ["", "[[record]]", f'file = "record{number}.npz"', f'kind = "{kind}"', f"gap = {NO_STOP}"]
     (folder / "experiment.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
     return effect
-
-
-def _write_seen(folder: Path, job: Job, sensor: Sensor, rng: np.random.Generator) -> dict:
-    """A rig that a real sensor looks at: three swings, the last one pushed where the sensor is for that; noise is not stated."""
-    mass, f_n, zeta = rng.uniform(0.3, 3.0), float(np.exp(rng.uniform(*np.log(sensor.natural)))), rng.uniform(0.002, 0.006)
-    omega, amplitude, errors = 2.0 * np.pi * f_n, sensor.amplitude, drawn(rng)
-    damping = 2.0 * zeta * mass * omega
-    nominal = {"m": mass, "gap": _NO_STOP, "k": mass * omega**2, "c": damping}
-    effect = _loss(rng, job.effect, damping, amplitude * omega)
-    samples = int(sensor.periods / f_n * sensor.rate)
-    lines = ["schema = 1", "", "[experiment]", f'name = "{job.key}"', "", "[hammer]", f"mass = {mass:.17g}"]
-    lines += ["", "[suspension]", 'kind = "linear"', "", "[contact]", 'law = "none"']
-    for channel, unit in (("hammer_displacement", "m"), *((("applied_force", "N"),) if sensor.forced else ())):
-        lines += ["", f"[sensors.{channel}]", f'unit = "{unit}"']
-    for number, start in enumerate((1.0, rng.uniform(0.4, 0.8), 0.0 if sensor.forced else rng.uniform(0.2, 0.4)), start=1):
-        even = np.arange(samples) / sensor.rate
-        push = np.zeros(samples) if start else _multisine(rng, even, f_n, 0.05 * amplitude * omega**2 * mass)
-        at = instants(sensor, errors, samples, rng)
-        fine = int(np.ceil(max(sensor.rate, 200.0 * f_n) / sensor.rate))
-        vector = kernel.vector(force=np.append([0.0, 1.0 / sensor.rate], push), **nominal, **effect)
-        states, _, _ = kernel.sampled(0.0, 1.0 / (fine * sensor.rate), fine * samples, np.array([start * amplitude, 0.0]), vector)
-        path = CubicSpline(np.arange(fine * samples) / (fine * sensor.rate), states[:, kernel.X])
-        columns = {"time": even, "hammer_displacement": read(sensor, errors, f_n, at, path(at), rng)}
-        columns |= {"applied_force": push} if sensor.forced else {}
-        np.savez_compressed(folder / f"record{number}.npz", **columns)
-        kind = "free-decay" if start else "forced"
-        lines += ["", "[[record]]", f'file = "record{number}.npz"', f'kind = "{kind}"', f"gap = {_NO_STOP}"]
-    (folder / "experiment.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return {"rig": nominal | {"f_n": f_n, "zeta": zeta}, "effect": effect, "errors": dataclasses.asdict(errors)}
-
-
-def _loss(rng: np.random.Generator, effect: str | None, damping: float, speed: float) -> dict[str, float]:
-    """A loss that takes 0.5 to 2 times what the damper takes in the first swing (equivalent linearisation)."""
-    force = rng.uniform(0.5, 2.0) * damping * speed
-    match effect:
-        case None:
-            return {}
-        case "coulomb_friction":
-            return {"friction_force": np.pi / 4.0 * force, "friction_speed": 1e-3 * speed}
-        case "quadratic_drag":
-            return {"drag": 3.0 * np.pi / 8.0 * force / speed**2}
-        case _:
-            exponent = rng.choice([0.5, 1.5])
-            return {"power_loss": force / speed**exponent, "power_exponent": exponent, "power_speed": 1e-3 * speed}
 
 
 def _effect(rng: np.random.Generator, job: Job, mass: float, omega: float) -> dict[str, float]:
@@ -145,11 +99,4 @@ def _effect(rng: np.random.Generator, job: Job, mass: float, omega: float) -> di
 
 def _push(rng: np.random.Generator, mass: float, f_n: float, acceleration: float) -> np.ndarray:
     """Multisine of ten lines from 0.3 to 3 f_n, N, with the given rms acceleration of the mass."""
-    return _multisine(rng, STEP * np.arange(_SAMPLES), f_n, mass * acceleration)
-
-
-def _multisine(rng: np.random.Generator, time: np.ndarray, f_n: float, rms: float) -> np.ndarray:
-    found = np.zeros(len(time))
-    for frequency in np.geomspace(0.3, 3.0, 10) * f_n:
-        found += np.cos(2.0 * np.pi * frequency * time + rng.uniform(0.0, 2.0 * np.pi))
-    return rms * found / np.sqrt(np.mean(found**2))
+    return multisine(rng, STEP * np.arange(_SAMPLES), f_n, mass * acceleration)

@@ -27,6 +27,8 @@ class Sensor:
     forced: bool
 
 
+_SETTLING = 1000
+"""Samples before a record, in which its noise becomes stationary."""
 SENSORS = {
     "video": Sensor(rate=30.0, natural=(0.4, 1.5), amplitude=0.2, periods=40.0, counts=0, forced=False),
     "encoder": Sensor(rate=200.0, natural=(0.6, 2.5), amplitude=0.1, periods=30.0, counts=4000, forced=True),
@@ -77,21 +79,20 @@ def instants(sensor: Sensor, errors: Errors, samples: int, rng: np.random.Genera
     return (np.arange(samples) + errors.jitter * np.clip(rng.standard_normal(samples), -3.0, 3.0)) / sensor.rate
 
 
-def read(sensor: Sensor, errors: Errors, natural: float, time: np.ndarray, values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Readings of displacements at some instants."""
+def read(sensor: Sensor, errors: Errors, tone: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Readings of displacements, m, without noise; `tone` is the angle of the tone at each, rad."""
     share = values / sensor.amplitude
-    found = share + errors.square * share**2 + errors.cube * share**3
-    found = found + errors.tone * np.sin(2.0 * np.pi * errors.tone_frequency * natural * time + rng.uniform(0.0, 2.0 * np.pi))
-    found = found + errors.size * _coloured(errors, len(time), rng)
-    if sensor.counts:
-        found = np.round(found * sensor.counts) / sensor.counts
-    return sensor.amplitude * found
+    return sensor.amplitude * (share + errors.square * share**2 + errors.cube * share**3 + errors.tone * np.sin(tone))
 
 
-def _coloured(errors: Errors, samples: int, rng: np.random.Generator) -> np.ndarray:
+def coloured(errors: Errors, samples: int, rng: np.random.Generator) -> np.ndarray:
     """Autoregression of the second order with the given resonance and damping, of unit variance."""
-    angle = 2.0 * np.pi * errors.resonance
-    radius = np.exp(-angle * errors.damping)
-    turn = angle * np.sqrt(1.0 - errors.damping**2)
-    noise = lfilter([1.0], [1.0, -2.0 * radius * np.cos(turn), radius**2], rng.standard_normal(samples + 1000))[1000:]
+    noise = lfilter([1.0], prediction(errors), rng.standard_normal(samples + _SETTLING))[_SETTLING:]
     return noise / np.std(noise)
+
+
+def prediction(errors: Errors) -> list[float]:
+    """Filter that whitens it."""
+    angle = 2.0 * np.pi * errors.resonance
+    radius, turn = np.exp(-angle * errors.damping), angle * np.sqrt(1.0 - errors.damping**2)
+    return [1.0, float(-2.0 * radius * np.cos(turn)), float(radius**2)]

@@ -1,7 +1,7 @@
-"""`python -m benchmarks.coverage --rigs quiet force colour both --count 50 --json FILE`: fit experiments of the independent simulator and count.
+"""`python -m benchmarks.coverage --rigs quiet force colour both --count 50 --json FILE`: fit simulated experiments and count.
 
-Rigs are quiet, pushed by a random force, have coloured sensor noise, or both. Each trial is one line of `FILE` with the suffix .jsonl, written as
-soon as it is done; with --resume those already there are kept, except for failures.
+Rigs are quiet, pushed by a random force, have coloured sensor noise, or both. Each trial is one line of `FILE` with the suffix .jsonl,
+written as soon as it is done; with --resume those already there are kept, except for failures.
 """
 
 import argparse

@@ -288,7 +288,7 @@ def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, s
             shared_mean[place] = np.log(mean) if p.logarithmic else mean
             precision[place] = (mean / std) ** 2 if p.logarithmic else std**-2
     return Border(
-        shared=np.array([p.name not in fixed for p in parameters]),
+        shared=np.array([p.name not in fixed for p in parameters], bool),
         own=own,
         shared_scale=np.array([1.0 if p.logarithmic else p.scale for p in parameters]),
         own_scale=own_scale,
