@@ -11,6 +11,7 @@ from identification.diagnosis.signals import own_states
 from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
+from identification.trajectory.variances import vanishes
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
 
@@ -28,8 +29,12 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
 
 
 def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
-    """A problem fitted from both ends, its variances weighed as in the model that it is compared with."""
-    found = fit(problem, together=False, progress=progress)
+    """A problem fitted from both ends, its variances weighed as in the model that it is compared with.
+
+    The first end is that model's random force: a larger one would let go of what is known of the effect.
+    """
+    begin = None if vanishes(beside.problem, beside.variances.force) else beside.variances
+    found = fit(problem, begin=begin, together=False, progress=progress)
     return polished(found, progress=progress) if beside.of_readings else found
 
 

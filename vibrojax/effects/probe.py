@@ -21,7 +21,7 @@ _SOFTEST = 0.7
 _FEWEST_CYCLES = 10.0
 """Of a foreign line in a record of middling length: three cycles with phases of their own fit any oscillation."""
 _NEAR = 0.02
-"""Distance of a line from a multiple of the excitation, relative to the excitation, within which it is taken for that."""
+"""Distance of a line from a multiple of the excitation, or from f_n, relative to that, within which it is taken for it."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -93,13 +93,14 @@ class ProbeScales:
         return tuple(np.geomspace(low, high, count).tolist())
 
     def foreign_lines(self, channel: str, but: Callable[[float], bool] = lambda line: False) -> tuple[float, ...]:
-        """Strong lines in the residual of a channel, Hz, that last ten cycles and are no multiple of an excitation, or else `but` these."""
+        """Strong lines in the residual of a channel, Hz, that last ten cycles and are not the motion's own, or else `but` these."""
         lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in self.clock.values()]))
-        return tuple(line for line in self.lines.get(channel, ()) if line >= lowest and (but(line) or not self._is_driven(line)))
+        return tuple(line for line in self.lines.get(channel, ()) if line >= lowest and (but(line) or not self._is_of_motion(line)))
 
-    def _is_driven(self, line: float) -> bool:
+    def _is_of_motion(self, line: float) -> bool:
+        """Whether a line is a multiple of an excitation, or f_n, where a tone would be another share of the free motion."""
         orders = [line * 2.0 * math.pi / omega for omega in self.drives]
-        return any(order >= 0.5 and abs(order - round(order)) <= _NEAR for order in orders)
+        return abs(line - self.f_n) <= _NEAR * self.f_n or any(order >= 0.5 and abs(order - round(order)) <= _NEAR for order in orders)
 
     def largest(self, channel: str) -> float:
         """Size of the largest readings of a channel, in its unit."""
