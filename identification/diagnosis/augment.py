@@ -33,7 +33,7 @@ def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
 
     The first end is that model's random force: a larger one would let go of what is known of the effect.
     """
-    begin = None if vanishes(beside.problem, beside.variances.force) else beside.variances
+    begin = None if vanishes(beside.problem, beside.variances.force) else beside.variances.force
     found = fit(problem, begin=begin, together=False, progress=progress)
     return polished(found, progress=progress) if beside.of_readings else found
 

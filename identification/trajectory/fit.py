@@ -99,7 +99,7 @@ def fit(
     problem: Problem,
     *,
     seed: int = 0,
-    begin: Variances | None = None,
+    begin: RandomForce | None = None,
     both: bool = True,
     together: bool = True,
     progress: Progress = lambda line: None,
@@ -112,7 +112,7 @@ def fit(
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
-        begin: variances from which the force falls; by default those of a large one.
+        begin: random force of the first end; by default a large one.
         both: whether to begin without a force too, where the first end has left one.
         together: whether random force and reading errors are weighed together at the end, which `polished` can do later.
         progress: called with a line in each round.
@@ -123,7 +123,7 @@ def fit(
     scales, rng = problem.scales, np.random.default_rng(seed)
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
-    large = Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    large = Variances(force=begin or RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
     if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
@@ -136,7 +136,7 @@ def fit(
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
     try:
-        found = _converged(problem, problem.start, begin or large, rng, progress, coloured_from=_COLOURED_FROM, together=together)
+        found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM, together=together)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
