@@ -11,9 +11,9 @@ from identification.diagnosis.signals import own_states
 from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
-from identification.trajectory.variances import vanishes
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
+from vibrojax.errors import NoConvergenceError
 
 
 def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
@@ -31,10 +31,16 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
 def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
     """A problem fitted from both ends, its variances weighed as in the model that it is compared with.
 
-    The first end is that model's random force: a larger one would let go of what is known of the effect.
+    The first end is that model's random force: a larger one would let go of what is known of the effect. Where reading errors had taken its
+    place, it is a large one.
     """
-    begin = None if vanishes(beside.problem, beside.variances.force) else beside.variances.force
-    found = fit(problem, begin=begin, together=False, progress=progress)
+    begin = None if beside.of_readings else beside.variances.force
+    try:
+        found = fit(problem, begin=begin, together=False, progress=progress)
+    except NoConvergenceError:
+        found = None
+    if found is None or not found.converged:
+        found = fit(problem, together=False, progress=progress)
     return polished(found, progress=progress) if beside.of_readings else found
 
 

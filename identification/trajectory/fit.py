@@ -112,7 +112,7 @@ def fit(
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
-        begin: random force of the first end; by default a large one.
+        begin: random force of the first end; by default a large one. Without any, reading errors are autocorrelated from the beginning.
         both: whether to begin without a force too, where the first end has left one.
         together: whether random force and reading errors are weighed together at the end, which `polished` can do later.
         progress: called with a line in each round.
@@ -123,7 +123,7 @@ def fit(
     scales, rng = problem.scales, np.random.default_rng(seed)
     memory = 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
-    large = Variances(force=begin or RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    first = Variances(force=begin or RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
     small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
     if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
@@ -135,13 +135,15 @@ def fit(
             other = None
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
+    coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
     try:
-        found = _converged(problem, problem.start, large, rng, progress, coloured_from=_COLOURED_FROM, together=together)
+        found = _converged(problem, problem.start, first, rng, progress, coloured_from=coloured_from, held=held, together=together)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
     if other is None:
-        if not both or vanishes(problem, found.variances.force):
+        gone = vanishes(problem, found.variances.force)
+        if not both or (gone and found.converged):
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         try:
@@ -154,11 +156,11 @@ def fit(
                 coloured_from=0,
                 held=_HELD_ROUNDS,
                 together=together,
-                below=_BACK * found.variances.force.std,
+                below=np.inf if gone else _BACK * found.variances.force.std,
             )
         except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
-    if other.converged and other.solution.deviance < found.solution.deviance:
+    if other.converged and (not found.converged or other.solution.deviance < found.solution.deviance):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
 
@@ -275,8 +277,8 @@ def _with_likeliest(
 ) -> Fitted:
     """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
     force, readings, stride = variances.force, variances.readings, _Stride(problem.border)
+    linear, local, solution = equations(problem, at, variances)
     for last in range(_LAST_ROUNDS):
-        linear, local, _ = equations(problem, at, Variances(force=force, readings=readings))
         if together and not vanishes(problem, force) and any(one.order for one in readings):
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
@@ -287,7 +289,12 @@ def _with_likeliest(
         progress(_line(rounds - 1, problem, at, force))
         if last == _LAST_ROUNDS - 1 or (last and _change(problem, at, solution) < _SMALL_STEP):
             break
-        at = moved(problem.border, at, solution, stride.share(solution))
+        there = moved(problem.border, at, solution, stride.share(solution))
+        try:
+            linear, local, solution = equations(problem, there, Variances(force=force, readings=readings))
+        except np.linalg.LinAlgError:  # the force that was taken away had held the motion together
+            break
+        at = there
     return _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
 
 
