@@ -11,6 +11,7 @@ from identification.diagnosis.signals import own_states
 from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
+from identification.trajectory.variances import vanishes
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
@@ -29,19 +30,21 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
 
 
 def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
-    """A problem fitted from both ends, its variances weighed as in the model that it is compared with.
+    """A problem fitted from the variances of the model that it is compared with, and, where a random force stays, anew from both ends.
 
-    The first end is that model's random force: a larger one would let go of what is known of the effect. Where reading errors had taken its
-    place, it is a large one.
+    A large force at the beginning lets go of what is known of the effect; but reading errors that had taken its place would keep it.
     """
-    begin = None if beside.of_readings else beside.variances.force
-    try:
-        found = fit(problem, begin=begin, together=False, progress=progress)
-    except NoConvergenceError:
-        found = None
-    if found is None or not found.converged:
-        found = fit(problem, together=False, progress=progress)
-    return polished(found, progress=progress) if beside.of_readings else found
+    found = None
+    if not beside.of_readings:
+        try:
+            found = fit(problem, begin=beside.variances, both=False, together=False, progress=progress)
+        except NoConvergenceError:
+            found = None
+        if found is not None and found.converged and vanishes(problem, found.variances.force):
+            return found
+    anew = fit(problem, together=False, progress=progress)
+    anew = polished(anew, progress=progress) if beside.of_readings else anew
+    return found if found is not None and found.converged and found.solution.deviance < anew.solution.deviance else anew
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:

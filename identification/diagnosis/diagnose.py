@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from identification.diagnosis.augment import learned
+from identification.diagnosis.augment import learned, refitted
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
@@ -163,7 +163,7 @@ def _with_prediction(
         if best is None and problem is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = fit(problem, progress=progress)
+                fitted = polished(refitted(problem, final, progress), progress=progress)
                 gain += judge.held_back_gain(final, fitted)
                 if _is_unexplained(((scored, weighed, gain),), forms):
                     best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation

@@ -99,7 +99,7 @@ def fit(
     problem: Problem,
     *,
     seed: int = 0,
-    begin: RandomForce | None = None,
+    begin: Variances | None = None,
     both: bool = True,
     together: bool = True,
     progress: Progress = lambda line: None,
@@ -112,7 +112,8 @@ def fit(
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
-        begin: random force of the first end; by default a large one. Without any, reading errors are autocorrelated from the beginning.
+        begin: variances of the first end; by default a large force and white reading errors. Where there is no force among them, reading
+            errors are estimated from the beginning.
         both: whether to begin without a force too, where the first end has left one.
         together: whether random force and reading errors are weighed together at the end, which `polished` can do later.
         progress: called with a line in each round.
@@ -121,10 +122,10 @@ def fit(
         NoConvergenceError: the equations became singular on the way from a large force.
     """
     scales, rng = problem.scales, np.random.default_rng(seed)
-    memory = 2.0 * float(np.median(problem.chains.duration))
+    memory, short = scales.displacement / scales.velocity, 2.0 * float(np.median(problem.chains.duration))
     white = tuple(ReadingError() for _ in problem.chains.channels)
-    first = Variances(force=begin or RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
-    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=memory), readings=white)
+    first = begin or Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
+    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=short), readings=white)
     if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
     other = None
