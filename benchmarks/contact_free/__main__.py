@@ -21,6 +21,7 @@ def main() -> None:
     wanted = [
         Job(kind=kind, effect=effect, seed=options.seed, index=index)
         for kind, effects in CONCEALED.items()
+        if kind in options.kinds
         for effect in (None, *effects)
         for index in range(options.count)
     ]
@@ -34,6 +35,7 @@ def main() -> None:
 def parser() -> argparse.ArgumentParser:
     """The options."""
     made = argparse.ArgumentParser(prog="python -m benchmarks.contact_free", description=(__doc__ or "").split(": ", 1)[1])
+    made.add_argument("--kinds", nargs="+", choices=list(CONCEALED), default=list(CONCEALED), help="of rigs, or of their sensors")
     made.add_argument("--count", type=int, default=3, metavar="K", help="rigs of each kind and effect, and complete ones of each kind")
     made.add_argument("--seed", type=int, default=0, help="of the rigs")
     made.add_argument("--json", type=Path, required=True, metavar="FILE", help="where the figures go")
@@ -44,18 +46,17 @@ def parser() -> argparse.ArgumentParser:
 
 def show(rows: list[dict]) -> None:
     """Print the counts, and every rig that the diagnosis is not right on."""
-    table = Table("rig", "concealed", "rigs", "right", "named first", "s")
+    table = Table("rig", "concealed", "rigs", "right", "or its twin", "wrong names", "s")
     for kind, effect in dict.fromkeys((row["kind"], row["effect"]) for row in rows):
         mine = [row for row in rows if (row["kind"], row["effect"]) == (kind, effect)]
         seconds = max(row.get("seconds", 0.0) for row in mine)
-        counts = [sum(bool(row.get(what)) for row in mine) for what in ("right", "first")]
-        first = str(counts[1]) if effect else "–"
-        table.add_row(kind, effect or "nothing", str(len(mine)), str(counts[0]), first, f"{seconds:.0f} at most")
+        counts = [str(sum(bool(row.get(what)) for row in mine)) for what in ("right", "or_twin", "wrong")]
+        table.add_row(kind, effect or "nothing", str(len(mine)), *counts, f"{seconds:.0f} at most")
     console = Console()
     console.print(table)
     for row in rows:
         if not row.get("right"):
-            said = row.get("failure") or f"{row['verdict']} {', '.join(row['named'])}"
+            said = row.get("failure") or f"{row['verdict']} {', '.join(row['named'])}; wrong: {', '.join(row['wrong']) or 'none'}"
             console.print(f"{row['key']}: {said}", markup=False)
 
 
