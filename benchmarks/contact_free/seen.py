@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -87,7 +88,7 @@ def write_seen(folder: Path, name: str, seen: Seen, rng: np.random.Generator) ->
     for record, start in enumerate(seen.starts):
         found = seen.readings(record) / sensor.amplitude + errors.size * coloured(errors, len(seen.pushes[record]), rng)
         found = np.round(found * sensor.counts) / sensor.counts if sensor.counts else found
-        columns = {"time": np.arange(len(found)) / sensor.rate, "hammer_displacement": sensor.amplitude * found}
+        columns: dict[str, Any] = {"time": np.arange(len(found)) / sensor.rate, "hammer_displacement": sensor.amplitude * found}
         columns |= {"applied_force": seen.pushes[record]} if sensor.forced else {}
         np.savez_compressed(folder / f"record{record + 1}.npz", **columns)
         kind = "free-decay" if start else "forced"

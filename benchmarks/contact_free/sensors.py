@@ -87,7 +87,7 @@ def read(sensor: Sensor, errors: Errors, tone: np.ndarray, values: np.ndarray) -
 
 def coloured(errors: Errors, samples: int, rng: np.random.Generator) -> np.ndarray:
     """Autoregression of the second order with the given resonance and damping, of unit variance."""
-    noise = lfilter([1.0], prediction(errors), rng.standard_normal(samples + _SETTLING))[_SETTLING:]
+    noise = np.asarray(lfilter([1.0], prediction(errors), rng.standard_normal(samples + _SETTLING)))[_SETTLING:]
     return noise / np.std(noise)
 
 
