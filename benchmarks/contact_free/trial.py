@@ -38,4 +38,8 @@ def present(job: Job, concealed: dict) -> set[str]:
     """Names of all that acts: the concealed effect, and what the sensor of the rig adds."""
     errors = concealed.get("errors", {})
     curved, tone = errors.get("square") or errors.get("cube"), errors.get("tone")
-    return ({job.effect} if job.effect else set()) | ({"nonlinear_reading"} if curved else set()) | ({"reading_tone", "mains_hum"} if tone else set())
+    return (
+        ({job.effect} if job.effect else set())
+        | ({"nonlinear_reading"} if curved else set())
+        | ({"reading_tone", "mains_hum"} if tone else set())
+    )
