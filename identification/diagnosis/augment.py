@@ -9,6 +9,7 @@ import numpy as np
 from identification.diagnosis.look import Candidate, Look
 from identification.diagnosis.signals import own_states
 from identification.trajectory.fit import Fitted, Progress, fit, polished
+from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
 from identification.trajectory.variances import vanishes
@@ -26,18 +27,25 @@ def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progre
         strengths: of its columns, over the probing strength, from which it starts.
         progress: called with a line in each round.
     """
-    return refitted(extended(seen, candidate, strengths), seen.fitted, progress)
+    return refitted(*extended(seen, candidate, strengths), seen.fitted, progress)
 
 
-def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
-    """A problem fitted from the variances of the model that it is compared with, and, where a random force stays, anew from both ends.
+def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progress) -> Fitted:
+    """A problem fitted from the estimate and the variances of another model, and, where a random force stays, anew from both ends.
 
-    A large force at the beginning lets go of what is known of the effect; but reading errors that had taken its place would keep it.
+    Where physics is missing, the other model's estimate may be far off, and reading errors may have taken the place of physics: then the
+    measured trajectory and a large force lead further. But a large force lets go of what is known of an effect.
+
+    Args:
+        problem: that begins at the measured trajectory.
+        near: estimate of it from the other model.
+        beside: the other model, fitted.
+        progress: called with a line in each round.
     """
     found = None
     if not beside.of_readings:
         try:
-            found = fit(problem, begin=beside.variances, both=False, together=False, progress=progress)
+            found = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
         except NoConvergenceError:
             found = None
         if found is not None and found.converged and vanishes(problem, found.variances.force):
@@ -47,21 +55,25 @@ def refitted(problem: Problem, beside: Fitted, progress: Progress) -> Fitted:
     return found if found is not None and found.converged and found.solution.deviance < anew.solution.deviance else anew
 
 
-def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem:
-    """The problem with a candidate in the model, at the strengths that it starts from."""
-    problem, at = seen.fitted.problem, seen.fitted.at
+def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate]:
+    """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without."""
+    whole = seen.fitted.problem.model_at(seen.fitted.at)
     effect, own = strengthened(candidate.members, strengths)
-    whole = problem.model_at(at)
-    model = dataclasses.replace(whole, effects=(*whole.effects, effect))
-    return remodelled(problem, at, model, own=own, states=_states(seen, effect))
+    return _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
 
 
-def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem | None:
-    """The problem with a free form in the model; None where it is no function of the motion alone, as the stop's path in each record."""
+def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str, np.ndarray]) -> tuple[Problem, Estimate]:
+    """The problem with other effects, from where the fitted one began, and its estimate from that of the fitted one."""
+    problem = fitted.problem
+    model = dataclasses.replace(problem.model_at(fitted.at), effects=effects)
+    return remodelled(problem, problem.start, model, **begin), remodelled(problem, fitted.at, model, **begin).start
+
+
+def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
+    """Likewise with a free form; None where it is no function of the motion alone, as the stop's path in each record."""
     form = candidate.form
     if form is None or form.quantity == "stop":
         return None
-    problem, at = seen.fitted.problem, seen.fitted.at
     knots = np.unique(form.columns[:, 0])
     effect = FreeForm(
         coordinate=form.coordinate,
@@ -71,19 +83,21 @@ def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> Problem 
         scales=(form.size,) * len(strengths),
         **{f"c{k}": float(form.size * strength) for k, strength in enumerate(strengths, start=1)},
     )
-    whole = problem.model_at(at)
-    return remodelled(problem, at, dataclasses.replace(whole, effects=(*whole.effects, effect)))
+    return _with(seen.fitted, (*seen.fitted.problem.model_at(seen.fitted.at).effects, effect))
 
 
-def without(fitted: Fitted, name: str) -> Problem:
-    """The problem without one effect, from the estimate with it."""
-    whole = fitted.problem.model_at(fitted.at)
-    rest = dataclasses.replace(whole, effects=tuple(effect for effect in whole.effects if effect.name != name))
-    return remodelled(fitted.problem, fitted.at, rest)
+def without(fitted: Fitted, name: str) -> tuple[Problem, Estimate]:
+    """The problem without one effect, and its estimate by the model with it."""
+    return _with(fitted, tuple(effect for effect in fitted.problem.model_at(fitted.at).effects if effect.name != name))
 
 
 def strengthened(members: tuple[AbstractEffect, ...], strengths: np.ndarray) -> tuple[AbstractEffect, dict[str, np.ndarray]]:
-    """Effect of a candidate at estimated strengths, and its parameters per record by name, (records,) each."""
+    """Effect of a candidate at estimated strengths, and its parameters per record by name, (records,) each.
+
+    A stop begins where it was looked for: what is estimated of it at first order is no strength.
+    """
+    if members[0].probe.is_stop:
+        return members[0], {}
     own = [p for p in members[0].parameters if p.per_record]
     if own:
         factors = strengths.reshape(len(members), -1)

@@ -159,11 +159,11 @@ def _with_prediction(
     """
     found, best = [], None
     for scored, weighed, gain in left:
-        problem = learned(last, scored.candidate, weighed.strengths)
-        if best is None and problem is not None and _is_unexplained(((scored, weighed, gain),), forms):
+        form = learned(last, scored.candidate, weighed.strengths)
+        if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = polished(refitted(problem, final, progress), progress=progress)
+                fitted = polished(refitted(*form, final, progress), progress=progress)
                 gain += judge.held_back_gain(final, fitted)
                 if _is_unexplained(((scored, weighed, gain),), forms):
                     best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation

@@ -266,7 +266,7 @@ def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
             break
         progress(f"asking whether {one.name} is still needed")
         try:
-            lesser = refitted(without(final, one.name), final, progress)
+            lesser = refitted(*without(final, one.name), final, progress)
         except (np.linalg.LinAlgError, NoConvergenceError):  # without it the motion cannot be followed
             continue
         rise = lesser.solution.deviance - final.solution.deviance

@@ -99,6 +99,7 @@ def fit(
     problem: Problem,
     *,
     seed: int = 0,
+    at: Estimate | None = None,
     begin: Variances | None = None,
     both: bool = True,
     together: bool = True,
@@ -112,6 +113,7 @@ def fit(
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
+        at: estimate from which the first end goes; by default the problem's own start.
         begin: variances of the first end; by default a large force and white reading errors. Where there is no force among them, reading
             errors are estimated from the beginning.
         both: whether to begin without a force too, where the first end has left one.
@@ -138,7 +140,7 @@ def fit(
             return other
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
     try:
-        found = _converged(problem, problem.start, first, rng, progress, coloured_from=coloured_from, held=held, together=together)
+        found = _converged(problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, together=together)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error

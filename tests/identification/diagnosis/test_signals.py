@@ -49,7 +49,8 @@ def probed(seen: Look, name: str) -> Candidate:
 def test_signals_are_the_change_of_the_readings(seen, nominal, name):
     candidate = probed(seen, name)
     strengths = np.full(len(candidate.signals), SMALL)
-    readings, end = integrated(extended(seen, candidate, strengths))
+    problem, near = extended(seen, candidate, strengths)
+    readings, end = integrated(dataclasses.replace(problem, start=near))
     seen_by, end_by = responses(seen.by, seen.fitted.problem.chains, list(candidate.signals))
     for found, whole, before in ((seen_by @ strengths, readings, nominal[0]), (end_by[:, :2] @ strengths, end, nominal[1])):
         change = whole - before
