@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.signal import correlate, correlation_lags, fftconvolve
 
 from identification.experiment import Record
-from identification.windows.kinematics import bridged
+from identification.experiment.samples import bridged
 
 _DERIVATIVES = {"hammer_displacement": (3, 1.0), "hammer_acceleration": (1, 1.0), "impact_force": (1, -1.0)}
 """Order of differentiation that turns a channel into the hammer's jerk, and sign of the factor; the suspension's part is neglected."""

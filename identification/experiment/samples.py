@@ -410,10 +410,10 @@ def _check_lowpass(frequency: float, high: float, low: float, where: str) -> Non
 
 def _filtered(sos: Any, time: Samples, values: Samples) -> Samples:
     """A channel filtered forwards and backwards; stretches without samples are bridged for it."""
-    return np.asarray(sosfiltfilt(sos, _bridged(time, values)))
+    return np.asarray(sosfiltfilt(sos, bridged(time, values)))
 
 
-def _bridged(time: Samples, values: Samples) -> Samples:
+def bridged(time: Samples, values: Samples) -> Samples:
     """A channel with straight lines where samples are missing."""
     usable = np.isfinite(values)
     return values if usable.all() else np.interp(time, time[usable], values[usable])
@@ -444,7 +444,7 @@ def _resampled(
     """
     rate, (up, down) = (time.size - 1) / float(time[-1] - time[0]), ratio.as_integer_ratio()
     even = time[0] + np.arange(time.size) / rate
-    onto = {name: np.asarray(CubicSpline(time, _bridged(time, values))(even)) for name, values in channels.items()}
+    onto = {name: np.asarray(CubicSpline(time, bridged(time, values))(even)) for name, values in channels.items()}
     if ratio == 1:
         return even, onto, lost, np.ones(BINS)
     slower = max(up, down)

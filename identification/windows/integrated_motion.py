@@ -7,7 +7,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from identification.experiment import Load, Record
-from identification.windows.kinematics import Kinematics, bridged, stands_out
+from identification.experiment.samples import bridged
+from identification.windows.kinematics import Kinematics, stands_out
 from identification.windows.start.suspension import UNLOADED, suspension_start
 from vibrojax.model import STANDARD_GRAVITY
 

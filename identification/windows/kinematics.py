@@ -8,6 +8,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
 
 from identification.experiment import Record
+from identification.experiment.samples import bridged
 
 _LONGEST_S, _FEWEST_SAMPLES = 1.5e-3, 3
 """Largest half width of the local polynomials, s; smallest, in samples."""
@@ -51,12 +52,6 @@ def relative_displacement(record: Record) -> Float[np.ndarray, " samples"] | Non
     if "cart_displacement" in channels:
         return channels["hammer_displacement"] - channels["cart_displacement"]
     return None
-
-
-def bridged(time: Float[np.ndarray, " samples"], values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
-    """Values with NaN stretches replaced by linear interpolation."""
-    usable = np.isfinite(values)
-    return values if usable.all() else np.interp(time, time[usable], values[usable])
 
 
 def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarray, " samples"]) -> Kinematics | None:

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, splev, splrep
 
 from identification.experiment import MOTION_CHANNELS, ExperimentError, Record
-from identification.windows.kinematics import bridged, relative_displacement
+from identification.experiment.samples import bridged
+from identification.windows.kinematics import relative_displacement
 from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
 
 

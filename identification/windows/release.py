@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import medfilt
 
 from identification.experiment import MOTION_CHANNELS, Record
-from identification.windows.kinematics import bridged
+from identification.experiment.samples import bridged
 
 _KINDS = ("drop-test", "free-decay")
 _LEVEL = 6.0

@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment import Load, Record
-from identification.windows.kinematics import Kinematics, bridged, relative_displacement
+from identification.experiment.samples import bridged
+from identification.windows.kinematics import Kinematics, relative_displacement
 from identification.windows.start.bumps import weak_integrals
 from identification.windows.start.robust_regression import Regression, robust_regression
 from vibrojax.model import STANDARD_GRAVITY

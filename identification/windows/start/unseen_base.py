@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Bool
 
 from identification.experiment import Load, Record
-from identification.windows.kinematics import Kinematics, bridged, kinematics, stands_out
+from identification.experiment.samples import bridged
+from identification.windows.kinematics import Kinematics, kinematics, stands_out
 from identification.windows.start.base_motion import harmonic_acceleration
 from identification.windows.start.bumps import weak_integrals
 from identification.windows.start.robust_regression import Regression, robust_regression
