@@ -32,3 +32,8 @@ def test_candidates_are_steady_and_decaying():
 @pytest.mark.parametrize(("line", "heard"), [(3.0, False), (7.35, False), (10.3, True), (14.6, False), (23.0, True), (50.0, False)])
 def test_no_tone_is_a_multiple_of_the_drive_or_a_line_of_the_mains_or_lasts_a_few_cycles(line, heard):
     assert bool(found(drives=(2 * np.pi * 7.3,), lines={"impact_force": (line,)})) == heard
+
+
+@pytest.mark.parametrize(("line", "heard"), [(5.05, False), (5.2, True), (10.3, True)])
+def test_no_tone_is_the_free_motion(line, heard):
+    assert bool(found(drives=(), f_n=5.0, lines={"impact_force": (line,)})) == heard

@@ -56,7 +56,7 @@ def names(found: Search) -> list[str]:
 
 def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
-    monkeypatch.setattr(module, "refitted", lambda problem, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
     found = search(fitted(seen))
     assert (names(found), found.finished) == (["coulomb_friction", "gap_drift"], True)
     assert [step.alternatives[0].name for step in found.steps] == names(found)
@@ -66,7 +66,7 @@ def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, 
 
 def test_an_effect_that_a_later_one_makes_needless_is_left_out(seen, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("hysteresis", 800.0))
-    monkeypatch.setattr(module, "refitted", lambda problem, beside, progress: fitted(seen, "hysteresis", deviance=-1695.0))
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "hysteresis", deviance=-1695.0))
     found = search(fitted(seen))
     assert names(found) == ["hysteresis"] == [step.alternatives[0].name for step in found.steps]
 
