@@ -12,26 +12,29 @@ from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
-from identification.trajectory.variances import vanishes
+from identification.trajectory.variances import LARGEST_FORCE, vanishes
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
 
 
-def augmented(seen: Look, candidate: Candidate, strengths: np.ndarray, *, progress: Progress = lambda line: None) -> Fitted:
+def augmented(
+    seen: Look, candidate: Candidate, strengths: np.ndarray, *, expected: float = -np.inf, progress: Progress = lambda line: None
+) -> Fitted:
     """The model with a candidate in it, fitted to the end.
 
     Args:
         seen: look in which the candidate was found.
         candidate: an effect.
         strengths: of its columns, over the probing strength, from which it starts.
+        expected: deviance at first order.
         progress: called with a line in each round.
     """
-    return refitted(*extended(seen, candidate, strengths), seen.fitted, progress)
+    return refitted(*extended(seen, candidate, strengths), seen.fitted, progress, expected=expected)
 
 
-def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progress) -> Fitted:
-    """A problem fitted from the estimate and the variances of another model, and, where a random force stays, anew from both ends.
+def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progress, *, expected: float = -np.inf) -> Fitted:
+    """A problem fitted from the estimate and the variances of another model; unless that is as likely as expected, anew from both ends.
 
     Where physics is missing, the other model's estimate may be far off, and reading errors may have taken the place of physics: then the
     measured trajectory and a large force lead further. But a large force lets go of what is known of an effect.
@@ -40,6 +43,7 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
         problem: that begins at the measured trajectory.
         near: estimate of it from the other model.
         beside: the other model, fitted.
+        expected: deviance with which the first fit is good enough, unless its random force is as large as it may be; without a force it is.
         progress: called with a line in each round.
     """
     found = None
@@ -48,8 +52,10 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
             found = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
         except NoConvergenceError:
             found = None
-        if found is not None and found.converged and vanishes(problem, found.variances.force):
-            return found
+        if found is not None and found.converged:
+            force, largest = found.variances.force, LARGEST_FORCE * problem.scales.force
+            if vanishes(problem, force) or (found.solution.deviance <= expected and force.std < 0.99 * largest):
+                return found
     anew = fit(problem, together=False, progress=progress)
     anew = polished(anew, progress=progress) if beside.of_readings else anew
     return found if found is not None and found.converged and found.solution.deviance < anew.solution.deviance else anew

@@ -163,7 +163,7 @@ def _with_prediction(
         if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = polished(refitted(*form, final, progress), progress=progress)
+                fitted = polished(refitted(*form, final, progress, expected=final.solution.deviance - gain), progress=progress)
                 gain += judge.held_back_gain(final, fitted)
                 if _is_unexplained(((scored, weighed, gain),), forms):
                     best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation

@@ -223,7 +223,8 @@ def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Prog
     """An alternative with its model iterated to the end; none where no such model can be fitted."""
     progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
     try:
-        fitted = augmented(seen, one.candidate, weighed.strengths, progress=progress)
+        expected = seen.fitted.solution.deviance - one.gain
+        fitted = augmented(seen, one.candidate, weighed.strengths, expected=expected, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
     return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance)]

@@ -160,3 +160,9 @@ def test_all_listed_effects_are_looked_for_unless_limited():
 def test_names_that_are_none_are_refused(given, expected):
     with pytest.raises(InputError, match=expected):
         among_effects(**given)
+
+
+def test_a_special_case_is_fitted_however_far_its_first_order_is_below(seen, weighed):
+    tried = weighed(power_law_damping=900.0, second_mode=300.0, coulomb_friction=200.0)
+    module._step(seen, refusing(), lambda line: None)
+    assert tried == ["power_law_damping", "coulomb_friction"]
