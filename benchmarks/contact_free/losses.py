@@ -1,8 +1,9 @@
-"""`python -m benchmarks.contact_free.losses --count 20 --json FILE`: losses of free decays, fitted, beside the truth and the best there is.
+"""`python -m benchmarks.contact_free.losses --count 20 --json FILE`: fitted losses beside the truth and the Cramer-Rao bound.
 
-Each rig is one that a real sensor looks at, with dry friction or quadratic drag. The program is asked for that loss and, where the sensor
-has them, for the curved characteristic and the tone. It has to find out the noise, the damping, f_n and the rest. The error that it states
-stands beside the bound of Cramer and Rao: that of an unbiased fit of whole records that knows the noise, with the same unknowns.
+Each rig is observed by a camera, an encoder or a laser, with dry friction or quadratic drag. The program is asked for that loss and, where
+the sensor has them, for the curved characteristic and the tone. It has to estimate the noise, the damping, f_n and the rest. The error that
+it states stands beside the Cramer-Rao bound: that of an unbiased fit of whole records to which the noise, the sampling instants, the
+frequency of the tone and the parts of the characteristic that are absent are known besides.
 """
 
 import dataclasses
@@ -27,6 +28,7 @@ from vibrojax.cli.environment import prepare_jax
 LOSSES = {"coulomb_friction": "friction_force", "quadratic_drag": "drag"}
 """Effects, and what the simulator calls their size."""
 _SERIES = 61_009
+"""First word of every seed."""
 _STEP = 1e-4
 """Of difference quotients, over a parameter."""
 
@@ -43,7 +45,7 @@ def bound(seen: Seen, name: str) -> float:
 
     information = 0.0
     shared = {"c": seen.rig["c"], "k": seen.rig["k"], name: seen.loss[name]}
-    for record, start in enumerate(seen.starts):
+    for record in range(len(seen.starts)):
         columns = []
         for key, value in shared.items():
             up, down = (with_rig(**{key: value * (1.0 + sign * _STEP)}).readings(record) for sign in (1.0, -1.0))
@@ -56,7 +58,7 @@ def bound(seen: Seen, name: str) -> float:
         moved = [
             dataclasses.replace(seen, starts=tuple(s + sign * size * (i == record) for i, s in enumerate(seen.starts))) for sign in (1, -1)
         ]
-        own.append((moved[0].readings(record) - moved[1].readings(record)) / (2.0 * size) if start else np.zeros_like(path))
+        own.append((moved[0].readings(record) - moved[1].readings(record)) / (2.0 * size))
         speed = 2.0 * np.pi * seen.f_n * size
         own.append((seen.readings(record, speed) - seen.readings(record, -speed)) / (2.0 * speed))
         rows = np.column_stack([lfilter(prediction(errors), [1.0], column) for column in (*columns, *own)]) / noise

@@ -1,4 +1,4 @@
-"""A rig without a stop that a camera, an encoder or a laser looks at: three swings with viscous damping and another loss."""
+"""A rig without a stop that a camera, an encoder or a laser observes: three swings with viscous damping and another loss."""
 
 import dataclasses
 from pathlib import Path
@@ -23,7 +23,7 @@ class Seen:
     """A rig, its sensor, and what happens in its records.
 
     Attributes:
-        sensor, errors: that look at it.
+        sensor, errors: that observe it.
         f_n: natural frequency, Hz.
         rig, loss: parameters of the simulator, SI.
         starts: displacement at the beginning of each record, m; 0 where it is pushed.
@@ -115,6 +115,8 @@ def _loss(rng: np.random.Generator, effect: str | None, damping: float, speed: f
             return {"friction_force": np.pi / 4.0 * force, "friction_speed": 1e-3 * speed}
         case "quadratic_drag":
             return {"drag": 3.0 * np.pi / 8.0 * force / speed**2}
-        case _:
+        case "power_law_damping":
             exponent = float(rng.choice([0.5, 1.5]))
             return {"power_loss": force / speed**exponent, "power_exponent": exponent, "power_speed": 1e-3 * speed}
+        case _:
+            raise ValueError(f"no loss is called {effect!r}: expected one of CONCEALED")

@@ -1,4 +1,4 @@
-"""How a camera, an encoder and a laser read a displacement: errors that last, a curved characteristic, a tone, unsteady sampling."""
+"""How a camera, an encoder and a laser read a displacement: autocorrelated errors, a curved characteristic, a tone, sampling jitter."""
 
 import dataclasses
 
@@ -8,11 +8,11 @@ from scipy.signal import lfilter
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """A displacement sensor, of which each rig has one of its own.
+    """A displacement sensor, and the rigs that it observes.
 
     Attributes:
         rate: samples per second.
-        natural: least and greatest natural frequency of the rigs that it looks at, Hz.
+        natural: least and greatest natural frequency of these rigs, Hz.
         amplitude: of the first swing, m.
         periods: length of a record.
         counts: steps of a converter over the amplitude; 0 for none.

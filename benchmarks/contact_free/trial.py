@@ -19,27 +19,23 @@ def trial(job: Job) -> dict:
             document = diagnosed(Path(folder)).document()
         except Exception as error:  # noqa: BLE001 - whatever goes wrong is counted
             return found | {"failure": f"{type(error).__name__}: {error}"}
-    named, there = [effect["name"] for effect in document["effects"]], present(job, found["concealed"])
+    return found | judged(job, found["concealed"], document) | {"seconds": time.perf_counter() - before}
+
+
+def judged(job: Job, concealed: dict, document: dict) -> dict:
+    """What a diagnosis says beside what acts: right where it names the concealed effect, or none, and nothing that does not act."""
+    errors = concealed.get("errors", {})
+    curved, tone = errors.get("square") or errors.get("cube"), errors.get("tone")
+    there = {job.effect} | ({"nonlinear_reading"} if curved else set()) | ({"reading_tone", "mains_hum"} if tone else set())
+    named = [effect["name"] for effect in document["effects"]]
     wrong = [name for name in named if name not in there]
-    twins = [*named, *document["ambiguous_with"]]
-    return found | {
+    complete = not job.effect and (named != [] or document["verdict"] in ("adequate", "restless"))
+    return {
         "verdict": document["verdict"],
         "named": named,
         "parameters": [effect["parameters"] for effect in document["effects"]],
         "wrong": wrong,
-        "right": not wrong and (job.effect in named if job.effect else named != [] or document["verdict"] in ("adequate", "restless")),
-        "or_twin": job.effect in twins if job.effect else not wrong,
+        "right": not wrong and (job.effect in named or complete),
+        "or_twin": job.effect in (*named, *document["ambiguous_with"]) or (not wrong and complete),
         "warnings": document["warnings"],
-        "seconds": time.perf_counter() - before,
     }
-
-
-def present(job: Job, concealed: dict) -> set[str]:
-    """Names of all that acts: the concealed effect, and what the sensor of the rig adds."""
-    errors = concealed.get("errors", {})
-    curved, tone = errors.get("square") or errors.get("cube"), errors.get("tone")
-    return (
-        ({job.effect} if job.effect else set())
-        | ({"nonlinear_reading"} if curved else set())
-        | ({"reading_tone", "mains_hum"} if tone else set())
-    )

@@ -37,7 +37,8 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
     """A problem fitted from the estimate and the variances of another model; unless that is as likely as expected, anew from both ends.
 
     Where physics is missing, the other model's estimate may be far off, and reading errors may have taken the place of physics: then the
-    measured trajectory and a large force lead further. But a large force lets go of what is known of an effect.
+    fit from the measured trajectory with a large force is the better one. With a large force, on the other hand, the records hardly
+    determine an effect, and its parameters may leave their first estimates.
 
     Args:
         problem: that begins at the measured trajectory.
@@ -56,9 +57,16 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
             force, largest = found.variances.force, LARGEST_FORCE * problem.scales.force
             if vanishes(problem, force) or (found.solution.deviance <= expected and force.std < 0.99 * largest):
                 return found
-    anew = fit(problem, together=False, progress=progress)
-    anew = polished(anew, progress=progress) if beside.of_readings else anew
-    return found if found is not None and found.converged and found.solution.deviance < anew.solution.deviance else anew
+    known = found is not None and found.converged
+    try:
+        anew = fit(problem, together=False, progress=progress)
+    except NoConvergenceError:
+        if found is None or not known:
+            raise
+        return found
+    if found is not None and known and (not anew.converged or found.solution.deviance < anew.solution.deviance):
+        return found
+    return polished(anew, progress=progress) if beside.of_readings else anew
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate]:
@@ -76,7 +84,10 @@ def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str
 
 
 def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
-    """Likewise with a free form; None where it is no function of the motion alone, as the stop's path in each record."""
+    """The problem with a free form in the model, and its estimate by the model without.
+
+    None where it is no function of the motion alone, as the stop's path in each record.
+    """
     form = candidate.form
     if form is None or form.quantity == "stop":
         return None

@@ -1,5 +1,8 @@
 """Scales of the records and of the estimated motion, from which candidates take their strengths and grids."""
 
+import dataclasses
+from collections.abc import Callable
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -9,6 +12,7 @@ from identification.trajectory.chain_equations import whitenings
 from identification.trajectory.course import Course
 from identification.trajectory.fit import Fitted
 from identification.trajectory.variances import vanishes
+from identification.windows.measured_input import driving_channels
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import ProbeScales
 
@@ -34,7 +38,7 @@ def probe_scales(fitted: Fitted, courses: tuple[Course, ...]) -> ProbeScales:
     touched = [np.asarray(course.motion.in_contact)[: len(record.time)] for course, record in zip(courses, records, strict=True)]
     speed, force = max(float(np.abs(one).max()) for one in v), max(float(one.max()) for one in push)
     channels = problem.chains.channels
-    return ProbeScales(
+    found = ProbeScales(
         mass=mass,
         f_n=float(values.get("f_n", 0.0)),
         omega_exc=2 * np.pi * max((r.excitation_frequency or 0.0) for r in records),
@@ -51,18 +55,19 @@ def probe_scales(fitted: Fitted, courses: tuple[Course, ...]) -> ProbeScales:
         deepest=max((float(one[on].max()) for one, on in zip(depth, touched, strict=True) if on.any()), default=0.0),
         contact_time=_contact_time(law, mass, speed, force),
         ceilings=_ceilings(fitted, channels),
-        lines={name: _lines(fitted, channel) for channel, name in enumerate(channels)},
+        lines={},
         lags=_unmended(lags(records), fitted),
         sampling=min(float(np.median(np.diff(r.time))) for r in records),
         law=law,
         tied=force > 0 or len(channels) > 1 or _is_known(experiment),
     )
+    return dataclasses.replace(found, lines={name: _lines(fitted, channel, found) for channel, name in enumerate(channels)})
 
 
 def _is_known(experiment: Experiment) -> bool:
-    """Whether a force, an amplitude or a length that the operator states sets the size of the motion."""
+    """Whether a force, a motion of the cart or a length that is stated or recorded sets the size of the motion."""
     stated = experiment.load.incline or experiment.load.constant_force or experiment.suspension.length
-    return bool(stated) or any("applied_force" in record.channels or record.base_amplitude for record in experiment.records)
+    return bool(stated) or any(driving_channels(record) & record.channels.keys() or record.base_amplitude for record in experiment.records)
 
 
 def _contact_time(law, mass: float, speed: float, force: float) -> float:
@@ -99,7 +104,7 @@ def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:
     return found
 
 
-def _lines(fitted: Fitted, channel: int) -> tuple[float, ...]:
+def _lines(fitted: Fitted, channel: int, scales: ProbeScales) -> tuple[float, ...]:
     """Strongest spectral lines of a channel's whitened reading error, Hz: there a tone of any phase scores most.
 
     Those of the whitened random force follow, which takes up a tone in the readings near f_n.
@@ -113,19 +118,27 @@ def _lines(fitted: Fitted, channel: int) -> tuple[float, ...]:
         if chains.channels[channel] in record.channels:
             errors.append((chains.series(index, white[..., None], len(record.time))[:, 0], float(np.median(np.diff(record.time)))))
             forces.append((jumps[chains.of_record(index)], float(np.median(chains.duration[chains.of_record(index)]))))
-    return (*_strongest(errors), *(() if vanishes(fitted.problem, variances.force) else _strongest(forces)))
+    found = _strongest(errors, scales.is_foreign)
+    if not vanishes(fitted.problem, variances.force):
+        apart = _APART / max(len(values) * dt for values, dt in errors)
+        found += tuple(line for line in _strongest(forces, scales.is_foreign) if all(abs(line - one) > apart for one in found))
+    return found
 
 
-def _strongest(series: list[tuple[np.ndarray, float]]) -> tuple[float, ...]:
-    """Frequencies of the highest peaks in the sum of the periodograms of some series, each with its sampling interval, s; Hz."""
+def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndarray], np.ndarray]) -> tuple[float, ...]:
+    """Frequencies of the highest peaks in the sum of the periodograms of some series, each with its sampling interval, s; Hz.
+
+    Only those count that `may_be` lines; none where the series are too short for any.
+    """
     longest, sampling = max(len(values) * dt for values, dt in series), min(dt for _, dt in series)
     frequencies = np.arange(1.0 / longest, 0.5 / sampling, _SPACING / longest)
+    frequencies = frequencies[may_be(frequencies)]
     power, found = np.zeros(len(frequencies)), []
     for values, dt in series:
         count = 1 << int(np.ceil(np.log2(longest / _SPACING / dt)))
         spectrum = np.abs(np.fft.rfft(np.nan_to_num(values), count)) ** 2 / max(np.count_nonzero(values), 1)
         power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
-    for _ in range(_LINES):
+    for _ in range(_LINES if len(frequencies) else 0):
         best = float(frequencies[np.argmax(power)])
         found.append(best)
         power = np.where(np.abs(frequencies - best) < _APART / longest, 0.0, power)

@@ -72,7 +72,7 @@ class Fitted:
         linear, local, solution: there; the solution's step is the last one that was not taken.
         rounds: of the annealing.
         converged: whether the last step was small against the standard errors.
-        of_readings: whether it was reached without a force at the beginning: then reading errors explain what they can.
+        of_readings: whether the end without a force was the likelier one: then reading errors explain what they can.
     """
 
     problem: Problem
@@ -113,15 +113,16 @@ def fit(
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
-        at: estimate from which the first end goes; by default the problem's own start.
+        at: estimate from which the first end goes; by default the problem's own start, which prescribed motion and the least squares of a
+            rigid stop always begin at.
         begin: variances of the first end; by default a large force and white reading errors. Where there is no force among them, reading
             errors are estimated from the beginning.
-        both: whether to begin without a force too, where the first end has left one.
+        both: whether to begin without a force too, where the first end has left one or has not converged.
         together: whether random force and reading errors are weighed together at the end, which `polished` can do later.
         progress: called with a line in each round.
 
     Raises:
-        NoConvergenceError: the equations became singular on the way from a large force.
+        NoConvergenceError: the equations became singular on the way of the first end.
     """
     scales, rng = problem.scales, np.random.default_rng(seed)
     memory, short = scales.displacement / scales.velocity, 2.0 * float(np.median(problem.chains.duration))
@@ -134,7 +135,7 @@ def fit(
     if isinstance(problem.model.law, AbstractInstantaneousLaw):
         try:
             other = _of_one_trajectory(problem, small, rng, progress)
-        except np.linalg.LinAlgError:  # from this start, impacts multiply a step beyond what rounding leaves of the others
+        except np.linalg.LinAlgError:  # errors that grow with each impact have become too large for the equations
             other = None
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
@@ -295,8 +296,9 @@ def _with_likeliest(
         there = moved(problem.border, at, solution, stride.share(solution))
         try:
             linear, local, solution = equations(problem, there, Variances(force=force, readings=readings))
-        except np.linalg.LinAlgError:  # the force that was taken away had held the motion together
-            break
+        except np.linalg.LinAlgError:  # without the force that was taken away the motion diverges
+            stopped = _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
+            return dataclasses.replace(stopped, converged=False)
         at = there
     return _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
 

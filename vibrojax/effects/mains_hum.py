@@ -12,16 +12,8 @@ from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
 _LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
-_MAINS_HZ = (50.0, 60.0, 100.0, 120.0)
-_ON_MAINS = 0.01
-"""Relative distance from a frequency of the mains within which a line is theirs, excitation or not."""
 LINES_IN_A_SPECTRUM = 5000
 """Places that are searched for a line."""
-
-
-def is_of_mains(line: float) -> bool:
-    """Whether a line, Hz, is one of the mains."""
-    return any(abs(line / mains - 1.0) < _ON_MAINS for mains in _MAINS_HZ)
 
 
 def _candidates(scales: ProbeScales) -> list["MainsHum"]:
@@ -29,7 +21,7 @@ def _candidates(scales: ProbeScales) -> list["MainsHum"]:
     return [
         MainsHum(frequency_hz=line, sine=scales.noise[channel], cosine=scales.noise[channel], of_channel=channel)
         for channel in scales.channels
-        for line in scales.foreign_lines(channel, but=is_of_mains)
+        for line in scales.foreign_lines(channel)
         if _LOWEST_HZ <= line <= _HIGHEST_HZ
     ]
 

@@ -20,8 +20,16 @@ _SOFTEST = 0.7
 """Lowest frequency of candidates over f_n."""
 _FEWEST_CYCLES = 10.0
 """Of a foreign line in a record of middling length: three cycles with phases of their own fit any oscillation."""
+_MAINS_HZ = np.array([50.0, 60.0, 100.0, 120.0])
+_ON_MAINS = 0.01
+"""Relative distance from a frequency of the mains within which a line is theirs, excitation or not."""
 _NEAR = 0.02
 """Distance of a line from a multiple of the excitation, or from f_n, relative to that, within which it is taken for it."""
+
+
+def is_of_mains(lines: np.ndarray | float) -> np.ndarray:
+    """Whether lines, Hz, are those of the mains."""
+    return np.any(np.abs(np.asarray(lines)[..., None] / _MAINS_HZ - 1.0) < _ON_MAINS, axis=-1)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -92,15 +100,22 @@ class ProbeScales:
         count = 1 + math.ceil(math.log(high / low) / math.log(ratio))
         return tuple(np.geomspace(low, high, count).tolist())
 
-    def foreign_lines(self, channel: str, but: Callable[[float], bool] = lambda line: False) -> tuple[float, ...]:
-        """Strong lines in the residual of a channel, Hz, that last ten cycles and are not the motion's own, or else `but` these."""
-        lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in self.clock.values()]))
-        return tuple(line for line in self.lines.get(channel, ()) if line >= lowest and (but(line) or not self._is_of_motion(line)))
+    def foreign_lines(self, channel: str) -> tuple[float, ...]:
+        """Strong lines in the residual of a channel, Hz, that are not the motion's own."""
+        lines = np.array(self.lines.get(channel, ()))
+        return tuple(lines[self.is_foreign(lines)].tolist())
 
-    def _is_of_motion(self, line: float) -> bool:
-        """Whether a line is a multiple of an excitation, or f_n, where a tone would be another share of the free motion."""
-        orders = [line * 2.0 * math.pi / omega for omega in self.drives]
-        return abs(line - self.f_n) <= _NEAR * self.f_n or any(order >= 0.5 and abs(order - round(order)) <= _NEAR for order in orders)
+    def is_foreign(self, lines: np.ndarray) -> np.ndarray:
+        """Whether lines, Hz, last ten cycles, and are those of the mains or not the motion's own.
+
+        That has multiples of the excitation, and f_n, where a tone would be another share of the free motion.
+        """
+        lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in self.clock.values()]))
+        of_motion = np.abs(lines - self.f_n) <= _NEAR * self.f_n
+        for omega in self.drives:
+            orders = lines * 2.0 * math.pi / omega
+            of_motion |= (orders >= 0.5) & (np.abs(orders - np.round(orders)) <= _NEAR)
+        return (lines >= lowest) & (is_of_mains(lines) | ~of_motion)
 
     def largest(self, channel: str) -> float:
         """Size of the largest readings of a channel, in its unit."""

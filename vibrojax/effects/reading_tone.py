@@ -7,8 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings, sine_and_cosine
-from vibrojax.effects.mains_hum import LINES_IN_A_SPECTRUM, is_of_mains
-from vibrojax.effects.probe import Probe, ProbeScales
+from vibrojax.effects.mains_hum import LINES_IN_A_SPECTRUM
+from vibrojax.effects.probe import Probe, ProbeScales, is_of_mains
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 

@@ -3,11 +3,14 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
+from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
 from tests.effects.start import at_start
 from tests.identification.diagnosis.test_signals import probed
 from vibrojax.effects import EFFECTS, BackStop
+from vibrojax.errors import NoConvergenceError
 
 
 def test_a_model_with_an_effect_begins_at_the_measured_trajectory_and_at_the_estimate_without_it(seen):
@@ -37,3 +40,40 @@ def test_the_strength_of_a_loss_goes_with_its_estimate():
     (found, own) = strengthened((drag,), np.array([2.0]))
     assert found.drag_coefficient == 2.0 * drag.drag_coefficient
     assert not own
+
+
+CASES = (
+    ((True, 10.0), (False, -1e6), "near"),
+    ((True, 10.0), (True, 5.0), "anew"),
+    ((False, 1.0), (True, 5.0), "anew"),
+    ((True, 10.0), None, "near"),
+)
+"""Whether each fit converges, and its deviance; None where the second one diverges."""
+
+
+@pytest.mark.parametrize(("near", "anew", "taken"), CASES)
+def test_the_likelier_of_the_fits_that_converged_is_taken(seen, monkeypatch, near, anew, taken):
+    def fit(problem, *, at=None, **given):
+        converged, deviance = near if at is not None else anew or (False, 0.0)
+        if at is None and anew is None:
+            raise NoConvergenceError("diverged")
+        solution = dataclasses.replace(seen.fitted.solution, deviance=deviance)
+        return dataclasses.replace(seen.fitted, solution=solution, converged=converged, rounds=1 if at is not None else 2)
+
+    monkeypatch.setattr(augment, "fit", fit)
+    found = augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None)
+    assert found.rounds == {"near": 1, "anew": 2}[taken]
+
+
+def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(seen, monkeypatch):
+    begun = []
+
+    def fit(problem, *, at=None, **given):
+        begun.append(at is not None)
+        return dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=10.0))
+
+    monkeypatch.setattr(augment, "fit", fit)
+    augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, expected=11.0)
+    assert begun == [True]
+    augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, expected=9.0)
+    assert begun == [True, True, False]
