@@ -58,8 +58,8 @@ class ProbeScales:
             it agrees with one of them.
         sampling: shortest interval, s.
         law: the contact law as fitted.
-        tied: whether more than one channel sets the size of the motion: another channel, a known force or amplitude, a geometry. Otherwise
-            a gain is the unit of length, of which these records say nothing.
+        tied: whether more than the one channel sets the size of the motion: another channel, a known force or motion of the cart, a length,
+            impacts at a gap that was set. Otherwise a gain is the unit of length, of which these records say nothing.
     """
 
     mass: float
