@@ -8,7 +8,7 @@ import pytest
 from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
 from tests.effects.start import at_start
-from tests.identification.diagnosis.test_signals import probed
+from tests.identification.diagnosis.candidates import probed
 from vibrojax.effects import EFFECTS, BackStop
 from vibrojax.errors import NoConvergenceError
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.augment import extended
-from identification.diagnosis.look import Candidate, Look, _of_kind
 from identification.trajectory.course import responses
 from identification.trajectory.motion import passed, vectors_of
 from identification.trajectory.start import Problem
+from tests.identification.diagnosis.candidates import probed
 from vibrojax.compiling import soon_compiled
-from vibrojax.effects import EFFECTS
 
 _passed = soon_compiled(passed)
 SMALL = 1e-3
@@ -37,12 +36,6 @@ def integrated(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
 def nominal(seen) -> tuple[np.ndarray, np.ndarray]:
     """Without an effect."""
     return integrated(dataclasses.replace(seen.fitted.problem, start=seen.fitted.at))
-
-
-def probed(seen: Look, name: str) -> Candidate:
-    """The middle one of its grid."""
-    found = _of_kind(EFFECTS[name], seen.scales, seen.courses, seen.fitted.problem.chains)
-    return found[len(found) // 2]
 
 
 @pytest.mark.parametrize("name", CASES)
