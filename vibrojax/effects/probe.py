@@ -27,9 +27,9 @@ _NEAR = 0.02
 """Distance of a line from a multiple of the excitation, or from f_n, relative to that, within which it is taken for it."""
 
 
-def is_of_mains(lines: np.ndarray | float) -> np.ndarray:
-    """Whether lines, Hz, are those of the mains."""
-    return np.any(np.abs(np.asarray(lines)[..., None] / _MAINS_HZ - 1.0) < _ON_MAINS, axis=-1)
+def is_of_mains(line: np.ndarray | float) -> np.ndarray:
+    """Whether a line, Hz, or each of several, is one of the mains."""
+    return np.asarray(np.any(np.abs(np.asarray(line)[..., None] / _MAINS_HZ - 1.0) < _ON_MAINS, axis=-1))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
