@@ -1,6 +1,7 @@
 """A candidate taken into the model: from signals along the motion to physics inside the chain, iterated to the end."""
 
 import dataclasses
+from contextlib import suppress
 
 import jax
 import jax.numpy as jnp
@@ -49,22 +50,20 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
     """
     found = None
     if not beside.of_readings:
-        try:
-            found = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
-        except NoConvergenceError:
-            found = None
-        if found is not None and found.converged:
-            force, largest = found.variances.force, LARGEST_FORCE * problem.scales.force
-            if vanishes(problem, force) or (found.solution.deviance <= expected and force.std < 0.99 * largest):
-                return found
-    known = found is not None and found.converged
+        with suppress(NoConvergenceError):
+            first = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
+            found = first if first.converged else None
+    if found is not None:
+        force, largest = found.variances.force, LARGEST_FORCE * problem.scales.force
+        if vanishes(problem, force) or (found.solution.deviance <= expected and force.std < 0.99 * largest):
+            return found
     try:
         anew = fit(problem, together=False, progress=progress)
     except NoConvergenceError:
-        if found is None or not known:
+        if found is None:
             raise
         return found
-    if found is not None and known and (not anew.converged or found.solution.deviance < anew.solution.deviance):
+    if found is not None and (not anew.converged or found.solution.deviance < anew.solution.deviance):
         return found
     return polished(anew, progress=progress) if beside.of_readings else anew
 
