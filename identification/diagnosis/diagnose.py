@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from identification.diagnosis.augment import learned, refitted
-from identification.diagnosis.decide import LEVEL
+from identification.diagnosis.decide import LEVEL, decide
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
     MISSING,
@@ -155,7 +155,8 @@ def _with_prediction(
 ) -> tuple[Free, tuple[LeftOut, str] | None]:
     """The free forms, best first, and the best fitted model with one, with its formula; a form's gain is that over all records.
 
-    One that gains more than chance is fitted to the end; where it does not predict the records held back, the next is.
+    One that gains more than chance is fitted to the end, and has to predict as an effect does: where it would not be asserted, it counts
+    for nothing, and the next is fitted.
     """
     found, best = [], None
     for scored, weighed, gain in left:
@@ -164,8 +165,9 @@ def _with_prediction(
             progress(f"fitting {scored.candidate.name}")
             try:
                 fitted = polished(refitted(*form, final, progress, expected=final.solution.deviance - gain), progress=progress)
-                gain += judge.held_back_gain(final, fitted)
-                if _is_unexplained(((scored, weighed, gain),), forms):
+                evidence = judge.evidence(final, fitted, gain + judge.held_back_gain(final, fitted), len(scored.candidate.signals), forms)
+                gain = 0.0 if decide(evidence) else evidence.gain
+                if gain > 0.0:
                     best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation
             except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
                 pass
@@ -255,7 +257,7 @@ def _side(one: LeftOut) -> Side:
 
 def _numbers(fitted: Fitted) -> tuple[Number, ...]:
     """Every shared parameter with its standard error; None where it is not identifiable or at a bound."""
-    table = estimates(fitted, uncertainty(fitted), {}, first={})
+    table = estimates(fitted, uncertainty(fitted), {}, first={}, profiled=False)
     return tuple(
         Number(
             name=one.spec.name,
@@ -289,9 +291,10 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
 
 
 def _rivals(step: Step) -> list[Alternative]:
-    """The effect taken in, and others that were not refused beside it, those that contain it left out; compared on the records fitted."""
+    """The effect taken in, and others that were fitted and not refused beside it, those that contain it left out."""
     best, *others = step.alternatives
-    return [best, *(one for one in others if not one.refused and best.name not in one.candidate.members[0].special_cases)]
+    fitted = [one for one in others if one.drop is not None and not one.refused]
+    return [best, *(one for one in fitted if best.name not in one.candidate.members[0].special_cases)]
 
 
 def _probability(step: Step) -> float:

@@ -16,6 +16,9 @@ from vibrojax.effects import AbstractEffect
 Free = tuple[tuple[Scored, Reestimated, float], ...]
 """Free forms with all variances estimated anew, and their gains, the best first."""
 
+_BEYOND = 1e6
+"""Gain where one of two models cannot follow a record at all."""
+
 
 class Judge:
     """Decides on effects one by one; what a model predicts of the records left out is worked out once."""
@@ -29,7 +32,9 @@ class Judge:
         known = next((one for one in self._known if one.fitted is fitted), None)
         if known is None:
             known = left_out(fitted, self._experiment)
-            self._known = [*self._known[:1], *self._known[1:][-2:], known]  # the nominal model and the latest: each holds its equations
+        others = [one for one in self._known[1:] if one is not known]
+        if not (self._known and known is self._known[0]):  # the nominal model and the latest: each holds its equations
+            self._known = [*self._known[:1], *others[-2:], known]
         return known
 
     def held_back_gain(self, before: Fitted, after: Fitted) -> float:
@@ -39,7 +44,7 @@ class Judge:
         """
         held_back = len(self._experiment.held_back)
         densities = [self.left_out(one).density + 2.0 * held_back * int(one.problem.border.own_strengths.sum()) for one in (before, after)]
-        return densities[0] - densities[1] if held_back and np.isfinite(densities).any() else 0.0
+        return float(np.clip(densities[0] - densities[1], -_BEYOND, _BEYOND)) if held_back and np.isfinite(densities).any() else 0.0
 
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
         """An alternative with its gain on the records held back, and why it is not taken in beside a model."""
@@ -59,23 +64,27 @@ class Judge:
             forms: of how many they are the best.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
-        errors = held_out = None
-        if effect.record is None:  # of one that acts in a single record the others say nothing
-            was, is_now = self.left_out(before), self.left_out(after)
-            held_out = self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density
-            errors = None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error)  # no channel has signal there
-        evidence = Evidence(
-            gain=one.best,
-            degrees=one.degrees,
-            tried=one.tried,
-            strength=strength(after, effect),
-            held_out=held_out,
-            errors=errors,
-            left=free[0][2] if free else 0.0,
-            left_degrees=len(free[0][0].candidate.signals) if free else 1,
-            forms=forms,
-        )
+        evidence = self.evidence(before, after, one.best, one.degrees, one.tried, strength=strength(after, effect))
+        if effect.record is not None:  # of one that acts in a single record the others say nothing
+            evidence = dataclasses.replace(evidence, held_out=None, errors=None)
+        if free:
+            evidence = dataclasses.replace(evidence, left=free[0][2], left_degrees=len(free[0][0].candidate.signals), forms=forms)
         return decide(evidence)
+
+    def evidence(self, before: Fitted, after: Fitted, gain: float, degrees: int, tried: int, *, strength: float = np.inf) -> Evidence:
+        """Of an effect or a free form, by what the models before and after it predict; nothing left over as yet."""
+        was, is_now = self.left_out(before), self.left_out(after)
+        return Evidence(
+            gain=gain,
+            degrees=degrees,
+            tried=tried,
+            strength=strength,
+            held_out=self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density,
+            errors=None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error),  # no channel has signal there
+            left=0.0,
+            left_degrees=1,
+            forms=1,
+        )
 
 
 def strength(fitted: Fitted, effect: AbstractEffect) -> float:

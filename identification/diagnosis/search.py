@@ -70,8 +70,8 @@ class Alternative:
         return self.gain if self.drop is None else self.drop
 
     def criterion(self, samples: int) -> float:
-        """Bayesian information criterion on the records fitted, less that of the model without it; the lower the better (Schwarz 1978)."""
-        return self.degrees * float(np.log(max(samples, 1))) - self.fitted_gain
+        """Bayesian information criterion, less that of the model without it; the lower the better (Schwarz 1978)."""
+        return self.degrees * float(np.log(max(samples, 1))) - self.best
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -163,9 +163,7 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
             if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
                 tried += _refitted(seen, one, weighed, progress)
             hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
-        for one in _ranked(tried, samples):
-            taken = any(_is_taken(other) for other in asked)
-            asked.append(one if taken or one.best <= 0.0 else judge(seen.fitted, one))
+        asked += _ranked([judge(seen.fitted, one) if one.best > 0.0 else one for one in tried], samples)
     asked.sort(key=_is_taken, reverse=True)
     refused = [one for one in asked if one.refused and is_significant(one)]
     kept = [one for one in asked if not any(one is other for other in refused)]
@@ -215,7 +213,7 @@ def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
     """The best first; before it a special case of it that the records do not reject."""
     ranked = sorted(tried, key=lambda one: one.criterion(samples))
     special = [one for one in ranked if one.name in ranked[0].candidate.members[0].special_cases] if ranked else []
-    kept = [one for one in special if chance(ranked[0].fitted_gain - one.fitted_gain, max(ranked[0].degrees - one.degrees, 1), 1) > LEVEL]
+    kept = [one for one in special if chance(ranked[0].best - one.best, max(ranked[0].degrees - one.degrees, 1), 1) > LEVEL]
     return [*kept, *(one for one in ranked if not any(one is other for other in kept))]
 
 

@@ -12,6 +12,7 @@ from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, 
 from identification.result.variation import Disagreement, Unrest
 from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, settled
+from identification.trajectory.innovations import whiteness
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import weighable
@@ -91,7 +92,9 @@ def uncertainty(fitted: Fitted) -> Uncertainty:
     return Uncertainty(covariance=covariance, identifiable=identifiable, at_bound=at_bound)
 
 
-def estimates(fitted: Fitted, spread: Uncertainty, between: Mapping[str, float], *, first: Mapping[str, float]) -> list[ParameterEstimate]:
+def estimates(
+    fitted: Fitted, spread: Uncertainty, between: Mapping[str, float], *, first: Mapping[str, float], profiled: bool = True
+) -> list[ParameterEstimate]:
     """Table of the shared parameters.
 
     Args:
@@ -99,11 +102,12 @@ def estimates(fitted: Fitted, spread: Uncertainty, between: Mapping[str, float],
         spread: its errors.
         between: standard deviation between records of those that may vary, in the coordinate of the chain.
         first: guesses that the fit began with, SI.
+        profiled: whether intervals of weak parameters come from profiles of the likelihood, which takes a few fits for each.
     """
     values = fitted.problem.values(fitted.at)
     return [
         dataclasses.replace(
-            _estimate(fitted, spread, index),
+            _estimate(fitted, spread, index, profiled=profiled),
             initial=float(first.get(p.name, values[p.name])),
             between=between[p.name] * (values[p.name] if p.logarithmic else 1.0) if p.name in between else None,
         )
@@ -111,7 +115,7 @@ def estimates(fitted: Fitted, spread: Uncertainty, between: Mapping[str, float],
     ]
 
 
-def _estimate(fitted: Fitted, spread: Uncertainty, index: int) -> ParameterEstimate:
+def _estimate(fitted: Fitted, spread: Uncertainty, index: int, *, profiled: bool) -> ParameterEstimate:
     """One shared parameter with standard error, interval and status."""
     problem = fitted.problem
     spec = problem.parameters[index]
@@ -128,7 +132,7 @@ def _estimate(fitted: Fitted, spread: Uncertainty, index: int) -> ParameterEstim
         return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")
     sigma = float(spread.stderr[index])
     ends, kind = (internal - _SIGMAS_95 * sigma, internal + _SIGMAS_95 * sigma), "normal"
-    if sigma > _WEAK:
+    if profiled and sigma > _WEAK:
         ends, kind = _by_profile(fitted, index, internal, sigma), "profile"
     interval = (spec.to_physical(ends[0]), spec.to_physical(ends[1]))
     return dataclasses.replace(blank, stderr=sigma * spec.slope(value), ci95=interval, interval=kind)
@@ -308,10 +312,23 @@ def _reference(fitted: Fitted) -> tuple[float, str]:
 
 
 def sensor_errors(fitted: Fitted) -> dict[str, SensorError]:
-    """Size and order of the readings' errors by channel."""
+    """Size and order of the readings' errors by channel, and whether one-step errors are white."""
+    try:
+        white = whiteness(fitted)
+    except np.linalg.LinAlgError:  # rounding has spoilt what earlier readings say of the next ones
+        white = {}
     found = {}
     for name, error in zip(fitted.problem.chains.channels, fitted.variances.readings, strict=True):
         noise = [record.noise[name] for record in fitted.problem.experiment.records if name in record.noise]
         rms = error.std * float(np.sqrt(np.mean(np.square(noise))))
-        found[name] = SensorError(rms=rms, unit=UNITS[name], order=error.order, over_noise=error.std)
+        one = white.get(name)
+        found[name] = SensorError(
+            rms=rms,
+            unit=UNITS[name],
+            order=error.order,
+            over_noise=error.std,
+            variance=None if one is None else one.variance,
+            correlation=None if one is None else max(one.correlations, key=abs),
+            samples=0 if one is None else one.samples,
+        )
     return found

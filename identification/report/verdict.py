@@ -2,18 +2,18 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
-from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, residual
+from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, SensorError, residual
 from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import joined, percent, significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
-_COLOUR = 0.15
-"""Correlation between neighbouring residuals above which they are not called white."""
+_COLOUR, _VARIANCE = 0.15, (0.9, 1.1)
+"""One-step errors are called white with correlations up to this, beyond what chance makes, and a variance between these."""
 _INSEPARABLE = 0.99
 """Correlation above which a pair of parameters is said to be determined only together."""
 RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any experiment with the same rig."
@@ -21,14 +21,13 @@ RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any exper
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Part:
-    """Residuals of one channel of one record in "flight" or "contact": how many, their chi-square, and the correlation of neighbours."""
+    """Residuals of one channel of one record in "flight" or "contact": how many, and their chi-square."""
 
     file: str
     channel: str
     phase: str
     samples: int
     chi2: float
-    neighbours: float
 
     @property
     def times_noise(self) -> float:
@@ -92,14 +91,29 @@ def judge(result: FitResult) -> Verdict:
         sentence = f"The model explains the records on the whole ({overall}), but not everywhere"
         level = PARTLY
     else:
-        sentence, level, worst_words = f"The model explains the records to the noise ({overall})", GOOD, ""
+        sentence, level = f"The model explains the records to the noise ({overall})", GOOD
+    worst_words = ""
     if level != GOOD:
         worst_words = f"; worst is {worst.words}, {_times(worst.times_noise)} the noise" if worst is not None else ""
     if not result.converged:
         sentence, level = f"The iteration did NOT converge, and the numbers below are where it stopped. {sentence}", POOR
-    if level == GOOD and any("white" in remark for remark in remarks):
-        level = PARTLY
+    if coloured := not_white(result.reading_error):
+        level = PARTLY if level == GOOD else level
+        worst_words += f"; {coloured}"
     return Verdict(level=level, sentence=f"{sentence}{worst_words}.", remarks=remarks, worst=worst)
+
+
+def not_white(errors: Mapping[str, SensorError]) -> str:
+    """The channel whose one-step errors are farthest from white with variance one, as a clause; empty where all are."""
+    found = {}
+    for name, one in errors.items():
+        if one.variance is None or one.correlation is None:
+            continue
+        excess = abs(one.correlation) / (_COLOUR + 4.0 / math.sqrt(one.samples))
+        if excess > 1.0 or not _VARIANCE[0] <= one.variance <= _VARIANCE[1]:
+            text = f"one-step errors of {spoken(name)} are not white (variance {one.variance:.2f}, correlation {one.correlation:.2f})"
+            found[text] = max(excess, one.variance, 1.0 / one.variance)
+    return f"{max(found, key=found.__getitem__)}: standard errors may be too small" if found else ""
 
 
 def parts(result: FitResult) -> Iterator[Part]:
@@ -110,10 +124,8 @@ def parts(result: FitResult) -> Iterator[Part]:
             for phase, chosen in (("flight", ~record.in_contact), ("contact", record.in_contact)):
                 usable = chosen & np.isfinite(r)
                 if usable.sum() >= 8:
-                    part = r[usable]
-                    chi2, numbers = float(np.mean(part**2)), {"file": record.file, "channel": channel, "phase": phase}
-                    neighbours = float(np.mean(part[1:] * part[:-1]) / max(chi2, 1e-300))
-                    yield Part(**numbers, samples=len(part), chi2=chi2, neighbours=neighbours)
+                    chi2 = float(np.mean(r[usable] ** 2))
+                    yield Part(file=record.file, channel=channel, phase=phase, samples=int(usable.sum()), chi2=chi2)
 
 
 def misfitting_alone(found: list[Part]) -> str | None:
@@ -141,13 +153,6 @@ def _remarks(result: FitResult, found: list[Part]) -> tuple[str, ...]:
     remarks = []
     if result.unrest is None and (file := misfitting_alone(found)) is not None:
         remarks.append(_alone(result, file))
-    coloured = [part for part in found if result.unrest is None and part.neighbours > _COLOUR + 4.0 / math.sqrt(part.samples)]
-    if coloured:
-        most = max(coloured, key=lambda part: part.neighbours)
-        remarks.append(
-            f"Residuals are not white: neighbouring ones of {most.words} correlate by {most.neighbours:.2f}."
-            " Either something systematic is left, or that sensor's noise is coloured."
-        )
     if result.chi2_reduced < 0.5:
         remarks.append("The misfit is well below the stated noise: the noise is stated too large, and the standard errors with it.")
     estimated = sorted({spoken(channel) for record in result.experiment.records for channel in record.noise_estimated})

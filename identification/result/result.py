@@ -144,12 +144,18 @@ class SensorError:
         unit: SI.
         order: of its autoregression, 0 for white noise.
         over_noise: standard deviation over the noise that is declared, or read off the record.
+        variance: of the standardised one-step errors, 1 where physics and sizes are right; None where rounding hides it.
+        correlation: the largest of these errors at 1 to 4 samples, 0 where they are white.
+        samples: count of them.
     """
 
     rms: float
     unit: str
     order: int
     over_noise: float
+    variance: float | None
+    correlation: float | None
+    samples: int
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

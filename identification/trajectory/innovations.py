@@ -12,13 +12,14 @@ import dataclasses
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from identification.trajectory.chain_equations import motion_covariance, whitened_rows, whitenings
 from identification.trajectory.fit import Fitted
 
 _ROUNDING = 1e-13
 """Added to a precision with a diagonal of one: a hundred times the rounding error."""
+_AT_ONCE = 512
+"""Segments whose readings' covariances are held at once."""
 
 
 def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"]:
@@ -35,6 +36,7 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
     found = np.full(counted.shape, np.nan)
     wide = np.concatenate([scales.widest, [force.std]]) ** -2.0
     precision, gradient = np.zeros((inside, inside)), np.zeros(inside)
+    ahead = np.empty((segments, inside, inside)), np.empty((segments, inside))
     for k in range(segments):
         precision, gradient = _later(precision, gradient, size)
         begins = chains.first[k]
@@ -48,16 +50,29 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
         if not fitted.local.linked[k]:
             states = np.arange(2 * size, 3 * size - 1)
             precision[states, states] += wide[:-1]
-        used = counted[k]
-        if used.any():
-            by, error = rows[k, used], errors[k, used]
-            scale = 1.0 / np.sqrt(np.diag(precision))
-            factor = cho_factor(precision * scale[:, None] * scale + _ROUNDING * np.eye(inside), lower=True)
-            spread = by * scale @ cho_solve(factor, (by * scale).T) + np.eye(len(by))
-            ahead = error - by * scale @ cho_solve(factor, scale * gradient)
-            found[k, used] = solve_triangular(np.linalg.cholesky(spread), ahead, lower=True)
-            precision, gradient = precision + by.T @ by, gradient + by.T @ error
+        ahead[0][k], ahead[1][k] = precision, gradient
+        precision = precision + fitted.local.gram[k, :inside, :inside]
+        gradient = gradient + fitted.local.right[k, :inside]
+    for begin in range(0, segments, _AT_ONCE):
+        part = slice(begin, begin + _AT_ONCE)
+        found[part] = _standardised(rows[part], errors[part], ahead[0][part], ahead[1][part])
+    found[~counted] = np.nan
     return found.reshape(segments, chains.samples, -1)
+
+
+def _standardised(
+    rows: Float[np.ndarray, "segments readings inside"],
+    errors: Float[np.ndarray, "segments readings"],
+    precision: Float[np.ndarray, "segments inside inside"],
+    gradient: Float[np.ndarray, "segments inside"],
+) -> Float[np.ndarray, "segments readings"]:
+    """Readings less their prediction from earlier segments, in units of the Cholesky factor of its covariance."""
+    scale = 1.0 / np.sqrt(np.diagonal(precision, axis1=1, axis2=2))
+    factor = np.linalg.cholesky(precision * scale[:, :, None] * scale[:, None, :] + _ROUNDING * np.eye(rows.shape[-1]))
+    half = np.linalg.solve(factor, np.concatenate([rows.swapaxes(1, 2), gradient[..., None]], axis=2) * scale[..., None])
+    by = half[..., :-1].swapaxes(1, 2)
+    off = errors[..., None] - by @ half[..., -1:]
+    return np.linalg.solve(np.linalg.cholesky(by @ half[..., :-1] + np.eye(rows.shape[1])), off)[..., 0]
 
 
 def _motion_alone(fitted: Fitted) -> tuple[Float[np.ndarray, "segments inside inside"], Float[np.ndarray, "segments inside"]]:

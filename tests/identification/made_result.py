@@ -90,7 +90,16 @@ def made_result(
         warnings=(),
         unrest=unrest,
         reading_error={
-            name: SensorError(rms=1.02 * NOISE[name], unit=UNITS[name], order=order, over_noise=1.02) for order, name in enumerate(channels)
+            name: SensorError(
+                rms=1.02 * NOISE[name],
+                unit=UNITS[name],
+                order=order,
+                over_noise=1.02,
+                variance=1.01,
+                correlation=-0.01,
+                samples=4000,
+            )
+            for order, name in enumerate(channels)
         },
         force_share=0.0,
         seed=7,

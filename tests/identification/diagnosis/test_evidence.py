@@ -5,11 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.diagnosis import diagnose
 from identification.diagnosis import evidence as module
 from identification.diagnosis.evidence import Judge, strength
 from identification.diagnosis.left_out import LeftOut
-from identification.diagnosis.look import Candidate, Look
+from identification.diagnosis.look import Candidate, Look, Scored
 from identification.diagnosis.search import Alternative
+from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.remodel import remodelled
 from vibrojax.effects import CoulombFriction
@@ -76,8 +78,8 @@ def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refu
     ("before", "after", "gain", "refused"),
     [
         ((np.inf, 1.0), (np.inf, 1.0), 0.0, "it does not predict better"),
-        ((np.inf, 1.0), (860.0, 0.1), np.inf, ""),
-        ((900.0, 0.3), (np.inf, 1.0), -np.inf, "its gain of likelihood is no more than chance"),
+        ((np.inf, 1.0), (860.0, 0.1), 1e6, ""),
+        ((900.0, 0.3), (np.inf, 1.0), -1e6, "its gain of likelihood is no more than chance"),
         ((900.0, np.nan), (860.0, np.nan), 40.0, ""),
         ((900.0, 0.1), (860.0, 0.3), 40.0, "rises with it"),
     ],
@@ -105,3 +107,21 @@ def test_a_strength_is_counted_in_its_errors(seen, force, expected):
     fitted = rubbing(seen, force)
     (effect,) = fitted.problem.model_at(fitted.at).effects
     assert strength(fitted, effect) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("after", "counts"),
+    [((860.0, 0.1), True), ((860.0, 0.4), False), ((910.0, 0.1), False)],
+    ids=["predicts better", "error rises", "density falls"],
+)
+def test_a_free_form_counts_where_it_predicts_as_an_effect_has_to(seen, predicted, monkeypatch, after, counts):
+    judge, _ = predicted((900.0, 0.3), after, held_back=False)
+    with_form = rubbing(seen, 0.2)
+    for name, made in {"learned": (None, None), "refitted": with_form, "polished": with_form}.items():
+        monkeypatch.setattr(diagnose, name, lambda *args, made=made, **others: made)
+    candidate = Candidate(name="any force over velocity", members=(), signals=(None,) * 16)
+    scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), stderr=np.ones(16), known=np.ones(16, bool))
+    one = seen.fitted
+    weighed = Reestimated(deviance=0.0, strengths=np.zeros(16), stderr=np.ones(16), variances=one.variances, at=one.at)
+    left, best = diagnose._with_prediction(((scored, weighed, 200.0),), 8, seen, seen.fitted, judge, lambda line: None)
+    assert (left[0][2], best is not None) == ((200.0, True) if counts else (0.0, False))

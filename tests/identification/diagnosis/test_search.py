@@ -133,6 +133,13 @@ def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
     assert step.alternatives[0].best == 90.0 and not is_significant(step.alternatives[1])
 
 
+def test_fitted_alternatives_are_ranked_with_the_records_held_back(seen, weighed):
+    weighed(second_mode=60.0, coulomb_friction=50.0)
+    held_back = {"second_mode": 5.0, "coulomb_friction": 40.0}
+    step = module._step(seen, lambda model, one: dataclasses.replace(one, held_back=held_back[one.name]), lambda line: None)
+    assert [(one.name, one.best) for one in step.alternatives] == [("coulomb_friction", 90.0), ("second_mode", 65.0)]
+
+
 @pytest.mark.parametrize(("gain", "first"), [(310.0, "coulomb_friction"), (340.0, "power_law_damping")])
 def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed, gain, first):
     weighed(power_law_damping=gain, coulomb_friction=300.0)

@@ -21,7 +21,14 @@ def test_a_wrong_model_is_reported_with_its_worst_record_and_channel(poor):
     assert "does NOT explain the records: the misfit is" in verdict.sentence
     assert "worst is impact force in contact of cart1.csv" in verdict.sentence
     assert verdict.worst.times_noise > 5
-    assert any("not white" in remark for remark in verdict.remarks)
+
+
+@pytest.mark.parametrize(("variance", "correlation"), [(1.4, 0.0), (0.8, 0.0), (1.0, -0.3)])
+def test_one_step_errors_that_are_not_white_are_in_the_headline(good, variance, correlation):
+    force = dataclasses.replace(good.reading_error["impact_force"], variance=variance, correlation=correlation)
+    verdict = judge(dataclasses.replace(good, reading_error=good.reading_error | {"impact_force": force}))
+    assert verdict.level == PARTLY
+    assert f"one-step errors of impact force are not white (variance {variance:.2f}, correlation {correlation:.2f})" in verdict.sentence
 
 
 def test_a_random_force_is_stated_with_the_misfit_that_it_takes_up(good):
