@@ -155,8 +155,8 @@ def _with_prediction(
 ) -> tuple[Free, tuple[LeftOut, str] | None]:
     """The free forms, best first, and the best fitted model with one, with its formula; a form's gain is that over all records.
 
-    One that gains more than chance is fitted to the end, and has to predict as an effect does: where it would not be asserted, it counts
-    for nothing, and the next is fitted.
+    One that gains more than chance is fitted to the end, and has to predict records held back as an effect does: where it would not be
+    asserted, it counts for nothing, and the next is fitted. Records left out in turn are not asked: one alone may not reach all knots.
     """
     found, best = [], None
     for scored, weighed, gain in left:
@@ -165,7 +165,8 @@ def _with_prediction(
             progress(f"fitting {scored.candidate.name}")
             try:
                 fitted = polished(refitted(*form, final, progress, expected=final.solution.deviance - gain), progress=progress)
-                evidence = judge.evidence(final, fitted, gain + judge.held_back_gain(final, fitted), len(scored.candidate.signals), forms)
+                gain += judge.held_back_gain(final, fitted)
+                evidence = judge.evidence(final, fitted, gain, len(scored.candidate.signals), forms, in_turn=False)
                 gain = 0.0 if decide(evidence) else evidence.gain
                 if gain > 0.0:
                     best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation

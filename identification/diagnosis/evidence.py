@@ -64,23 +64,34 @@ class Judge:
             forms: of how many they are the best.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
-        evidence = self.evidence(before, after, one.best, one.degrees, one.tried, strength=strength(after, effect))
+        evidence = self.evidence(before, after, one.best, one.degrees, one.tried)
+        evidence = dataclasses.replace(evidence, strength=strength(after, effect))
         if effect.record is not None:  # of one that acts in a single record the others say nothing
             evidence = dataclasses.replace(evidence, held_out=None, errors=None)
         if free:
             evidence = dataclasses.replace(evidence, left=free[0][2], left_degrees=len(free[0][0].candidate.signals), forms=forms)
         return decide(evidence)
 
-    def evidence(self, before: Fitted, after: Fitted, gain: float, degrees: int, tried: int, *, strength: float = np.inf) -> Evidence:
-        """Of an effect or a free form, by what the models before and after it predict; nothing left over as yet."""
-        was, is_now = self.left_out(before), self.left_out(after)
+    def evidence(self, before: Fitted, after: Fitted, gain: float, degrees: int, tried: int, *, in_turn: bool = True) -> Evidence:
+        """Of an effect or a free form, by what the models before and after it predict; nothing is left over as yet.
+
+        Args:
+            before, after: models without and with it.
+            gain, degrees, tried: as in `Evidence`.
+            in_turn: whether records left out in turn count where none is held back.
+        """
+        held_out = errors = None
+        if in_turn or self._experiment.held_back:
+            was, is_now = self.left_out(before), self.left_out(after)
+            held_out = self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density
+            errors = None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error)  # no channel has signal there
         return Evidence(
             gain=gain,
             degrees=degrees,
             tried=tried,
-            strength=strength,
-            held_out=self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density,
-            errors=None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error),  # no channel has signal there
+            strength=np.inf,
+            held_out=held_out,
+            errors=errors,
             left=0.0,
             left_degrees=1,
             forms=1,

@@ -132,7 +132,7 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
 
 
 def _interval(best: Profile) -> tuple[float, float] | None:
-    """Smallest range of the coordinate that holds most of the squared quantity; None where that is nearly everywhere."""
+    """Smallest range of the coordinate that holds most of the squared quantity, to half height of the outer hats; None if nearly all."""
     square = np.maximum(best.mean**2 - best.stderr**2, 0.0)
     total, count = float(square.sum()), len(square)
     if total <= 0:
@@ -144,7 +144,8 @@ def _interval(best: Profile) -> tuple[float, float] | None:
         if square[first : last + 1].sum() >= _MOST * total
     ]
     width, first, last = min(spans)
-    return None if width >= _MOST * (count - 1) else (float(best.center[first]), float(best.center[last]))
+    edges = np.concatenate([best.center[:1], 0.5 * (best.center[1:] + best.center[:-1]), best.center[-1:]])
+    return None if width >= _MOST * (count - 1) else (float(edges[first]), float(edges[last + 1]))
 
 
 def _phase(seen: Look, best: Weighed) -> str:

@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import json
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -187,3 +188,12 @@ def test_without_time_nothing_is_decided(diagnosed):
     found = diagnose_experiment(load_experiment(diagnosed(MISSING).folder.parent / "rig"), budget_minutes=1e-9)
     assert (found.verdict, found.effects, found.is_finished) == (UNDECIDED, (), False)
     assert found.document()["verdict"] == "undecided"
+
+
+def test_the_verdict_is_the_same_on_a_loaded_machine(diagnosed):
+    first, rig = diagnosed(MISSING).found, diagnosed(MISSING).folder.parent / "rig"
+    with ThreadPoolExecutor(max_workers=2) as both:
+        again, beside = both.map(lambda folder: diagnose_experiment(load_experiment(folder), budget_minutes=np.inf), (rig, rig))
+    for found in (again, beside):
+        assert (found.verdict, found.sentences, found.ambiguous_with) == (first.verdict, first.sentences, first.ambiguous_with)
+        assert found.model.values() == pytest.approx(first.model.values(), rel=1e-9)
