@@ -76,8 +76,11 @@ class Judge:
         """Of an effect or a free form, by what the models before and after it predict; nothing is left over as yet.
 
         Args:
-            before, after: models without and with it.
-            gain, degrees, tried: as in `Evidence`.
+            before: model without it.
+            after: model with it.
+            gain: as in `Evidence`.
+            degrees: likewise.
+            tried: likewise.
             in_turn: whether records left out in turn count where none is held back.
         """
         held_out = errors = None
