@@ -13,7 +13,7 @@ from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
-from identification.trajectory.variances import LARGEST_FORCE, vanishes
+from identification.trajectory.variances import is_largest, vanishes
 from vibrojax.effects import AbstractEffect
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
@@ -54,8 +54,8 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
             first = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
             found = first if first.converged else None
     if found is not None:
-        force, largest = found.variances.force, LARGEST_FORCE * problem.scales.force
-        if vanishes(problem, force) or (found.solution.deviance <= expected and force.std < 0.99 * largest):
+        force = found.variances.force
+        if vanishes(problem, force) or (found.solution.deviance <= expected and not is_largest(problem, force)):
             return found
     try:
         anew = fit(problem, together=False, progress=progress)

@@ -4,6 +4,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,15 +37,18 @@ from identification.result.evidence import chance
 from identification.result.result import OK
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
+from identification.trajectory.variances import is_largest
 from identification.windows.clearance import check_clearance
 from identification.windows.declared_model import nominal_model
 from identification.windows.selection import in_part
 from vibrojax.effects import EFFECTS
+from vibrojax.effects.base import unit_in
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
 _FORMS = 3
 """Free forms that are weighed anew, the best by score."""
+_AT_LIMIT = "the random force beside it is as large as it may be, so that most of the misfit is still unexplained"
 _DECIMALS = 4
 """Of a probability."""
 
@@ -103,13 +107,8 @@ def diagnose_experiment(
         found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
     with course.stage("evidence"):
         progress("predicting what was left out")
+        found, left, forms, form, reasons = _supported(found, last, judge, course)
         before, after = judge.left_out(found.nominal), judge.left_out(found.final)
-        forms = len(last.free)
-        left, form = _with_prediction(_free(last), forms, last, found.final, judge, progress)
-        first = [step.alternatives[0] for step in found.steps]
-        taken = {one.name: judge.why_not(found.nominal, one, found.final, left, forms) for one in first}
-        refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
-        reasons = taken or refused
         verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
         if verdict == UNLISTED:
             models = [(before, ""), (after, ""), *([form] if form is not None else [])]
@@ -120,6 +119,42 @@ def diagnose_experiment(
     with course.stage("location"):
         diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
     return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *partly))
+
+
+class _Weighed(NamedTuple):
+    """A search with what is left beside its last model, and why its effects are not asserted."""
+
+    search: Search
+    left: Free
+    forms: int
+    form: tuple[LeftOut, str] | None
+    reasons: dict[str, str]
+
+
+def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Weighed:
+    """The search, without its last effects where only those are not asserted; whole where its first one is not."""
+    whole = tried = _weigh(found, last, judge, course.progress)
+    while tried.search.steps[1:] and any(tried.reasons.values()):
+        step, names = tried.search.steps[-1], [one.alternatives[0].name for one in tried.search.steps[:-1]]
+        if [effect.name for effect in step.look.fitted.problem.model.effects] != names:
+            break
+        if course.spent():
+            return whole._replace(search=dataclasses.replace(whole.search, finished=False))
+        final = polished(step.look.fitted, progress=course.progress)
+        found = dataclasses.replace(found, final=final, steps=tried.search.steps[:-1], last=step)
+        tried = _weigh(found, step.look, judge, course.progress)
+    return whole if any(tried.reasons.values()) else tried
+
+
+def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weighed:
+    """Free forms beside the last model of a search, and why its effects are not asserted, else those that were refused."""
+    forms = len(last.free)
+    left, form = _with_prediction(_free(last), forms, last, found.final, judge, progress)
+    limit = _AT_LIMIT if is_largest(found.final.problem, found.final.variances.force) else ""
+    first = [step.alternatives[0] for step in found.steps]
+    taken = {one.name: judge.why_not(found.nominal, one, found.final, left, forms) or limit for one in first}
+    refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
+    return _Weighed(search=found, left=left, forms=forms, form=form, reasons=taken or refused)
 
 
 def _free(seen: Look) -> Free:
@@ -140,7 +175,7 @@ def _verdict(found: Search, reasons: dict[str, str], *, unexplained: bool) -> st
         return UNDECIDED
     if reasons and not any(reasons.values()):
         return MISSING
-    if reasons or unexplained:
+    if reasons or unexplained or is_largest(found.final.problem, found.final.variances.force):
         return UNLISTED
     return RESTLESS if unrest(found.final, alpha=LEVEL) else ADEQUATE
 
@@ -279,7 +314,7 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     numbers = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in side.parameters if n.name.startswith(prefix)]
     own = [place for place, each in enumerate(fitted.problem.unknowns.own) if each.startswith(prefix)]
     if own:
-        unit = next(p.unit for p in effect.parameters if p.per_record)
+        unit = unit_in(next(p.unit for p in effect.parameters if p.per_record), effect.channel)
         size = float(np.sqrt(np.mean(np.sum(fitted.at.own[:, own] ** 2, axis=1))))
         numbers.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
     gaps = {record.gap for record in fitted.problem.experiment.records}

@@ -57,6 +57,11 @@ def vanishes(problem: Problem, force: RandomForce) -> bool:
     return force.std <= 1.01 * SMALLEST_FORCE * problem.scales.force
 
 
+def is_largest(problem: Problem, force: RandomForce) -> bool:
+    """Whether a random force is as large as it may be: then its likeliest size lies beyond."""
+    return force.std >= 0.99 * LARGEST_FORCE * problem.scales.force
+
+
 def reweighed(problem: Problem, at: Estimate, linear: Linearised, readings: tuple[ReadingError, ...]) -> Weighed:
     """Local systems of a linearisation under other reading errors."""
     return weighed(problem.chains, problem.unknowns, problem.border, linear, at, whitenings(problem.chains, linear, readings))

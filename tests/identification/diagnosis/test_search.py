@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.diagnosis import diagnose
 from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, is_significant, search
@@ -173,3 +174,28 @@ def test_a_special_case_is_fitted_however_far_its_first_order_is_below(seen, wei
     tried = weighed(power_law_damping=900.0, second_mode=300.0, coulomb_friction=200.0)
     module._step(seen, refusing(), lambda line: None)
     assert tried == ["power_law_damping", "coulomb_friction"]
+
+
+@pytest.mark.parametrize(
+    ("alone", "spent", "left", "finished"),
+    [("", False, 1, True), ("no", False, 2, True), ("", True, 2, False)],
+    ids=["the first is asserted alone", "nor is the first", "no time to see"],
+)
+def test_a_last_effect_that_is_not_asserted_leaves_the_model(seen, monkeypatch, alone, spent, left, finished):
+    first, both = fitted(seen, "coulomb_friction"), fitted(seen, "coulomb_friction", "gap_drift")
+    steps = (
+        Step(look=seen, alternatives=(alternative("coulomb_friction", 900.0, first),)),
+        Step(look=dataclasses.replace(seen, fitted=first), alternatives=(alternative("gap_drift", 80.0, both),)),
+    )
+    found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
+
+    def weigh(found: Search, *_) -> diagnose._Weighed:
+        reasons = {"coulomb_friction": "", "gap_drift": "no"} if len(found.steps) == 2 else {"coulomb_friction": alone}
+        return diagnose._Weighed(search=found, left=(), forms=1, form=None, reasons=reasons)
+
+    monkeypatch.setattr(diagnose, "_weigh", weigh)
+    monkeypatch.setattr(diagnose, "polished", lambda fitted, progress: fitted)
+    course = diagnose._Course(0.0 if spent else 10.0, lambda line: None)
+    kept = diagnose._supported(found, seen, None, course).search
+    assert kept.finished == finished
+    assert names(kept) == ["coulomb_friction", "gap_drift"][:left]
