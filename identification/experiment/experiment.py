@@ -91,6 +91,7 @@ class Preparation:
 
     Attributes:
         crop: first and last instant that are kept, s; None for the whole record.
+        mask: first and last instants of stretches, s, that are left out of every channel.
         lowpass: cut-off of a low-pass without phase on every channel, Hz, or None.
         decimate: every how many samples one is kept, behind an anti-alias filter, or None.
         resample: new sampling rate, Hz, or None.
@@ -98,6 +99,7 @@ class Preparation:
     """
 
     crop: tuple[float, float] | None = None
+    mask: tuple[tuple[float, float], ...] = ()
     lowpass: float | None = None
     decimate: int | None = None
     resample: float | None = None
@@ -107,6 +109,7 @@ class Preparation:
     def words(self) -> str:
         """What is done, in the order in which it is; empty for nothing."""
         said = [f"crop to {self.crop[0]:g} to {self.crop[1]:g} s"] if self.crop is not None else []
+        said += [f"{begin:g} to {end:g} s left out" for begin, end in self.mask]
         said += [f"low-pass at {self.lowpass:g} Hz"] if self.lowpass is not None else []
         said += [f"one sample of {self.decimate} kept behind an anti-alias filter"] if self.decimate is not None else []
         said += [f"resampled to {self.resample:g} Hz"] if self.resample is not None else []

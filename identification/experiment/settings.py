@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import pi
 
 from identification.experiment.channels import CHANNELS, KINDS, TIME, factor_to_si, output_of, read_sensitivity, si_unit
+from identification.experiment.clock import ClockSettings
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Load, ParameterOption, Preparation, Prior, Sensor, Suspension
 from identification.experiment.readers import stem_of
@@ -134,7 +135,7 @@ TRENDS = ("constant", "linear")
 
 
 def read_preparation(table: Table) -> Preparation:
-    """Read `crop`, `lowpass`, `decimate`, `resample` and `detrend` of a record; empty where none is declared."""
+    """Read `crop`, `mask`, `lowpass`, `decimate`, `resample` and `detrend` of a record; empty where none is declared."""
     decimate = table.values.get("decimate")
     if decimate is not None and (isinstance(decimate, bool) or not isinstance(decimate, int) or decimate < 2):
         raise ExperimentError(f"decimate in {table.where} is {shown(decimate)}: expected a whole number of at least 2; correct it")
@@ -143,11 +144,28 @@ def read_preparation(table: Table) -> Preparation:
         raise ExperimentError(f"{table.where} has both decimate and resample: expected one of the two; remove one")
     return Preparation(
         crop=_rising(table, "crop", "in s", wanted="instants", first="earlier instant", written="[first, last]"),
+        mask=_mask(table),
         lowpass=table.number("lowpass", unit="Hz", positive=True),
         decimate=decimate,
         resample=resample,
         detrend=_detrend(table),
     )
+
+
+def _mask(table: Table) -> tuple[tuple[float, float], ...]:
+    """Read `mask = [[first, last], ...]`, s."""
+    spans, written = table.values.get("mask", []), "[[first, last]]"
+    if not isinstance(spans, list) or any(not isinstance(span, list) for span in spans):
+        raise ExperimentError(f"mask in {table.where} is {shown(spans)}: expected a list of stretches in s; write mask = {written}")
+    each = (Table(values={"mask": span}, where=table.where) for span in spans)
+    found = (_rising(one, "mask", "in s", wanted="instants", first="earlier instant", written=written) for one in each)
+    return tuple(span for span in found if span is not None)
+
+
+def _missing(table: Table) -> tuple[float, ...]:
+    """Read `missing`, a number or a list of them."""
+    value = table.values.get("missing", [])
+    return tuple(finite(each, f"missing in {table.where}") for each in (value if isinstance(value, list) else [value]))
 
 
 def _detrend(table: Table) -> dict[str, str]:
@@ -162,7 +180,8 @@ UNDRIVEN = ("drop-test", "free-decay")
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
 POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
-PREPARATION = ("crop", "lowpass", "decimate", "resample", "detrend")
+CLOCK = ("time_unit", "drop_bad_time", "rebuild_time", "stretch")
+PREPARATION = ("crop", "mask", "lowpass", "decimate", "resample", "detrend")
 KEYS = (
     "file",
     "kind",
@@ -171,8 +190,8 @@ KEYS = (
     "held_back",
     "columns",
     "units",
-    "time_unit",
-    "drop_bad_time",
+    *CLOCK,
+    "missing",
     *NUMBERS,
     *POSITIVE_NUMBERS,
     *PREPARATION,
@@ -191,8 +210,8 @@ class RecordSettings:
         numbers: the optional numbers of `NUMBERS` and `POSITIVE_NUMBERS`, SI, None where absent.
         columns: the column that holds a channel (or "time"), where it does not bear the channel's name.
         units: the unit of a channel's numbers in this file, where neither the file nor the sensor's table is to be believed.
-        time_unit: of the time column, or None.
-        drop_bad_time: whether samples without a time stamp, or with that of the sample before, are to be left out.
+        clock: of its time stamps.
+        missing: values that stand for no reading, in the units of the file.
         held_back: whether the record is to be predicted, not fitted.
         preparation: of its samples.
     """
@@ -204,8 +223,8 @@ class RecordSettings:
     numbers: dict[str, float | None]
     columns: dict[str, str]
     units: dict[str, str]
-    time_unit: str | None
-    drop_bad_time: bool
+    clock: ClockSettings
+    missing: tuple[float, ...]
     held_back: bool
     preparation: Preparation
 
@@ -236,8 +255,6 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
             f"excitation_frequency in {table.where} is given for kind {shown(kind)}, in which the cart rests: expected none; remove it, or"
             " set kind = 'cart-excitation'"
         )
-    time_unit = table.string("time_unit")
-    factor_to_si(time_unit or "s", TIME, table.where)
     return RecordSettings(
         file=file,
         kind=kind,
@@ -246,11 +263,23 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         numbers=numbers,
         columns=_columns(table),
         units=_units(table),
-        time_unit=time_unit,
-        drop_bad_time=table.flag("drop_bad_time"),
+        clock=_clock(table),
+        missing=_missing(table),
         held_back=table.flag("held_back"),
         preparation=read_preparation(table),
     )
+
+
+def _clock(table: Table) -> ClockSettings:
+    """Read `time_unit`, `drop_bad_time`, `rebuild_time` and `stretch`."""
+    unit, stretch = table.string("time_unit"), table.values.get("stretch")
+    factor_to_si(unit or "s", TIME, table.where)
+    if stretch is not None and (isinstance(stretch, bool) or not isinstance(stretch, int) or stretch < 1):
+        raise ExperimentError(f"stretch in {table.where} is {shown(stretch)}: expected a whole number from 1 on; correct it")
+    drop, rebuild = table.flag("drop_bad_time"), table.flag("rebuild_time")
+    if drop and rebuild:
+        raise ExperimentError(f"{table.where} has both drop_bad_time and rebuild_time: expected one of the two; remove one")
+    return ClockSettings(unit=unit, drop_bad=drop, rebuild=rebuild, stretch=stretch)
 
 
 def _units(table: Table) -> dict[str, str]:

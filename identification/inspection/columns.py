@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,11 +22,11 @@ from identification.experiment.channels import (
     same_unit,
     si_unit,
 )
+from identification.experiment.clock import ClockSettings, all_repeat, chosen_stretch, clocked, longest_stretch, rebuilt, steps_back
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers import read_columns
+from identification.experiment.readers import Lost, read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
-from identification.experiment.samples import even_time, evened
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
 LONG_STEP = 0.05
@@ -61,6 +62,7 @@ class FileColumns:
         columns: the others on the same time axis.
         unusable: why a column cannot be used, by name.
         notices: sentences on what had to be concluded in reading.
+        clock: what the record has to declare of its time stamps.
     """
 
     file: str
@@ -70,6 +72,7 @@ class FileColumns:
     columns: tuple[Column, ...]
     unusable: dict[str, str] = field(default_factory=dict)
     notices: tuple[str, ...] = ()
+    clock: ClockSettings = ClockSettings()
 
     @property
     def untimed(self) -> bool:
@@ -100,11 +103,9 @@ def read_file(path: Path) -> FileColumns:
         ExperimentError: it cannot be read, or holds nothing beside time stamps.
     """
     names = read_columns(path, frozenset(), path.name).names
-    found, own_time, unusable, notices = _read_all(path, names)
+    found, own_time, unusable, notices, lost = _read_all(path, names)
     time = _time_column(found)
     written = time.values
-    stamps, shared = even_time(written, [column.values for column in found if column.name != time.name])
-    time = replace(time, values=stamps)
     unit, guessed = _time_unit(time) if time.name else ("s", "")
     columns = []
     for column in found:
@@ -120,23 +121,54 @@ def read_file(path: Path) -> FileColumns:
         raise ExperimentError(
             f"{shown(path.name)} has no usable column beside the time ({reasons}): expected at least one; export it again"
         )
-    notices += evened(stamps * factor_to_si(unit, TIME, path.name), shared)
+    factor = factor_to_si(unit, TIME, path.name)
+    notices += tuple(one.sentence(written * factor if time.name else None) for one in lost if one.column not in unusable)
+    seconds, part, clock, said = _clocked(written * factor, columns)
     return FileColumns(
-        file=path.name, time=time, time_unit=unit, time_guessed=guessed, columns=tuple(columns), unusable=unusable, notices=notices
+        file=path.name,
+        time=replace(time, values=seconds / factor),
+        time_unit=unit,
+        time_guessed=guessed,
+        columns=tuple(replace(column, values=column.values[part]) for column in columns),
+        unusable=unusable,
+        notices=(*notices, *said),
+        clock=clock,
     )
 
 
-def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str], tuple[str, ...]]:
-    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other; and all notices."""
+def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, slice, ClockSettings, tuple[str, ...]]:
+    """Time, s, of the samples that are used, their place, what the record has to declare for that, and notices.
+
+    Of a clock that steps back it is the longest stretch; stamps that are repeated, and not for want of digits alone, are rebuilt evenly.
+    """
+    part, clock, said = slice(None), ClockSettings(), ()
+    if steps_back(time):
+        clock = ClockSettings(stretch=longest_stretch(time))
+        part, notice = chosen_stretch(time, clock.stretch or 1, "the record")
+        time, said = time[part], (notice,)
+    values = [column.values[part] for column in columns]
+    even, notices = clocked(time, values)
+    steps = np.diff(even)
+    if (steps == 0.0).any() and not all_repeat(steps, values):
+        with suppress(ExperimentError):
+            even, notice = rebuilt(time, None, "the record")
+            return even, part, replace(clock, rebuild=True), (*said, notice)
+    return even, part, clock, (*said, *notices)
+
+
+def _read_all(
+    path: Path, names: tuple[str, ...]
+) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str], tuple[str, ...], tuple[Lost, ...]]:
+    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other; notices, lost samples."""
     try:
         everything = read_columns(path, frozenset(names), path.name)
         found = [_column(name, everything.values[name], everything.units) for name in names if name in everything.values]
-        return found, {}, {}, everything.notices
+        return found, {}, {}, everything.notices, everything.lost
     except TooCostlyError:
         raise
     except ExperimentError as error:
         first = error
-    found, own_time, unusable, time_unit, notices = [], {}, {}, "s", {}
+    found, own_time, unusable, time_unit, notices, lost = [], {}, {}, "s", {}, []
     for name in names:
         try:
             one = read_columns(path, frozenset({name, TIME}), path.name)
@@ -144,13 +176,14 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
             time_unit = one.units.get(TIME, time_unit)
             found += [_column(name, one.values[name], one.units)] if name in one.values else []
             notices |= dict.fromkeys(one.notices)
+            lost += [each for each in one.lost if each.column == name]
         except ExperimentError as error:
             unusable[name] = str(error).removeprefix(f"record {shown(path.name)}").lstrip(": ")
     if not found:
         raise first
     if TIME in names and TIME not in (column.name for column in found):  # a recorder's time axis comes with its channels
         found.insert(0, _column(TIME, max(own_time.values(), key=len), {TIME: time_unit}))
-    return found, own_time, unusable, tuple(notices)
+    return found, own_time, unusable, tuple(notices), tuple(lost)
 
 
 def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
@@ -172,8 +205,9 @@ def _time_unit(time: Column) -> tuple[str, str]:
     stated = next((known for known in FACTORS[TIME] if time.unit and same_unit(time.unit, known, TIME)), None)
     if stated is not None:
         return stated, ""
-    steps = np.diff(time.values[np.isfinite(time.values)])
-    step = float(np.median(steps)) if steps.size else 0.0
+    stamps = time.values[np.isfinite(time.values)]
+    steps = np.diff(stamps)
+    step = 0.0 if not steps.size else float(np.median(steps) if steps.all() else (stamps[-1] - stamps[0]) / steps.size)
     unit = next((one for one in ("s", "ms") if step * FACTORS[TIME][one] <= LONG_STEP), "us")
     statement = f"{time.unit!r} is no known unit of time" if time.unit else "the file states none"
     return unit, "" if unit == "s" else f"{statement}, and steps of {step:.4g} are long for s"

@@ -104,6 +104,10 @@ excitation_frequency = 6.25 # Hz, as set; amplitude and phase of the cart are es
 #held_back = true # never fitted: it is predicted, as a test of the fit
 #columns = { time = "t", hammer_displacement = "LVDT 2 [mm]" } # channel = column, where a column does not bear the channel's name
 #units = { cart_displacement = "um" } # of the numbers in this file, where neither the file nor the sensor's table is right
+#mask = [[0.8, 0.9]] # s, stretches that are left out of every channel
+#missing = -9999 # a value, or a list of them, that stands for no reading, in the file's own unit
+#rebuild_time = true # the samples came evenly, and their stamps do not: even time, at sampling_frequency where it is given
+#stretch = 1 # of a clock that steps back: which of the stretches is used, from 1
 #drop_bad_time = true # leave out samples without a time stamp, or with that of the sample before
 #crop = [0.2, 2.5] # s, first and last instant that are used, on the file's own clock
 #lowpass = 500.0 # Hz: a low-pass without phase on every channel; far above one over the duration of a contact
@@ -288,6 +292,12 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
         lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")
     if found.untimed:
         return "\n".join(lines) + "\n"
+    if found.clock.stretch is not None:
+        lines.append(f"stretch = {found.clock.stretch} # guess: the longest between the instants at which the clock steps back")
+    if found.clock.rebuild:
+        lines.append("rebuild_time = true # guess: stamps repeat; give the sampling_frequency (Hz) beside it where it is known")
+    elif one.uneven:
+        lines.append(f"# rebuild_time = true # {one.uneven}: where the samples came evenly, and only their stamps vary")
     if found.time_guessed:
         lines.append(f"time_unit = {_text(found.time_unit)} # guess: {found.time_guessed}")
     elif found.time_factor != 1.0 and not found.time.in_file:
