@@ -179,7 +179,8 @@ UNDRIVEN = ("drop-test", "free-decay")
 """Kinds in which nothing drives, unless the cart's motion was measured."""
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
-POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
+POSITIVE_NUMBERS = {"excitation_frequency": "375 rpm", "duration": "2 s", "sampling_frequency": "4 kHz"}
+"""With an example; a number without a unit is in Hz or s."""
 CLOCK = ("time_unit", "drop_bad_time", "rebuild_time", "stretch")
 PREPARATION = ("crop", "mask", "lowpass", "decimate", "resample", "detrend")
 KEYS = (
@@ -247,8 +248,9 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
     kind = table.needed_string("kind", KINDS)
     base = table.string("base", BASES) or "sine"
     numbers = {key: table.number(key, unit=unit) for key, unit in NUMBERS.items()}
-    numbers |= {key: table.number(key, unit=unit, positive=True) for key, unit in POSITIVE_NUMBERS.items()}
-    if kind == "cart-excitation" and base == "sine":
+    for key, example in POSITIVE_NUMBERS.items():
+        numbers[key] = table.quantity(key, "time" if key == "duration" else "frequency", example=example, positive=True)
+    if kind == "cart-excitation" and base == "sine" and numbers["excitation_frequency"] is None:
         table.needed_number("excitation_frequency", unit="Hz", positive=True)
     if kind in UNDRIVEN and base == "sine" and numbers["excitation_frequency"] is not None:
         raise ExperimentError(

@@ -14,13 +14,13 @@ from identification.experiment.channels import (
     FACTORS,
     STAND_INS,
     TIME,
-    brackets_of,
     factor_to_si,
     means_time,
     mistaken_unit,
     output_of,
     same_unit,
     si_unit,
+    unit_text,
 )
 from identification.experiment.clock import ClockSettings, all_repeat, chosen_stretch, clocked, longest_stretch, rebuilt, steps_back
 from identification.experiment.errors import ExperimentError, shown
@@ -188,7 +188,7 @@ def _read_all(
 
 def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
     """A column with its unit."""
-    return Column(name=name, unit=units.get(name) or brackets_of(name) or "", in_file=name in units, values=values)
+    return Column(name=name, unit=units.get(name) or unit_text(name) or "", in_file=name in units, values=values)
 
 
 def _time_column(columns: list[Column]) -> Column:
@@ -249,6 +249,7 @@ class Mapped:
         unit: of its numbers, known to the program: of what is measured, or of the sensor's output.
         guessed: why the unit is a guess; empty where it was stated.
         exact: whether the column bears the channel's name.
+        unknown: whether the file states a unit that is not known, so that the unit here is only a placeholder.
     """
 
     channel: str
@@ -256,6 +257,7 @@ class Mapped:
     unit: str
     guessed: str
     exact: bool
+    unknown: bool = False
 
     @property
     def factor(self) -> float:
@@ -380,4 +382,5 @@ def _mapped(channel: str, column: Column, *, turned: bool) -> Mapped:
             return Mapped(channel=channel, column=column, unit=unit, guessed=f"{guessed}, and {reason}", exact=False)
         if dimension == "displacement" and usable.size and np.ptp(usable) > TOO_FAR:
             unit, guessed = LARGE_UNIT, f"{guessed}, and the numbers are large for m"
-    return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, exact=column.name == channel)
+    unknown = bool(column.unit) and bool(guessed) and not _is_moment(column)
+    return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, exact=column.name == channel, unknown=unknown)

@@ -249,7 +249,7 @@ def _inspected(found: FileColumns) -> Inspected:
         return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=replace(guess, why=why), turned=turned)
     frequency = None if guess.sine is None else guess.sine.rounded
     record = replace(record, kind=guess.kind, base="measured" if guess.measured else "sine", excitation_frequency=frequency)
-    units = {one.channel: "V" if one.is_output else one.unit for one in mapped}  # of an output no scale is known
+    units = {one.channel: "V" if one.is_output or one.unknown else one.unit for one in mapped}  # of these no scale is known
     findings = tuple(all_findings(record, Declared(units=units)))
     return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=guess, findings=findings, turned=turned)
 

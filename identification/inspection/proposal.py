@@ -44,8 +44,8 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 #varies = true # a value for each record about a common mean; how much they differ is estimated
 
 # One table for each channel that was recorded; leave out what was not. Any channel but the time may be missing.
-# unit:  of the recorded numbers, converted on reading: m mm um cm in ft, m/s^2 g, N kN mN lbf kip. A recorder's file that states the
-#        unit itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
+# unit:  of the recorded numbers, converted on reading: m mm um cm in mil ft, m/s^2 g, N kN mN lbf kip kgf. A file that states the unit
+#        itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
 # sensitivity: of a sensor whose output was recorded, in V, mV or mA, from its calibration sheet: "11.2 mV/N", "100 mV/g", "0.8 V/mm".
 #        The unit is then that of the output, left out where it is that of the sensitivity.
 # sign: -1 where the sensor is mounted the other way round; its readings are multiplied by it.
@@ -99,7 +99,7 @@ gap = 0.0
 file = "cart1.csv"
 kind = "cart-excitation"
 gap = 0.001
-excitation_frequency = 6.25 # Hz, as set; amplitude and phase of the cart are estimated
+excitation_frequency = 6.25 # Hz, as set, or "375 rpm"; amplitude and phase of the cart are estimated
 #base = "measured" # "sine", or "measured" where the recorded cart motion is to drive the model
 #held_back = true # never fitted: it is predicted, as a test of the fit
 #columns = { time = "t", hammer_displacement = "LVDT 2 [mm]" } # channel = column, where a column does not bear the channel's name
@@ -235,7 +235,12 @@ def _sensor(each: Mapped, one: Inspected, *, turned: bool) -> str:
     sign = ["sign = -1 # guess: it falls in impacts, and a load cell has to rise in compression"] if turned else []
     if each.is_output:
         return "\n".join([f"[sensors.{each.channel}]", *_output(each, file), *sign]) + "\n"
-    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}', *sign]
+    line = f'unit = "{each.unit}" {unit}'
+    if each.unknown:
+        line = f'# unit = "{each.unit}" # TO FILL IN: the unit of the numbers in {file}, for {each.guessed}'
+    lines = [f"[sensors.{each.channel}]", line, *sign]
+    if each.unknown:
+        return "\n".join(lines) + "\n"
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
     si = si_unit(each.channel)
     if facts.noise is not None:
@@ -288,6 +293,10 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
             f"# not taken for a channel: {', '.join(left)}; name what is one in columns = {{ CHANNEL = ... }}, with a [sensors.CHANNEL]"
         )
     units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
+    unknown = [each.channel for each in one.mapped if each.unknown and each.column.in_file]
+    if unknown:
+        text = ", ".join(f'{channel} = "{si_unit(channel)}"' for channel in unknown)
+        lines.append(f"# units = {{ {text} }} # TO FILL IN: the units of this file's numbers, whose own statement is not known")
     if units:
         lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")
     if found.untimed:
@@ -307,7 +316,7 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
 
 def _differs(each: Mapped, declared: Mapped) -> bool:
     """Whether a file's unit is not the declared one, or the file states one that is not to be believed."""
-    if each.guessed and not each.column.in_file:
+    if each.unknown or (each.guessed and not each.column.in_file):
         return False
     stated = each.column.in_file and not same_unit(each.column.unit, each.unit, each.dimension)
     return stated or (each.factor != declared.factor and (not each.is_output or each.column.in_file))

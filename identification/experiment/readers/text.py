@@ -144,6 +144,8 @@ RATES = (
 STEPS = ("delta x", "delta t", "sampling interval", "sample interval", "abtastintervall", "intervalo de amostragem")
 """Keys of a sampling step; s unless the value says ms or us."""
 FACTORS = {"": 1.0, "hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "s/s": 1.0}
+UNIT_LISTS, SCOPE_UNITS = ("units", "unit", "einheiten", "einheit", "unidades", "unites"), ("horizontal units", "vertical units")
+"""Keys of the units of all columns, in a comment or above the header row, and of those of an oscilloscope."""
 ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<value>.*)$")
 VALUE = re.compile(r"[-+\d.,eE]+")
 # Qualisys Track Manager, which writes millimetres.
@@ -182,7 +184,11 @@ class Preamble:
         """Units of the columns, empty where nothing is said."""
         if QUALISYS in self.entries:
             return tuple("mm" if name.endswith(tuple(f" {axis}" for axis in AXES)) else "s" if name == "Time" else "" for name in names)
-        return ()
+        listed = next((self.entries[key] for key in UNIT_LISTS if key in self.entries), ())
+        if len(listed) == 1:
+            listed = tuple(re.split(r"\s*[,;]\s*|\s+", listed[0]))
+        scope = (*self.entries.get(SCOPE_UNITS[0], ())[:1], *self.entries.get(SCOPE_UNITS[1], ()))
+        return next((tuple(each.strip("[]()") for each in one) for one in (listed, scope) if len(one) == len(names)), ())
 
 
 NO_PREAMBLE = Preamble()

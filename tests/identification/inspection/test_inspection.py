@@ -141,11 +141,16 @@ def test_recorders_files_bring_their_units(suffix, write, tmp_path):
     np.testing.assert_allclose(record.channels["hammer_displacement"], 1e-3 * stored["hammer_displacement"], rtol=1e-10)
 
 
-def test_a_unit_that_is_not_known_is_overruled_as_a_guess(tmp_path):
+def test_a_unit_that_is_not_known_is_to_be_filled_in(tmp_path):
     pytest.importorskip("nptdms")
     write_tdms(tmp_path / "a.tdms", {"hammer_displacement": TIME, "impact_force": impacts()}, {"hammer_displacement": "furlong"})
-    assert "'furlong' is no known unit" in propose(inspect_path(tmp_path), tmp_path)
-    assert loaded(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
+    text = propose(inspect_path(tmp_path), tmp_path)
+    assert "# unit = \"mm\" # TO FILL IN: the unit of the numbers in a.tdms, for 'furlong' is no known unit of displacement" in text
+    with pytest.raises(ExperimentError, match="unit 'furlong' in the file of record 'a.tdms' for hammer_displacement is not a known unit"):
+        loaded(tmp_path)
+    filled = text.replace('# units = { hammer_displacement = "m" }', 'units = { hammer_displacement = "mm" }')
+    (tmp_path / "experiment.toml").write_text(filled.replace("# mass = 0.4", "mass = 0.4").replace("# gap = 0.0", "gap = 0.0"))
+    assert load_experiment(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
 
 
 @pytest.mark.parametrize("kind", ["drop-test", "cart-excitation"])

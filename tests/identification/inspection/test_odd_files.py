@@ -2,12 +2,14 @@
 
 import io
 import re
+import tomllib
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from identification.experiment import ExperimentError, load_experiment
+from identification.experiment.settings import read_record_settings
 from identification.inspection import inspect_path, propose, summary
 
 TIME = np.arange(1000) / 2000.0
@@ -63,6 +65,45 @@ def test_inch_and_lbs_are_units(tmp_path):
     channels = loaded(tmp_path).channels
     np.testing.assert_allclose(channels["hammer_displacement"], 1e-3 * swing(), atol=2e-8)
     np.testing.assert_allclose(channels["impact_force"], push(), atol=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("above", "names"),
+    [
+        ((), "Zeit / s,Laser / um,Kraft in mN"),
+        ((), "t_s,laser_um,force_mN"),
+        ((), "Time {s},Laser {\u03bcm},Load cell <mN>"),
+        (("# units: s, um, mN",), "time,hammer_displacement,impact_force"),
+        (("Units,s,um,mN",), "time,hammer_displacement,impact_force"),
+        (("Horizontal Units,s", "Vertical Units,um,mN"), "TIME,hammer_displacement,impact_force"),
+    ],
+    ids=["behind a stroke", "behind an underscore", "in braces", "in a comment", "in a line above", "as an oscilloscope"],
+)
+def test_a_unit_may_stand_anywhere_above_the_samples(above, names, tmp_path):
+    written(tmp_path, *above, names, *rows(1e3 * swing(), 1e3 * push()))
+    channels = loaded(tmp_path).channels
+    np.testing.assert_allclose(channels["hammer_displacement"], 1e-3 * swing(), atol=2e-9)
+    np.testing.assert_allclose(channels["impact_force"], push(), atol=5e-6)
+
+
+def test_an_unknown_unit_is_to_be_filled_in_and_never_si(tmp_path):
+    written(tmp_path, "Time (s),Laser (ligne),Load cell (N)", *rows(swing() / 2.256, push()))
+    proposed = propose(inspect_path(tmp_path), tmp_path)
+    assert "# unit = \"mm\" # TO FILL IN: the unit of the numbers in a.csv, for 'ligne' is no known unit of displacement" in proposed
+    with pytest.raises(ExperimentError, match=r"unit is missing in \[sensors.hammer_displacement\]"):
+        loaded(tmp_path)
+
+
+@pytest.mark.parametrize(("given", "hertz"), [('"375 rpm"', 6.25), ("6.25", 6.25), ('"0.00625 kHz"', 6.25)])
+def test_a_drive_is_given_in_any_unit_of_frequency(given, hertz, tmp_path):
+    written(tmp_path, "time,hammer_displacement", *rows(1e-3 * swing()))
+    drive = f'base = "measured"\nexcitation_frequency = {given}\n'
+    with pytest.raises(ExperimentError, match="expected a number above 0|expected a finite number above 0"):
+        declared_as(tmp_path, drive.replace(given, "-1.0"))
+    with pytest.raises(ExperimentError, match="has base = 'measured' and no recorded cart motion"):
+        declared_as(tmp_path, drive)
+    settings = read_record_settings({"file": "a.csv", "kind": "cart-excitation", "gap": 0.0, **tomllib.loads(drive)}, 1)
+    assert settings.numbers["excitation_frequency"] == pytest.approx(hertz, rel=1e-12)
 
 
 def test_an_oscilloscopes_channels_are_numbers_above_a_row_of_units(tmp_path):
