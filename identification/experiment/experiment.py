@@ -59,6 +59,23 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Filter:
+    """A known Butterworth filter through which a channel was recorded.
+
+    Attributes:
+        channel: its name.
+        band: "lowpass" or "highpass".
+        order: from 1 on.
+        corner: Hz, above 0: the amplitude has fallen to 1/sqrt(2) there.
+    """
+
+    channel: str
+    band: str
+    order: int
+    corner: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Prior:
     """Normal prior of a parameter: mean and standard deviation in the parameter's own unit."""
 
@@ -200,6 +217,7 @@ class Experiment:
         law: name of the contact law the operator chose, not checked here; None for the nominal one.
         parameters: what the operator wants of single parameters, by name.
         sensors: by channel.
+        filters: known ones, in the order in which readings pass them: those of a sensor, then those of the recorder.
         records: at least one, in the order of the file.
         sha256: of the experiment file's bytes, hexadecimal.
         warnings: sentences on what is odd about the experiment and may be right.
@@ -216,6 +234,7 @@ class Experiment:
     law: str | None = None
     parameters: dict[str, ParameterOption] = field(default_factory=dict)
     sensors: dict[str, Sensor] = field(default_factory=dict)
+    filters: tuple[Filter, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property

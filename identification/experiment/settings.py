@@ -6,7 +6,7 @@ from math import pi
 from identification.experiment.channels import CHANNELS, KINDS, TIME, factor_to_si, output_of, read_sensitivity, si_unit
 from identification.experiment.clock import ClockSettings
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.experiment import Load, ParameterOption, Preparation, Prior, Sensor, Suspension
+from identification.experiment.experiment import Filter, Load, ParameterOption, Preparation, Prior, Sensor, Suspension
 from identification.experiment.readers import stem_of
 from identification.experiment.toml_file import Table, finite
 
@@ -93,7 +93,7 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
     tables.allow(*CHANNELS, noun="channel")
     for channel in tables.values:
         table = tables.table(channel, f"[sensors.{channel}]")
-        table.allow("unit", "sensitivity", "sign", "noise", "zero", "range")
+        table.allow("unit", "sensitivity", "sign", "noise", "zero", "range", *BANDS)
         unit, stated = table.string("unit"), table.string("sensitivity")
         sensitivity = None if stated is None else read_sensitivity(stated, CHANNELS[channel], table.where)
         if unit is not None:
@@ -103,6 +103,41 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
         span = _limits(table, "range", f"in {si_unit(channel)}")
         sensors[channel] = Sensor(unit=unit, sensitivity=sensitivity, sign=_sign(table), noise=noise, zero=zero, range=span)
     return sensors
+
+
+BANDS, FILTERS, MOST_ORDER = ("highpass", "lowpass"), ("butterworth",), 8
+"""In the order in which readings pass them; shapes of filters; largest order."""
+
+
+def read_filters(recorder: Table, tables: Table) -> tuple[Filter, ...]:
+    """Read `highpass` and `lowpass` of each sensor, then those of `[recorder]`, which act on every channel with a sensor."""
+    recorder.allow(*BANDS)
+    of_sensors = [one for channel in tables.values for one in _filters(tables.table(channel, f"[sensors.{channel}]"), [channel])]
+    return (*of_sensors, *_filters(recorder, list(tables.values)))
+
+
+def _filters(table: Table, channels: list[str]) -> list[Filter]:
+    """The filters of one table, for each of the channels: `lowpass = { type, order, corner }`, or `{ time_constant }` of first order."""
+    found = []
+    for band in BANDS:
+        if band not in table.values:
+            continue
+        one = table.table(band, f"{band} of {table.where}")
+        one.allow("type", "order", "corner", "time_constant")
+        order, corner = one.values.get("order", 1), one.quantity("corner", "frequency", example="1100 Hz", positive=True)
+        constant = one.quantity("time_constant", "time", example="0.8 s", positive=True)
+        if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= MOST_ORDER:
+            raise ExperimentError(f"order of {one.where} is {shown(order)}: expected a whole number from 1 to {MOST_ORDER}; correct it")
+        if (corner is None) == (constant is None) or (constant is not None and order > 1):
+            raise ExperimentError(
+                f'{one.where} is not one filter: expected {{ type = "butterworth", order = 4, corner = 1100.0 }} (Hz), or, of first order, '
+                "{ time_constant = 0.8 } (s); give one of the two"
+            )
+        if corner is not None:
+            one.needed_string("type", FILTERS)
+        hertz = corner if corner is not None else 0.5 / (pi * (constant or 1.0))
+        found += [Filter(channel=channel, band=band, order=order, corner=hertz) for channel in channels]
+    return found
 
 
 def _sign(table: Table) -> int:

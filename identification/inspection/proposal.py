@@ -53,6 +53,12 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 # range: lowest and highest value in SI that the sensor can show; samples at or beyond it are left out.
 # zero: standard deviation in SI of a constant that the channel may be off by; one is then estimated in every record. Left out: none.
 
+# highpass, lowpass: of the sensor or its amplifier, where it is known: the model's readings pass it too. Left out: none.
+
+# A filter of the recorder that is known and acts on all channels; the model's readings pass it, and nothing of it is estimated.
+#[recorder]
+#lowpass = { type = "butterworth", order = 4, corner = 1100.0 } # Hz
+
 [sensors.hammer_displacement] # m, absolute; grows towards the stop
 unit = "mm"
 #sign = -1
@@ -65,6 +71,7 @@ unit = "mm"
 
 [sensors.impact_force] # N, what the load cell behind the stop reads, positive in compression
 unit = "N"
+#highpass = { time_constant = 0.8 } # s, of a piezoelectric cell; or { type = "butterworth", order = 1, corner = 0.2 } (Hz)
 
 #[sensors.relative_displacement] # m, hammer minus cart, where only their distance was measured
 #unit = "mm"

@@ -387,6 +387,9 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
         "": set().union(*values["record"], {"decimate", "rebuild_time", "stretch"}),
         "[sensors.]": set().union(*values["sensors"].values()),
     }
+    forms = {"type", "order", "corner", "time_constant"}  # of one filter, of which the template shows two
+    written |= {"lowpass of [recorder]": forms, "highpass of [sensors.]": forms, "[recorder]": {"lowpass", "highpass"}}
+    written["[sensors.]"] |= {"lowpass"}
     of_n = values["parameters"]["n"]
     written |= {"experiment.toml": set(values), "[parameters.n]": {"fixed", *of_n}, "prior of [parameters.n]": set(of_n["prior"])}
     assert {where: keys - written[where] for where, keys in known.items()} == {where: set() for where in known}
