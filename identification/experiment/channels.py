@@ -381,3 +381,34 @@ def mistaken_unit(channel: str, factor: float, declared: str | None) -> str:
     others = {unit: true for unit, true in FACTORS[dimension].items() if true != read and unit not in STAND_INS | SELDOM}
     nearest = min(others, key=lambda unit: abs(factor * others[unit] / read - 1.0))
     return nearest if abs(factor * others[nearest] / read - 1.0) < NEAR else ""
+
+
+_ANGLE = re.compile(r"atan2\(\s*(?P<minus1>-?)\s*(?P<across>[^,]+?)\s*,\s*(?P<minus2>-?)\s*(?P<along>[^,]+?)\s*\)")
+"""Such as "atan2(x, -y)"."""
+
+
+@dataclass(frozen=True)
+class Angle:
+    """An angle, rad, of a point seen from a pivot at the origin: the arctangent of two columns, each with its sign.
+
+    Attributes:
+        across, along: names of the columns: at right angles to the direction in which the angle is zero, and along it.
+        signs: 1 or -1, of both.
+    """
+
+    across: str
+    along: str
+    signs: tuple[int, int]
+
+
+def read_angle(text: str) -> Angle | None:
+    """The angle that stands in place of a column's name; None for any other text.
+
+    Example:
+        >>> read_angle("atan2(x, -y)"), read_angle("x")
+        (Angle(across='x', along='y', signs=(1, -1)), None)
+    """
+    found = _ANGLE.fullmatch(text.strip())
+    if found is None:
+        return None
+    return Angle(found["across"], found["along"], (-1 if found["minus1"] else 1, -1 if found["minus2"] else 1))

@@ -13,9 +13,11 @@ from identification.experiment.channels import (
     CHANNELS,
     MOTION_CHANNELS,
     TIME,
+    Angle,
     example,
     factor_to_si,
     output_of,
+    read_angle,
     same_unit,
     si_unit,
     unit_in_name,
@@ -59,6 +61,37 @@ def wanted_columns(settings: RecordSettings, sensors: dict[str, Sensor]) -> dict
         if list(wanted.values()).count(name) > 1:
             raise ExperimentError(f"column {shown(name)} of {settings.where} serves {channel} and another channel: expected one; rename it")
     return wanted
+
+
+def angle_of(across: Float64[np.ndarray, " samples"], along: Float64[np.ndarray, " samples"]) -> Float64[np.ndarray, " samples"]:
+    """Angle, rad, of a point seen from a pivot at the origin, from its coordinates across and along where the angle is zero.
+
+    Without jumps by a whole turn; NaN where a coordinate is.
+    """
+    angle = np.arctan2(across, along)
+    usable = np.isfinite(angle)
+    angle[usable] = np.unwrap(angle[usable])
+    return angle
+
+
+def with_angles(columns: Columns, angles: dict[str, Angle], where: str) -> Columns:
+    """The columns of a file, with angles, rad, in place of those that they are made of; without jumps by a whole turn."""
+    for name, angle in angles.items():
+        for part in (angle.across, angle.along):
+            if part not in columns.names or part not in columns.values:
+                raise ExperimentError(
+                    f"{where} has no column {shown(part)} for {name}: expected it among {listed(columns.names)}; name the right one"
+                )
+        across, along = (sign * columns.values[part] for sign, part in zip(angle.signs, (angle.across, angle.along), strict=True))
+        if across.size != along.size:
+            raise ExperimentError(
+                f"{where} has {across.size} samples of {angle.across} and {along.size} of {angle.along}: expected one number; export again"
+            )
+        names = tuple(one for one in columns.names if one not in (angle.across, angle.along))
+        columns = replace(
+            columns, names=(*names, name), values=columns.values | {name: angle_of(across, along)}, units=columns.units | {name: "rad"}
+        )
+    return columns
 
 
 def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, need_channels: bool) -> RawRecord:
@@ -204,7 +237,9 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     wanted = wanted_columns(settings, sensors)
     if not file_exists(path, settings.file):
         return _without_file(settings, need_file)
-    columns = read_columns(path, frozenset(wanted.values()), settings.file)
+    angles = {name: angle for name in wanted.values() if (angle := read_angle(name)) is not None}
+    parts = {name for angle in angles.values() for name in (angle.across, angle.along)}
+    columns = with_angles(read_columns(path, frozenset(wanted.values()) | parts, settings.file), angles, settings.where)
     declared = [
         one for name in columns.values for one in without(columns, name, settings.missing, "is {}, which the record declares missing,")
     ]

@@ -24,6 +24,7 @@ from identification.experiment.channels import (
 )
 from identification.experiment.clock import ClockSettings, all_repeat, chosen_stretch, clocked, longest_stretch, rebuilt, steps_back
 from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.load_record import angle_of
 from identification.experiment.readers import Lost, read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
@@ -123,6 +124,7 @@ def read_file(path: Path) -> FileColumns:
         )
     factor = factor_to_si(unit, TIME, path.name)
     notices += tuple(one.sentence(written * factor if time.name else None) for one in lost if one.column not in unusable)
+    columns = _with_angle(columns)
     seconds, part, clock, said = _clocked(written * factor, columns)
     return FileColumns(
         file=path.name,
@@ -154,6 +156,26 @@ def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, slice
             even, notice = rebuilt(time, None, "the record")
             return even, part, replace(clock, rebuild=True), (*said, notice)
     return even, part, clock, (*said, *notices)
+
+
+ROUND, TURN = 0.05, 1e-3
+"""Largest standard deviation of the distance of a point from its pivot, over that distance; smallest range of an angle, rad."""
+
+
+def _with_angle(columns: list[Column]) -> list[Column]:
+    """With the angle of a point whose coordinates are x and y, where it moves on a circle about the origin, in place of both."""
+    x, y = (next((column for column in columns if _plain(column.name) == name), None) for name in "xy")
+    if x is None or y is None:
+        return columns
+    radius = np.hypot(x.values, y.values)
+    if not np.isfinite(radius).any() or np.nanstd(radius) > ROUND * np.nanmean(radius):
+        return columns
+    down = "-" if np.nanmean(y.values) < 0.0 else ""
+    angle = angle_of(x.values, -y.values if down else y.values)
+    if np.nanmax(angle) - np.nanmin(angle) < TURN:
+        return columns
+    name = f"atan2({x.name}, {down}{y.name})"
+    return [*(one for one in columns if one not in (x, y)), Column(name=name, unit="rad", in_file=True, values=angle)]
 
 
 def _read_all(
@@ -227,7 +249,7 @@ BODIES = {
     "cart": ("cart", "base", "basis", "table", "tisch", "shaker", "carriage", "slide", "wagen", "schlitten", "carr", "mesa"),
 }
 FORCES = {
-    "applied_force": ("appl", "drive", "excit", "shaker", "motor", "torque", "moment", "anreg", "aplicad"),
+    "applied_force": ("appl", "drive", "excit", "shaker", "sting", "motor", "torque", "moment", "anreg", "erreg", "aplicad"),
     "reaction_force": ("react", "support", "reac", "lager"),
 }
 SYMBOLS = {"x": "hammer_displacement", "y": "cart_displacement", "u": "relative_displacement", "f": "impact_force"}
