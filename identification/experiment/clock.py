@@ -139,8 +139,8 @@ def all_repeat(steps: Float64[np.ndarray, " steps"], channels: Iterable[Float64[
 def rebuilt(time: Stamps, rate: float | None, where: str) -> tuple[Stamps, str]:
     """Even time in place of stamps that jitter or come in blocks, and a notice with the jitter.
 
-    The step is that of the declared `rate`, Hz, else the slope of the least-squares line of the stamps over the number of the sample; the
-    beginning is that of the line.
+    The step is that of the declared `rate`, Hz, else the slope of the least-squares line of the stamps, each where it stands first, over
+    the number of the sample; the beginning is such that the stamps scatter about the even time with mean zero.
 
     Args:
         time: s.
@@ -160,8 +160,10 @@ def rebuilt(time: Stamps, rate: float | None, where: str) -> tuple[Stamps, str]:
         raise ExperimentError(
             f"{where} has {sound.sum()} time stamps: expected at least {MIN_SAMPLES} to rebuild its time; export it again"
         )
-    slope = float(np.polyfit(number[sound], time[sound] - time[sound][0], 1)[0])
-    back = np.flatnonzero(np.diff(time[sound]) < 0.0)
+    steps = np.diff(time[sound])
+    back, new = np.flatnonzero(steps < 0.0), np.flatnonzero(steps > 0.0) + 1
+    seen = number[sound] if new.size < 2 else number[sound][new]  # of a block, the first sample alone: its stamps lie on a line
+    slope = float(np.polyfit(seen, time[seen] - time[sound][0], 1)[0])
     if slope <= 0.0 or back.size:
         at = time[sound][back[0]] if back.size else time[sound][0]
         raise ExperimentError(
