@@ -7,8 +7,12 @@ from vibrojax.channel_units import CHANNELS as CHANNELS
 from vibrojax.channel_units import EVERY_CHANNEL as EVERY_CHANNEL
 from vibrojax.channel_units import SUPPORT_CHANNELS as SUPPORT_CHANNELS
 from vibrojax.channel_units import UNITS as UNITS
+from vibrojax.effects.recorder_filter import RecorderFilter
 from vibrojax.integrate import Trajectory
 from vibrojax.system import System
+
+_PART_OF_A_STEP = 1e-2
+"""Of a sampling step, to either side, over which the rate of a reading is taken."""
 
 
 def channels(system: System, trajectory: Trajectory) -> dict[str, Float[Array, " time"]]:
@@ -25,8 +29,30 @@ def recorded(system: System, trajectory: Trajectory) -> tuple[dict[str, Float[Ar
     """Channels, and beside them the effects' own states at every instant, those of a recorder's filters included.
 
     What a filter keeps from one sample to the next is what its channel shows less what goes in: from that state at an instant, and the
-    motion from there on, the channel follows.
+    motion from there on, the channel follows. Known filters of the recorder come last; they need the rates of the readings, which are
+    central differences along the motion over a small part of a sampling step.
     """
+    readings, kept = _read(system, trajectory)
+    known = [(place, effect) for place, effect in enumerate(system.effects) if isinstance(effect, RecorderFilter)]
+    if known:
+        step = _PART_OF_A_STEP * (trajectory.ts[1] - trajectory.ts[0])
+        after, before = (_read(system, _moved(system, trajectory, part))[0] for part in (step, -step))
+        rates = {name: (after[name] - before[name]) / (2.0 * step) for name in readings}
+        for place, effect in known:
+            readings, rates, kept[place] = effect.passed(readings, rates, trajectory.ts, kept[place])
+    return readings, jnp.concatenate(kept, axis=-1) if kept else trajectory.own
+
+
+def _moved(system: System, one: Trajectory, step: Float[Array, ""]) -> Trajectory:
+    """The motion a little later, by its acceleration."""
+    forces = system.forces(one.ts, one.u, one.v, one.own, one.in_contact, one.approach_speed)
+    u, v = one.u + step * (one.v + 0.5 * step * forces.acceleration), one.v + step * forces.acceleration
+    own = one.own + step * forces.own_rates if one.own.shape[-1] else one.own
+    return Trajectory(one.ts + step, u, v, one.in_contact, one.approach_speed, one.result, one.steps, own)
+
+
+def _read(system: System, trajectory: Trajectory) -> tuple[dict[str, Float[Array, " time"]], list[Float[Array, "time own"]]]:
+    """Channels in front of known filters, and the own states of each effect."""
     ts, u, v, own = trajectory.ts, trajectory.u, trajectory.v, trajectory.own
     forces = system.forces(ts, u, v, own, trajectory.in_contact, trajectory.approach_speed)
     y = system.base.displacement(ts)
@@ -49,4 +75,4 @@ def recorded(system: System, trajectory: Trajectory) -> tuple[dict[str, Float[Ar
         effect, part = parts[index]
         before, readings = readings, effect.read(readings, motion, part)
         kept[index] = effect.memory(before, readings, part)
-    return readings, jnp.concatenate(kept, axis=-1) if kept else own
+    return readings, kept

@@ -11,6 +11,7 @@ from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect, unit_in
+from vibrojax.effects.recorder_filter import RecorderFilter
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Number, Value
@@ -71,6 +72,13 @@ class Model(eqx.Module):
     effects: tuple[AbstractEffect, ...] = ()
     load: Load = Load()
     """Known constant forces: gravity along an incline, and others."""
+    recorder: tuple[RecorderFilter, ...] = ()
+    """Known filters, in the order in which readings pass them."""
+
+    @property
+    def acting(self) -> tuple[AbstractEffect, ...]:
+        """Effects and known filters, in the order of their own states."""
+        return (*self.effects, *self.recorder)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -97,6 +105,7 @@ class Model(eqx.Module):
             law=_with(self.law, values),
             effects=tuple(_with(effect, values) for effect in self.effects),
             load=self.load,
+            recorder=self.recorder,
         )
 
     def as_arrays(self) -> "Model":
@@ -117,7 +126,7 @@ class Model(eqx.Module):
             gap=gap,
             base=base,
             applied=applied,
-            effects=self.effects,
+            effects=self.acting,
             load=self.load.force(self.mass),
         )
 
@@ -130,7 +139,7 @@ class Model(eqx.Module):
     def rig(self) -> "Model":
         """The rig by itself, as it moves in no record: without the faults of a recorder, and without what acted in one record alone."""
         effects = tuple(effect for effect in self.effects if not effect.is_fault and effect.record is None)
-        return dataclasses.replace(self, effects=effects)
+        return dataclasses.replace(self, effects=effects, recorder=())
 
     def _of_effects(self) -> tuple[Parameter, ...]:
         return tuple(p for effect in self.effects for p in _named(effect))

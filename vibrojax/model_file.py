@@ -14,6 +14,7 @@ from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import unit_in
 from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm
+from vibrojax.effects.recorder_filter import BANDS, MOST_ORDER, RecorderFilter
 from vibrojax.errors import shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
@@ -22,9 +23,10 @@ from vibrojax.suspension import SUSPENSIONS
 
 SCHEMA = 1
 _EXPECTED = "a model.json that a fit wrote"
-_TOP = ("schema", "mass", "load", "suspension", "law", "effects", "units", "provenance")
+_TOP = ("schema", "mass", "load", "suspension", "law", "effects", "recorder", "units", "provenance")
 _LOAD = {"incline": "rad", "constant_force": "N"}
 """Known constant forces, by field."""
+_FILTER = ("of_channel", "band", "order", "corner_hz")
 _RECORD, _CHANNEL = ("in_file", "record"), ("of_channel", "channel")
 """Field of an effect that acts in one record, or on one channel; and its key in the file."""
 
@@ -48,7 +50,7 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
 
     An effect that acts in one record or on one channel names it (`record`, `channel`), and a free form its `coordinate`, its `knots`
     and whether it differs `by_direction`. A parameter of which every record has its own value is written as the model holds it, zero unless
-    it was set. `effects` is left out where there are none, and so is `load`, the constant forces that are known.
+    it was set. `effects` is left out where there are none; so are `load`, known constant forces, and `recorder`, known filters.
 
     Example:
         >>> from vibrojax.suspension import Linear
@@ -70,6 +72,7 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
         "suspension": {"kind": suspension.name} | numbers["suspension"],
         "law": {"name": law.name} | numbers["law"],
         **effects,
+        **({"recorder": [{name: getattr(one, name) for name in _FILTER} for one in model.recorder]} if model.recorder else {}),
         "units": _units(type(suspension), type(law), model.effects, load=model.load.acts),
         "provenance": dict(provenance or {}),
     }
@@ -124,7 +127,23 @@ def model_from_document(document: Any, where: str) -> Model:
     units = _units(kind, rule, effects, load="load" in table.values)
     if "units" in table.values and table.values["units"] != units:
         table.refuse(f"units are {shown(table.values['units'])}: expected {units}; give the numbers in these")
-    return Model(mass=mass, suspension=suspension, law=law, effects=effects, load=load)
+    return Model(
+        mass=mass, suspension=suspension, law=law, effects=effects, load=load, recorder=tuple(map(_filter, table.tables("recorder")))
+    )
+
+
+def _filter(table: Table) -> RecorderFilter:
+    """A known filter of the recorder from its object in the file."""
+    table.allow(_FILTER)
+    order = table.needed("order")
+    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= MOST_ORDER:
+        table.refuse(f"order is {shown(order)}: expected a whole number from 1 to {MOST_ORDER}")
+    return RecorderFilter(
+        of_channel=table.choice("of_channel", EVERY_CHANNEL),
+        band=table.choice("band", BANDS),
+        order=order,
+        corner_hz=table.number("corner_hz", zero=False),
+    )
 
 
 def _load(table: Table) -> Load:

@@ -13,6 +13,8 @@ from identification.experiment.errors import ExperimentError, listed, shown
 # "V" serves electronic analogues, whose displacement and force are voltages: the volt then takes the place of the SI unit.
 # "rad" and "deg" serve a pivot of length 1 m, whose arc in metres is its angle in radians.
 STAND_INS = frozenset(("V", "rad", "deg"))
+SELDOM = frozenset(("mil", "mg", "mm/s^2", "cm/s^2", "in/s^2", "ft/s^2", "kgf"))
+"""Units that are too seldom to be taken for what somebody wrote by mistake."""
 FACTORS: dict[str, dict[str, float]] = {
     "displacement": {
         "m": 1.0,
@@ -22,35 +24,59 @@ FACTORS: dict[str, dict[str, float]] = {
         "cm": 1e-2,
         "in": 0.0254,
         "ft": 0.3048,
+        "mil": 2.54e-5,
         "V": 1.0,
         "rad": 1.0,
         "deg": pi / 180.0,
     },
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
-    "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "m/s²": 1.0, "g": STANDARD_GRAVITY, "gn": STANDARD_GRAVITY},
+    "acceleration": {
+        "m/s^2": 1.0,
+        "m/s2": 1.0,
+        "m/s²": 1.0,
+        "g": STANDARD_GRAVITY,
+        "gn": STANDARD_GRAVITY,
+        "mg": 1e-3 * STANDARD_GRAVITY,
+        "mm/s^2": 1e-3,
+        "cm/s^2": 1e-2,
+        "in/s^2": 0.0254,
+        "ft/s^2": 0.3048,
+    },
     "angle": {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0},
-    "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "V": 1.0},
+    "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "kgf": STANDARD_GRAVITY, "V": 1.0},
+    "frequency": {"Hz": 1.0, "kHz": 1e3, "rpm": 1.0 / 60.0, "rad/s": 0.5 / pi},
 }
 OUTPUTS: dict[str, dict[str, float]] = {
     "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6},
     "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6, "µA": 1e-6},
 }
 """Of sensors, which a `Sensitivity` turns into what they measure."""
-SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N"}
+SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N", "frequency": "Hz"}
 
 # Of columns that are no channel.
-OTHERS = frozenset(("Hz", "kHz", "%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "rpm", "1/min", "1", "um/m", "m/s", "mm/s"))
+OTHERS = frozenset(("%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "1", "um/m", "m/s", "mm/s"))
 # As programs of National Instruments, oscilloscopes and makers of front ends write them out, in lower case.
 ALIASES = {
     "meter": "m",
     "meters": "m",
+    "millimeter": "mm",
+    "millimeters": "mm",
+    "micrometer": "um",
+    "micrometers": "um",
+    "micron": "um",
+    "microns": "um",
     "inch": "in",
     "inches": "in",
     "feet": "ft",
+    "mils": "mil",
+    "thou": "mil",
     "volt": "V",
     "volts": "V",
+    "millivolt": "mV",
+    "millivolts": "mV",
     "ampere": "A",
     "amperes": "A",
+    "degree": "deg",
     "degrees": "deg",
     "°": "deg",
     "radians": "rad",
@@ -59,19 +85,36 @@ ALIASES = {
     "lb": "lbf",
     "lbs": "lbf",
     "pounds": "lbf",
+    "kips": "kip",
     "sec": "s",
     "second": "s",
     "seconds": "s",
+    "msec": "ms",
+    "milliseconds": "ms",
+    "usec": "us",
+    "microseconds": "us",
+    "g's": "g",
+    "1/min": "rpm",
+    "r/min": "rpm",
+    "rev/min": "rpm",
     "m/sec^2": "m/s^2",
     "m/s**2": "m/s^2",
     "m/(s^2)": "m/s^2",
+    "mm/s2": "mm/s^2",
+    "cm/s2": "cm/s^2",
+    "in/s2": "in/s^2",
+    "ft/s2": "ft/s^2",
 }
 
 
 NEAR = 0.1
 """How near a ratio must come to that of two units; no calibration is so far off that it would be taken for one of them."""
-_IN_NAME = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+_IN_NAME = re.compile(r"[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]\s*$")
 """Brackets at the end of a column's name."""
+_BEHIND = re.compile(r"\S.*?(?P<mark>\s*/\s*|\s+in\s+|\s*,\s*|_|\s+)(?P<unit>[^\s_,/]+(?:/s\S*)?)\s*$")
+"""A last word: "Weg / mm", "Weg in mm", "Laser, mm", "laser_mm", "Laser mm"."""
+_WORDS = frozenset(("in", "min", "s", "V", "A"))
+"""Units that as a last word more often mean something else, such as an input, a minimum or a phase."""
 
 
 def factor_to_si(unit: str, dimension: str, where: str) -> float:
@@ -81,11 +124,11 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
 
     Args:
         unit: as written in the experiment file.
-        dimension: "displacement", "time", "acceleration", "angle" or "force"; "voltage" or "current" of a sensor's output.
+        dimension: "displacement", "time", "acceleration", "angle", "force" or "frequency"; "voltage" or "current" of a sensor's output.
         where: the place in the experiment file, for the message.
 
     Returns:
-        SI value of one `unit` (m, s, m/s^2, rad, N, V or A).
+        SI value of one `unit` (m, s, m/s^2, rad, N, Hz, V or A).
 
     Raises:
         ExperimentError: the unit is unknown or of another dimension; the message names the accepted ones.
@@ -141,19 +184,26 @@ def output_of(unit: str) -> str | None:
     return next((kind for kind, table in OUTPUTS.items() if _canonical(unit) in map(_canonical, table)), None)
 
 
-def brackets_of(name: str) -> str | None:
-    """What stands in brackets at the end of a column's name, a unit or not; None without brackets.
+def unit_text(name: str) -> str | None:
+    """What a column's name says of its unit: the text in brackets at its end, a unit or not, else a last word that is one.
+
+    Behind "/" or "in" that is any unit of a channel or of a sensor's output, behind a comma, "_" or a blank none of `_WORDS`.
 
     Example:
-        >>> brackets_of("LVDT 2 [mm]"), brackets_of("Force (raw)"), brackets_of("Force")
-        ('mm', 'raw', None)
+        >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("laser_um"), unit_text("Force min")
+        ('mm', 'raw', 'mm', 'um', None)
     """
-    found = _IN_NAME.search(name)
-    return found.group(1) if found else None
+    if found := _IN_NAME.search(name):
+        return found.group(1)
+    found = _BEHIND.fullmatch(name.strip())
+    if found is None or not (found["mark"].strip() in ("/", "in") or found["unit"] not in _WORDS):
+        return None
+    units = {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table}
+    return found["unit"] if _canonical(found["unit"]) in units else None
 
 
 def unit_in_name(name: str, dimension: str) -> str | None:
-    """The unit of a dimension, or of a sensor's output, in brackets at the end of a column's name; None where there is none.
+    """The unit of a dimension, or of a sensor's output, at the end of a column's name (`unit_text`); None where there is none.
 
     "A" is none: it numbers probes more often than it means amperes.
 
@@ -161,7 +211,7 @@ def unit_in_name(name: str, dimension: str) -> str | None:
         >>> unit_in_name("LVDT 2 [mm]", "displacement"), unit_in_name("LVDT 2 (mV)", "displacement"), unit_in_name("Probe (A)", "force")
         ('mm', 'mV', None)
     """
-    text = brackets_of(name)
+    text = unit_text(name)
     if text is None or _canonical(text) == "A":
         return None
     is_output = dimension != "time" and output_of(text) is not None
@@ -328,6 +378,37 @@ def mistaken_unit(channel: str, factor: float, declared: str | None) -> str:
         return ""
     dimension = CHANNELS[channel]
     read = factor_to_si(declared, dimension, f"[sensors.{channel}]")
-    others = {unit: true for unit, true in FACTORS[dimension].items() if true != read and unit not in STAND_INS}
+    others = {unit: true for unit, true in FACTORS[dimension].items() if true != read and unit not in STAND_INS | SELDOM}
     nearest = min(others, key=lambda unit: abs(factor * others[unit] / read - 1.0))
     return nearest if abs(factor * others[nearest] / read - 1.0) < NEAR else ""
+
+
+_ANGLE = re.compile(r"atan2\(\s*(?P<minus1>-?)\s*(?P<across>[^,]+?)\s*,\s*(?P<minus2>-?)\s*(?P<along>[^,]+?)\s*\)")
+"""Such as "atan2(x, -y)"."""
+
+
+@dataclass(frozen=True)
+class Angle:
+    """An angle, rad, of a point seen from a pivot at the origin: the arctangent of two columns, each with its sign.
+
+    Attributes:
+        across, along: names of the columns: at right angles to the direction in which the angle is zero, and along it.
+        signs: 1 or -1, of both.
+    """
+
+    across: str
+    along: str
+    signs: tuple[int, int]
+
+
+def read_angle(text: str) -> Angle | None:
+    """The angle that stands in place of a column's name; None for any other text.
+
+    Example:
+        >>> read_angle("atan2(x, -y)"), read_angle("x")
+        (Angle(across='x', along='y', signs=(1, -1)), None)
+    """
+    found = _ANGLE.fullmatch(text.strip())
+    if found is None:
+        return None
+    return Angle(found["across"], found["along"], (-1 if found["minus1"] else 1, -1 if found["minus2"] else 1))

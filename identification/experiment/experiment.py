@@ -59,6 +59,23 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Filter:
+    """A known Butterworth filter through which a channel was recorded.
+
+    Attributes:
+        channel: its name.
+        band: "lowpass" or "highpass".
+        order: from 1 on.
+        corner: Hz, above 0: the amplitude has fallen to 1/sqrt(2) there.
+    """
+
+    channel: str
+    band: str
+    order: int
+    corner: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Prior:
     """Normal prior of a parameter: mean and standard deviation in the parameter's own unit."""
 
@@ -91,6 +108,7 @@ class Preparation:
 
     Attributes:
         crop: first and last instant that are kept, s; None for the whole record.
+        mask: first and last instants of stretches, s, that are left out of every channel.
         lowpass: cut-off of a low-pass without phase on every channel, Hz, or None.
         decimate: every how many samples one is kept, behind an anti-alias filter, or None.
         resample: new sampling rate, Hz, or None.
@@ -98,6 +116,7 @@ class Preparation:
     """
 
     crop: tuple[float, float] | None = None
+    mask: tuple[tuple[float, float], ...] = ()
     lowpass: float | None = None
     decimate: int | None = None
     resample: float | None = None
@@ -107,6 +126,7 @@ class Preparation:
     def words(self) -> str:
         """What is done, in the order in which it is; empty for nothing."""
         said = [f"crop to {self.crop[0]:g} to {self.crop[1]:g} s"] if self.crop is not None else []
+        said += [f"{begin:g} to {end:g} s left out" for begin, end in self.mask]
         said += [f"low-pass at {self.lowpass:g} Hz"] if self.lowpass is not None else []
         said += [f"one sample of {self.decimate} kept behind an anti-alias filter"] if self.decimate is not None else []
         said += [f"resampled to {self.resample:g} Hz"] if self.resample is not None else []
@@ -197,6 +217,7 @@ class Experiment:
         law: name of the contact law the operator chose, not checked here; None for the nominal one.
         parameters: what the operator wants of single parameters, by name.
         sensors: by channel.
+        filters: known ones, in the order in which readings pass them: those of a sensor, then those of the recorder.
         records: at least one, in the order of the file.
         sha256: of the experiment file's bytes, hexadecimal.
         warnings: sentences on what is odd about the experiment and may be right.
@@ -213,6 +234,7 @@ class Experiment:
     law: str | None = None
     parameters: dict[str, ParameterOption] = field(default_factory=dict)
     sensors: dict[str, Sensor] = field(default_factory=dict)
+    filters: tuple[Filter, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property

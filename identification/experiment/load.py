@@ -13,6 +13,7 @@ from identification.experiment.noise import with_noise
 from identification.experiment.readers import stem_of
 from identification.experiment.settings import (
     RecordSettings,
+    read_filters,
     read_load,
     read_parameters,
     read_record_settings,
@@ -22,7 +23,7 @@ from identification.experiment.settings import (
 from identification.experiment.toml_file import Table, find_experiment_file, parse_toml
 
 SCHEMA = 1
-TABLES = ("experiment", "hammer", "rig", "suspension", "contact", "parameters", "sensors")
+TABLES = ("experiment", "hammer", "rig", "suspension", "contact", "parameters", "sensors", "recorder")
 
 
 def load_experiment(path: str | PathLike[str], *, need_files: bool = True) -> Experiment:
@@ -76,6 +77,7 @@ experiment.toml; check the path
         law=law,
         parameters=read_parameters(tables["parameters"]),
         sensors=sensors,
+        filters=read_filters(tables["recorder"], tables["sensors"]),
         records=records,
         warnings=warnings,
         sha256=digest,

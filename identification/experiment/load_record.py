@@ -1,7 +1,7 @@
 """From one `[[record]]` table to a record: columns become channels, their numbers SI."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,30 +13,22 @@ from identification.experiment.channels import (
     CHANNELS,
     MOTION_CHANNELS,
     TIME,
+    Angle,
     example,
     factor_to_si,
     output_of,
+    read_angle,
     same_unit,
     si_unit,
     unit_in_name,
 )
 from identification.experiment.checks import check_saturation
+from identification.experiment.clock import check_drive, check_time, chosen_stretch, clocked, declared_time, drop_bad_time, rebuilt
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Record, Sensed, Sensor
 from identification.experiment.limits import file_exists, record_path, sha256_of
-from identification.experiment.readers import Columns, read_columns
-from identification.experiment.samples import (
-    check_drive,
-    check_time,
-    cropped,
-    declared_time,
-    drop_bad_time,
-    even_time,
-    evened,
-    mark_missing,
-    mask_range,
-    prepared,
-)
+from identification.experiment.readers import Columns, read_columns, without
+from identification.experiment.samples import cropped, mark_missing, mask_range, prepared
 from identification.experiment.settings import RecordSettings
 
 
@@ -69,6 +61,37 @@ def wanted_columns(settings: RecordSettings, sensors: dict[str, Sensor]) -> dict
         if list(wanted.values()).count(name) > 1:
             raise ExperimentError(f"column {shown(name)} of {settings.where} serves {channel} and another channel: expected one; rename it")
     return wanted
+
+
+def angle_of(across: Float64[np.ndarray, " samples"], along: Float64[np.ndarray, " samples"]) -> Float64[np.ndarray, " samples"]:
+    """Angle, rad, of a point seen from a pivot at the origin, from its coordinates across and along where the angle is zero.
+
+    Without jumps by a whole turn; NaN where a coordinate is.
+    """
+    angle = np.arctan2(across, along)
+    usable = np.isfinite(angle)
+    angle[usable] = np.unwrap(angle[usable])
+    return angle
+
+
+def with_angles(columns: Columns, angles: dict[str, Angle], where: str) -> Columns:
+    """The columns of a file, with angles, rad, in place of those that they are made of; without jumps by a whole turn."""
+    for name, angle in angles.items():
+        for part in (angle.across, angle.along):
+            if part not in columns.names or part not in columns.values:
+                raise ExperimentError(
+                    f"{where} has no column {shown(part)} for {name}: expected it among {listed(columns.names)}; name the right one"
+                )
+        across, along = (sign * columns.values[part] for sign, part in zip(angle.signs, (angle.across, angle.along), strict=True))
+        if across.size != along.size:
+            raise ExperimentError(
+                f"{where} has {across.size} samples of {angle.across} and {along.size} of {angle.along}: expected one number; export again"
+            )
+        names = tuple(one for one in columns.names if one not in (angle.across, angle.along))
+        columns = replace(
+            columns, names=(*names, name), values=columns.values | {name: angle_of(across, along)}, units=columns.units | {name: "rad"}
+        )
+    return columns
 
 
 def assign(columns: Columns, wanted: dict[str, str], settings: RecordSettings, need_channels: bool) -> RawRecord:
@@ -186,8 +209,8 @@ def channel_factor(channel: str, sensor: Sensor, settings: RecordSettings, state
 
 def time_factor(settings: RecordSettings, stated: str | None) -> float:
     """Seconds in one unit of the recorded time stamps: of `time_unit` of the record, else of what the file states, else s."""
-    if settings.time_unit is not None or stated is None:
-        return factor_to_si(settings.time_unit or "s", TIME, settings.where)
+    if settings.clock.unit is not None or stated is None:
+        return factor_to_si(settings.clock.unit or "s", TIME, settings.where)
     try:
         return factor_to_si(stated, TIME, f"the file of {settings.where} for its time")
     except ExperimentError as error:
@@ -214,13 +237,16 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     wanted = wanted_columns(settings, sensors)
     if not file_exists(path, settings.file):
         return _without_file(settings, need_file)
-    columns = read_columns(path, frozenset(wanted.values()), settings.file)
+    angles = {name: angle for name in wanted.values() if (angle := read_angle(name)) is not None}
+    parts = {name for angle in angles.values() for name in (angle.across, angle.along)}
+    columns = with_angles(read_columns(path, frozenset(wanted.values()) | parts, settings.file), angles, settings.where)
+    declared = [
+        one for name in columns.values for one in without(columns, name, settings.missing, "is {}, which the record declares missing,")
+    ]
+    columns = replace(columns, lost=(*columns.lost, *declared))
     raw = assign(columns, wanted, settings, need_channels=need_file)
-    stated, odd = stated_unit(TIME, settings.time_unit, wanted[TIME], columns.units)
-    time, shared = even_time(raw.time * time_factor(settings, stated), raw.channels.values())
-    notices = [*odd, *columns.notices, *raw.notices, *evened(time, shared)]
-    time, recorded, dropped = drop_bad_time(time, raw.channels) if settings.drop_bad_time else (time, raw.channels, ())
-    notices += [*dropped, *check_time(cropped(time, {}, settings.preparation, settings.where)[0], settings.where)]
+    time, recorded, said = _timed(raw, settings, wanted[TIME], columns)
+    notices = [*columns.notices, *raw.notices, *said]
     _check_initial_state(settings, float(time[0]))
     channels = {}
     for channel, values in recorded.items():
@@ -250,6 +276,28 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         sha256=sha256_of(path),
         notices=tuple(notices),
     )
+
+
+def _timed(
+    raw: RawRecord, settings: RecordSettings, name: str, columns: Columns
+) -> tuple[Float64[np.ndarray, " kept"], dict[str, Float64[np.ndarray, " kept"]], tuple[str, ...]]:
+    """Time, s, and channels by the clock of a record, whose column of time has a name; and notices."""
+    clock = settings.clock
+    stated, notices = stated_unit(TIME, clock.unit, name, columns.units)
+    time, channels = raw.time * time_factor(settings, stated), raw.channels
+    lost = tuple(one.sentence(time) for one in columns.lost)
+    if clock.stretch is not None:
+        part, said = chosen_stretch(time, clock.stretch, settings.where)
+        time, channels, lost = time[part], {channel: values[part] for channel, values in channels.items()}, (*lost, said)
+    if clock.rebuild:
+        time, said = rebuilt(time, settings.numbers["sampling_frequency"], settings.where)
+        lost = (*lost, said)
+    else:
+        time, evened = clocked(time, channels.values())
+        lost = (*lost, *evened)
+    time, channels, dropped = drop_bad_time(time, channels) if clock.drop_bad else (time, channels, ())
+    odd = check_time(cropped(time, {}, settings.preparation, settings.where)[0], settings.where)
+    return time, channels, (*notices, *lost, *dropped, *odd)
 
 
 def _check_initial_state(settings: RecordSettings, begin: float) -> None:

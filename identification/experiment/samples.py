@@ -1,6 +1,5 @@
-"""The samples of a record: time stamps checked, unusable samples marked, then crop, filters and trends as its table declares them."""
+"""The samples of a record: unusable ones marked, then crop, mask, filters and trends as its table declares them."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -11,179 +10,13 @@ from jaxtyping import Bool, Float64, Int
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import binary_dilation
 from scipy.signal import butter, firwin, freqz, resample_poly, sosfiltfilt, sosfreqz
-from scipy.spatial import ConvexHull
 
 from identification.experiment.channels import si_unit
+from identification.experiment.clock import IRREGULAR_SPREAD, MIN_SAMPLES
 from identification.experiment.errors import ExperimentError
 from identification.experiment.experiment import Preparation, Sensed, Sensor
-from identification.experiment.limits import LARGEST, check_samples
+from identification.experiment.limits import LARGEST
 from identification.experiment.noise import estimate_noise, quantisation_step
-
-MIN_SAMPLES = 16
-IRREGULAR_SPREAD = 0.01
-COARSEST_ROUNDING = 1e-5
-"""Of a sampling step: time stamps of double precision, counted from a far origin such as 1970, are rounded to more than that."""
-
-
-def drop_bad_time(
-    time: Float64[np.ndarray, " samples"], channels: dict[str, Float64[np.ndarray, " samples"]]
-) -> tuple[Float64[np.ndarray, " kept"], dict[str, Float64[np.ndarray, " kept"]], tuple[str, ...]]:
-    """Leave out samples without a time stamp, or with that of the sample before; a notice says how many.
-
-    Time that runs backwards is left as it is.
-    """
-    lost = ~np.isfinite(time)
-    sound = np.flatnonzero(~lost)
-    repeated = sound[1:][np.diff(time[sound]) == 0.0]
-    kept = np.setdiff1d(sound, repeated, assume_unique=True)
-    if kept.size == time.size:
-        return time, channels, ()
-    notice = (
-        f"As drop_bad_time asks, {time.size - kept.size} of {time.size} samples are left out: {int(lost.sum())} without a time stamp, "
-        f"{repeated.size} with that of the sample before."
-    )
-    return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
-
-
-def even_time(
-    time: Float64[np.ndarray, " samples"], channels: Iterable[Float64[np.ndarray, " _"]]
-) -> tuple[Float64[np.ndarray, " samples"], float]:
-    """Even time stamps in place of those that two samples or more share for want of digits; others as they are.
-
-    Stamps count in units of their smallest step. They are those of even samples, rounded or cut off, where a straight line over the number
-    of the sample leaves a spread of one unit or less; the line of least spread runs along an edge of the convex hull of the stamps. Where
-    all channels repeat their values with the stamps, the samples are repeated ones.
-
-    Args:
-        time: any unit.
-        channels: with these stamps.
-
-    Returns:
-        The stamps, and how many samples share one; 1 where they are as they were.
-
-    Example:
-        >>> even, shared = even_time(np.array([0.0, 0.0, 0.001, 0.001, 0.002, 0.002]), [np.arange(6.0)])
-        >>> even.round(9).tolist(), round(shared, 6)
-        ([0.0, 0.0005, 0.001, 0.0015, 0.002, 0.0025], 2.0)
-    """
-    steps = np.diff(time)
-    if not np.isfinite(time).all() or not (steps >= 0.0).all() or not 0 < np.count_nonzero(steps) < steps.size:
-        return time, 1.0
-    if all(np.array_equal(np.diff(values)[steps == 0.0], 0.0 * steps[steps == 0.0]) for values in channels if values.size == time.size):
-        return time, 1.0
-    unit = float(steps[steps > 0.0].min())
-    stamps = np.stack([np.arange(time.size), np.rint((time - time[0]) / unit)], axis=1)
-    corners = stamps[ConvexHull(stamps).vertices]
-    across, up = (corners - np.roll(corners, 1, axis=0)).T
-    slopes = up[across != 0.0] / across[across != 0.0]
-    spreads = np.ptp(corners[:, 1] - slopes[:, None] * corners[:, 0], axis=1)
-    slope, spread = float(slopes[np.argmin(spreads)]), float(spreads.min())
-    if max(spread, 2.0 * slope) > 1.0 + COARSEST_ROUNDING:
-        return time, 1.0
-    return time[0] + unit * slope * stamps[:, 0], 1.0 / slope
-
-
-def evened(seconds: Float64[np.ndarray, " samples"], shared: float) -> tuple[str, ...]:
-    """A notice on what `even_time` did; none where it did nothing."""
-    if shared == 1.0:
-        return ()
-    rate = (seconds.size - 1) / float(seconds[-1] - seconds[0])
-    return (f"The time stamps lack digits: {shared:.4g} samples share each. They are taken to come evenly, at {rate:.6g} Hz.",)
-
-
-def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
-    """Refuse time stamps, s, that are too few, not finite, that do not grow, or are too far from 0 to be exact; `where` names the record.
-
-    Given is a notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
-    """
-    if time.size < MIN_SAMPLES:
-        count = f"only {time.size} samples" if time.size else "no samples, it is empty"
-        raise ExperimentError(f"{where} has {count}: expected at least {MIN_SAMPLES}; record longer or remove the record")
-    bad = np.flatnonzero(~np.isfinite(time))
-    if bad.size:
-        raise ExperimentError(
-            f"time of {where} is not finite at sample {bad[0] + 1}: expected a number in every row; correct it there, or leave such "
-            "samples out with drop_bad_time = true in the record"
-        )
-    steps = np.diff(time)
-    back = np.flatnonzero(steps <= 0.0)
-    if back.size:
-        i = int(back[0])
-        remedy = "leave repeated ones out with drop_bad_time = true in the record" if steps[i] == 0.0 else _of_backwards(time)
-        raise ExperimentError(
-            f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
-            f"expected strictly increasing time stamps; {remedy}"
-        )
-    rounding = float(np.spacing(np.abs(time).max()) / np.median(steps))
-    if rounding > COARSEST_ROUNDING:
-        raise ExperimentError(
-            f"time of {where} begins at {time[0]:.9g} s, so far from 0 that its stamps are rounded to {rounding:.1g} of a sampling step: "
-            "expected time since about the record's begin; subtract its first stamp"
-        )
-    smallest, median, largest = float(steps.min()), float(np.median(steps)), float(steps.max())
-    if largest - smallest <= IRREGULAR_SPREAD * median:
-        return ()
-    at = time[int(np.argmax(steps))]
-    return (f"The sampling is irregular: steps of {smallest:.4g} to {largest:.4g} s, median {median:.4g}; the longest follows {at:.6g} s.",)
-
-
-def _of_backwards(time: Float64[np.ndarray, " samples"]) -> str:
-    """What to do about time that runs backwards: sort samples that are out of order, or part the stretches of a clock that steps back.
-
-    Sorted, samples out of order come no closer than before, and those of two stretches that overlap do.
-    """
-    steps = np.diff(time)
-    forward = steps[steps > 0.0]
-    if forward.size == 0 or np.diff(np.sort(time)).min() >= (1.0 - IRREGULAR_SPREAD) * forward.min():
-        return "sort them"
-    ends = np.flatnonzero(steps < 0.0)
-    first = int(ends[0]) + 1
-    back = float(np.median(steps) - steps[ends[0]])
-    said = f"the clock steps back by {back:.6g} s there and parts {ends.size + 1} stretches: export each as a file of its own"
-    before, after = time[:first], time[first:]
-    longer = max(before[before < after[0]], after[after > before[-1]], key=len)
-    if ends.size > 1 or longer.size < MIN_SAMPLES:
-        return said
-    return f"{said}, or use a part of one alone with crop = [{longer[0]:.9g}, {longer[-1]:.9g}] in the record"
-
-
-def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
-    """Refuse a drive, Hz, with fewer than two samples in a period; pauses between samples do not count."""
-    sampling = 1.0 / float(np.median(np.diff(time)))
-    if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
-        raise ExperimentError(
-            f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
-            f" that; check that it is in Hz{_in_ms(frequency, sampling)}"
-        )
-
-
-def _in_ms(frequency: float, sampling: float) -> str:
-    """A hint where the drive would be well sampled if the time stamps were in ms."""
-    return (
-        ', or add time_unit = "ms" to the record if its time stamps are in ms'
-        if frequency < 500.0 * sampling
-        else ", and the unit of the time"
-    )
-
-
-def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:
-    """Time stamps, s, of a record that has no file: from 0 to `duration`, s, inclusive, at `sampling_frequency`, Hz.
-
-    Raises:
-        ExperimentError: one of the two is missing, or they give fewer than two or too many samples.
-
-    Example:
-        >>> declared_time(0.5, 4.0, "record 'a.csv'")
-        array([0.  , 0.25, 0.5 ])
-    """
-    if duration is None or sampling_frequency is None:
-        raise ExperimentError(f"{where} has no file: expected its file, or duration and sampling_frequency; add them")
-    steps = np.floor(duration * sampling_frequency * (1.0 + 1e-12) + 1e-9)
-    if steps < 1.0:
-        raise ExperimentError(f"duration of {where} is shorter than one sampling step: expected at least one; lengthen it")
-    check_samples(int(min(steps, 1e18)) + 1, where)
-    return np.arange(int(steps) + 1) / sampling_frequency
-
 
 _ROUNDING = 1e-9
 """Of a limit: by so much a sample at it may fall short after units have been converted."""
@@ -335,7 +168,7 @@ def _resolution(finite: Float64[np.ndarray, " usable"], size: float) -> float:
 def prepared(
     time: Samples, channels: dict[str, Samples], asked: Preparation, where: str
 ) -> tuple[Samples, dict[str, Samples], dict[str, Sensed], tuple[str, ...]]:
-    """Prepare a record, in this order: crop, low-pass, decimation or resampling, removal of a trend.
+    """Prepare a record, in this order: crop, mask, low-pass, decimation or resampling, removal of a trend.
 
     Args:
         time: s, checked.
@@ -350,6 +183,7 @@ def prepared(
         ExperimentError: the record does not allow it: too little is left, a cut-off above half its rate, uneven samples to be filtered.
     """
     time, channels = cropped(time, channels, asked, where)
+    channels = _masked(time, channels, asked, where)
     sensed = {name: Sensed(estimate=estimate_noise(values), step=quantisation_step(values)) for name, values in channels.items()}
     lost = {name: ~np.isfinite(values) for name, values in channels.items()}
     power, rate = np.ones(BINS), 1.0 / float(np.median(np.diff(time)))
@@ -388,6 +222,22 @@ def cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, whe
             f"record runs from {time[0]:.6g} to {time[-1]:.6g} s"
         )
     return time[kept], {name: values[kept] for name, values in channels.items()}
+
+
+def _masked(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> dict[str, Samples]:
+    """Channels without the samples of the stretches that are left out."""
+    left_out = np.zeros(time.size, bool)
+    for begin, end in asked.mask:
+        inside = (time >= begin) & (time <= end)
+        if not inside.any():
+            raise ExperimentError(
+                f"mask of {where} names {begin:g} to {end:g} s, where it has no sample: expected a stretch between {time[0]:.6g} and "
+                f"{time[-1]:.6g} s; correct it"
+            )
+        left_out |= inside
+    if time.size - left_out.sum() < MIN_SAMPLES:
+        raise ExperimentError(f"mask of {where} leaves {time.size - left_out.sum()} samples: expected at least {MIN_SAMPLES}; shorten it")
+    return {name: np.where(left_out, np.nan, values) for name, values in channels.items()}
 
 
 def _check_even(time: Samples, where: str) -> None:

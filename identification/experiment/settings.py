@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from math import pi
 
 from identification.experiment.channels import CHANNELS, KINDS, TIME, factor_to_si, output_of, read_sensitivity, si_unit
+from identification.experiment.clock import ClockSettings
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.experiment import Load, ParameterOption, Preparation, Prior, Sensor, Suspension
+from identification.experiment.experiment import Filter, Load, ParameterOption, Preparation, Prior, Sensor, Suspension
 from identification.experiment.readers import stem_of
 from identification.experiment.toml_file import Table, finite
 
@@ -92,7 +93,7 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
     tables.allow(*CHANNELS, noun="channel")
     for channel in tables.values:
         table = tables.table(channel, f"[sensors.{channel}]")
-        table.allow("unit", "sensitivity", "sign", "noise", "zero", "range")
+        table.allow("unit", "sensitivity", "sign", "noise", "zero", "range", *BANDS)
         unit, stated = table.string("unit"), table.string("sensitivity")
         sensitivity = None if stated is None else read_sensitivity(stated, CHANNELS[channel], table.where)
         if unit is not None:
@@ -102,6 +103,41 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
         span = _limits(table, "range", f"in {si_unit(channel)}")
         sensors[channel] = Sensor(unit=unit, sensitivity=sensitivity, sign=_sign(table), noise=noise, zero=zero, range=span)
     return sensors
+
+
+BANDS, FILTERS, MOST_ORDER = ("highpass", "lowpass"), ("butterworth",), 8
+"""In the order in which readings pass them; shapes of filters; largest order."""
+
+
+def read_filters(recorder: Table, tables: Table) -> tuple[Filter, ...]:
+    """Read `highpass` and `lowpass` of each sensor, then those of `[recorder]`, which act on every channel with a sensor."""
+    recorder.allow(*BANDS)
+    of_sensors = [one for channel in tables.values for one in _filters(tables.table(channel, f"[sensors.{channel}]"), [channel])]
+    return (*of_sensors, *_filters(recorder, list(tables.values)))
+
+
+def _filters(table: Table, channels: list[str]) -> list[Filter]:
+    """The filters of one table, for each of the channels: `lowpass = { type, order, corner }`, or `{ time_constant }` of first order."""
+    found = []
+    for band in BANDS:
+        if band not in table.values:
+            continue
+        one = table.table(band, f"{band} of {table.where}")
+        one.allow("type", "order", "corner", "time_constant")
+        order, corner = one.values.get("order", 1), one.quantity("corner", "frequency", example="1100 Hz", positive=True)
+        constant = one.quantity("time_constant", "time", example="0.8 s", positive=True)
+        if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= MOST_ORDER:
+            raise ExperimentError(f"order of {one.where} is {shown(order)}: expected a whole number from 1 to {MOST_ORDER}; correct it")
+        if (corner is None) == (constant is None) or (constant is not None and order > 1):
+            raise ExperimentError(
+                f'{one.where} is not one filter: expected {{ type = "butterworth", order = 4, corner = 1100.0 }} (Hz), or, of first order, '
+                "{ time_constant = 0.8 } (s); give one of the two"
+            )
+        if corner is not None:
+            one.needed_string("type", FILTERS)
+        hertz = corner if corner is not None else 0.5 / (pi * (constant or 1.0))
+        found += [Filter(channel=channel, band=band, order=order, corner=hertz) for channel in channels]
+    return found
 
 
 def _sign(table: Table) -> int:
@@ -134,7 +170,7 @@ TRENDS = ("constant", "linear")
 
 
 def read_preparation(table: Table) -> Preparation:
-    """Read `crop`, `lowpass`, `decimate`, `resample` and `detrend` of a record; empty where none is declared."""
+    """Read `crop`, `mask`, `lowpass`, `decimate`, `resample` and `detrend` of a record; empty where none is declared."""
     decimate = table.values.get("decimate")
     if decimate is not None and (isinstance(decimate, bool) or not isinstance(decimate, int) or decimate < 2):
         raise ExperimentError(f"decimate in {table.where} is {shown(decimate)}: expected a whole number of at least 2; correct it")
@@ -143,11 +179,28 @@ def read_preparation(table: Table) -> Preparation:
         raise ExperimentError(f"{table.where} has both decimate and resample: expected one of the two; remove one")
     return Preparation(
         crop=_rising(table, "crop", "in s", wanted="instants", first="earlier instant", written="[first, last]"),
+        mask=_mask(table),
         lowpass=table.number("lowpass", unit="Hz", positive=True),
         decimate=decimate,
         resample=resample,
         detrend=_detrend(table),
     )
+
+
+def _mask(table: Table) -> tuple[tuple[float, float], ...]:
+    """Read `mask = [[first, last], ...]`, s."""
+    spans, written = table.values.get("mask", []), "[[first, last]]"
+    if not isinstance(spans, list) or any(not isinstance(span, list) for span in spans):
+        raise ExperimentError(f"mask in {table.where} is {shown(spans)}: expected a list of stretches in s; write mask = {written}")
+    each = (Table(values={"mask": span}, where=table.where) for span in spans)
+    found = (_rising(one, "mask", "in s", wanted="instants", first="earlier instant", written=written) for one in each)
+    return tuple(span for span in found if span is not None)
+
+
+def _missing(table: Table) -> tuple[float, ...]:
+    """Read `missing`, a number or a list of them."""
+    value = table.values.get("missing", [])
+    return tuple(finite(each, f"missing in {table.where}") for each in (value if isinstance(value, list) else [value]))
 
 
 def _detrend(table: Table) -> dict[str, str]:
@@ -161,8 +214,10 @@ UNDRIVEN = ("drop-test", "free-decay")
 """Kinds in which nothing drives, unless the cart's motion was measured."""
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
-POSITIVE_NUMBERS = {"excitation_frequency": "Hz", "duration": "s", "sampling_frequency": "Hz"}
-PREPARATION = ("crop", "lowpass", "decimate", "resample", "detrend")
+POSITIVE_NUMBERS = {"excitation_frequency": "375 rpm", "duration": "2 s", "sampling_frequency": "4 kHz"}
+"""With an example; a number without a unit is in Hz or s."""
+CLOCK = ("time_unit", "drop_bad_time", "rebuild_time", "stretch")
+PREPARATION = ("crop", "mask", "lowpass", "decimate", "resample", "detrend")
 KEYS = (
     "file",
     "kind",
@@ -171,8 +226,8 @@ KEYS = (
     "held_back",
     "columns",
     "units",
-    "time_unit",
-    "drop_bad_time",
+    *CLOCK,
+    "missing",
     *NUMBERS,
     *POSITIVE_NUMBERS,
     *PREPARATION,
@@ -191,8 +246,8 @@ class RecordSettings:
         numbers: the optional numbers of `NUMBERS` and `POSITIVE_NUMBERS`, SI, None where absent.
         columns: the column that holds a channel (or "time"), where it does not bear the channel's name.
         units: the unit of a channel's numbers in this file, where neither the file nor the sensor's table is to be believed.
-        time_unit: of the time column, or None.
-        drop_bad_time: whether samples without a time stamp, or with that of the sample before, are to be left out.
+        clock: of its time stamps.
+        missing: values that stand for no reading, in the units of the file.
         held_back: whether the record is to be predicted, not fitted.
         preparation: of its samples.
     """
@@ -204,8 +259,8 @@ class RecordSettings:
     numbers: dict[str, float | None]
     columns: dict[str, str]
     units: dict[str, str]
-    time_unit: str | None
-    drop_bad_time: bool
+    clock: ClockSettings
+    missing: tuple[float, ...]
     held_back: bool
     preparation: Preparation
 
@@ -228,16 +283,15 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
     kind = table.needed_string("kind", KINDS)
     base = table.string("base", BASES) or "sine"
     numbers = {key: table.number(key, unit=unit) for key, unit in NUMBERS.items()}
-    numbers |= {key: table.number(key, unit=unit, positive=True) for key, unit in POSITIVE_NUMBERS.items()}
-    if kind == "cart-excitation" and base == "sine":
+    for key, example in POSITIVE_NUMBERS.items():
+        numbers[key] = table.quantity(key, "time" if key == "duration" else "frequency", example=example, positive=True)
+    if kind == "cart-excitation" and base == "sine" and numbers["excitation_frequency"] is None:
         table.needed_number("excitation_frequency", unit="Hz", positive=True)
     if kind in UNDRIVEN and base == "sine" and numbers["excitation_frequency"] is not None:
         raise ExperimentError(
             f"excitation_frequency in {table.where} is given for kind {shown(kind)}, in which the cart rests: expected none; remove it, or"
             " set kind = 'cart-excitation'"
         )
-    time_unit = table.string("time_unit")
-    factor_to_si(time_unit or "s", TIME, table.where)
     return RecordSettings(
         file=file,
         kind=kind,
@@ -246,11 +300,23 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         numbers=numbers,
         columns=_columns(table),
         units=_units(table),
-        time_unit=time_unit,
-        drop_bad_time=table.flag("drop_bad_time"),
+        clock=_clock(table),
+        missing=_missing(table),
         held_back=table.flag("held_back"),
         preparation=read_preparation(table),
     )
+
+
+def _clock(table: Table) -> ClockSettings:
+    """Read `time_unit`, `drop_bad_time`, `rebuild_time` and `stretch`."""
+    unit, stretch = table.string("time_unit"), table.values.get("stretch")
+    factor_to_si(unit or "s", TIME, table.where)
+    if stretch is not None and (isinstance(stretch, bool) or not isinstance(stretch, int) or stretch < 1):
+        raise ExperimentError(f"stretch in {table.where} is {shown(stretch)}: expected a whole number from 1 on; correct it")
+    drop, rebuild = table.flag("drop_bad_time"), table.flag("rebuild_time")
+    if drop and rebuild:
+        raise ExperimentError(f"{table.where} has both drop_bad_time and rebuild_time: expected one of the two; remove one")
+    return ClockSettings(unit=unit, drop_bad=drop, rebuild=rebuild, stretch=stretch)
 
 
 def _units(table: Table) -> dict[str, str]:

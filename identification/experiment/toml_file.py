@@ -96,7 +96,7 @@ class Table:
             raise ExperimentError(f"{key} is missing in {self.where}: expected {_wanted(unit, positive)}; add a line '{key} = …'")
         return value
 
-    def quantity(self, key: str, dimension: str, *, example: str, bare: bool = True) -> float | None:
+    def quantity(self, key: str, dimension: str, *, example: str, bare: bool = True, positive: bool = False) -> float | None:
         """Read an optional number with its unit, such as "5 deg"; a bare number, where that is allowed, is in SI.
 
         Args:
@@ -104,6 +104,7 @@ class Table:
             dimension: as for `factor_to_si`.
             example: a value as it should be written, for the message.
             bare: whether a number without a unit will do.
+            positive: whether it has to be above 0.
 
         Returns:
             The number in SI, finite; None where the key is absent.
@@ -113,10 +114,10 @@ class Table:
             return None
         if isinstance(value, str) and (found := QUANTITY.fullmatch(value.strip())):
             where = f"{key} of {self.where}"
-            return finite(float(found["number"]), where) * factor_to_si(found["unit"], dimension, where)
+            return finite(float(found["number"]), where, positive=positive) * factor_to_si(found["unit"], dimension, where)
         if isinstance(value, str) or not bare:
             raise ExperimentError(f'{key} in {self.where} is {shown(value)}: expected a number with its unit; write {key} = "{example}"')
-        return finite(value, f"{key} in {self.where}", unit=SI_UNITS[dimension])
+        return finite(value, f"{key} in {self.where}", unit=SI_UNITS[dimension], positive=positive)
 
     def string(self, key: str, choices: Iterable[str] | None = None) -> str | None:
         """Read an optional, non-empty string, one of `choices` where these are given; None where the key is absent."""

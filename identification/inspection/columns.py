@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,19 +14,20 @@ from identification.experiment.channels import (
     FACTORS,
     STAND_INS,
     TIME,
-    brackets_of,
     factor_to_si,
     means_time,
     mistaken_unit,
     output_of,
     same_unit,
     si_unit,
+    unit_text,
 )
+from identification.experiment.clock import ClockSettings, all_repeat, chosen_stretch, clocked, longest_stretch, rebuilt, steps_back
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.readers import read_columns
+from identification.experiment.load_record import angle_of
+from identification.experiment.readers import Lost, read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
-from identification.experiment.samples import even_time, evened
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
 LONG_STEP = 0.05
@@ -61,6 +63,7 @@ class FileColumns:
         columns: the others on the same time axis.
         unusable: why a column cannot be used, by name.
         notices: sentences on what had to be concluded in reading.
+        clock: what the record has to declare of its time stamps.
     """
 
     file: str
@@ -70,6 +73,7 @@ class FileColumns:
     columns: tuple[Column, ...]
     unusable: dict[str, str] = field(default_factory=dict)
     notices: tuple[str, ...] = ()
+    clock: ClockSettings = ClockSettings()
 
     @property
     def untimed(self) -> bool:
@@ -100,11 +104,9 @@ def read_file(path: Path) -> FileColumns:
         ExperimentError: it cannot be read, or holds nothing beside time stamps.
     """
     names = read_columns(path, frozenset(), path.name).names
-    found, own_time, unusable, notices = _read_all(path, names)
+    found, own_time, unusable, notices, lost = _read_all(path, names)
     time = _time_column(found)
     written = time.values
-    stamps, shared = even_time(written, [column.values for column in found if column.name != time.name])
-    time = replace(time, values=stamps)
     unit, guessed = _time_unit(time) if time.name else ("s", "")
     columns = []
     for column in found:
@@ -120,23 +122,75 @@ def read_file(path: Path) -> FileColumns:
         raise ExperimentError(
             f"{shown(path.name)} has no usable column beside the time ({reasons}): expected at least one; export it again"
         )
-    notices += evened(stamps * factor_to_si(unit, TIME, path.name), shared)
+    factor = factor_to_si(unit, TIME, path.name)
+    notices += tuple(one.sentence(written * factor if time.name else None) for one in lost if one.column not in unusable)
+    columns = _with_angle(columns)
+    seconds, part, clock, said = _clocked(written * factor, columns)
     return FileColumns(
-        file=path.name, time=time, time_unit=unit, time_guessed=guessed, columns=tuple(columns), unusable=unusable, notices=notices
+        file=path.name,
+        time=replace(time, values=seconds / factor),
+        time_unit=unit,
+        time_guessed=guessed,
+        columns=tuple(replace(column, values=column.values[part]) for column in columns),
+        unusable=unusable,
+        notices=(*notices, *said),
+        clock=clock,
     )
 
 
-def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str], tuple[str, ...]]:
-    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other; and all notices."""
+def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, slice, ClockSettings, tuple[str, ...]]:
+    """Time, s, of the samples that are used, their place, what the record has to declare for that, and notices.
+
+    Of a clock that steps back it is the longest stretch; stamps that are repeated, and not for want of digits alone, are rebuilt evenly.
+    """
+    part, clock, said = slice(None), ClockSettings(), ()
+    if steps_back(time):
+        clock = ClockSettings(stretch=longest_stretch(time))
+        part, notice = chosen_stretch(time, clock.stretch or 1, "the record")
+        time, said = time[part], (notice,)
+    values = [column.values[part] for column in columns]
+    even, notices = clocked(time, values)
+    steps = np.diff(even)
+    if (steps == 0.0).any() and not all_repeat(steps, values):
+        with suppress(ExperimentError):
+            even, notice = rebuilt(time, None, "the record")
+            return even, part, replace(clock, rebuild=True), (*said, notice)
+    return even, part, clock, (*said, *notices)
+
+
+ROUND, TURN = 0.05, 1e-3
+"""Largest standard deviation of the distance of a point from its pivot, over that distance; smallest range of an angle, rad."""
+
+
+def _with_angle(columns: list[Column]) -> list[Column]:
+    """With the angle of a point whose coordinates are x and y, where it moves on a circle about the origin, in place of both."""
+    x, y = (next((column for column in columns if _plain(column.name) == name), None) for name in "xy")
+    if x is None or y is None:
+        return columns
+    radius = np.hypot(x.values, y.values)
+    if not np.isfinite(radius).any() or np.nanstd(radius) > ROUND * np.nanmean(radius):
+        return columns
+    down = "-" if np.nanmean(y.values) < 0.0 else ""
+    angle = angle_of(x.values, -y.values if down else y.values)
+    if np.nanmax(angle) - np.nanmin(angle) < TURN:
+        return columns
+    name = f"atan2({x.name}, {down}{y.name})"
+    return [*(one for one in columns if one not in (x, y)), Column(name=name, unit="rad", in_file=True, values=angle)]
+
+
+def _read_all(
+    path: Path, names: tuple[str, ...]
+) -> tuple[list[Column], dict[str, np.ndarray], dict[str, str], tuple[str, ...], tuple[Lost, ...]]:
+    """All columns at once; where that fails, each with its own time axis, so that one bad column spoils no other; notices, lost samples."""
     try:
         everything = read_columns(path, frozenset(names), path.name)
         found = [_column(name, everything.values[name], everything.units) for name in names if name in everything.values]
-        return found, {}, {}, everything.notices
+        return found, {}, {}, everything.notices, everything.lost
     except TooCostlyError:
         raise
     except ExperimentError as error:
         first = error
-    found, own_time, unusable, time_unit, notices = [], {}, {}, "s", {}
+    found, own_time, unusable, time_unit, notices, lost = [], {}, {}, "s", {}, []
     for name in names:
         try:
             one = read_columns(path, frozenset({name, TIME}), path.name)
@@ -144,18 +198,19 @@ def _read_all(path: Path, names: tuple[str, ...]) -> tuple[list[Column], dict[st
             time_unit = one.units.get(TIME, time_unit)
             found += [_column(name, one.values[name], one.units)] if name in one.values else []
             notices |= dict.fromkeys(one.notices)
+            lost += [each for each in one.lost if each.column == name]
         except ExperimentError as error:
             unusable[name] = str(error).removeprefix(f"record {shown(path.name)}").lstrip(": ")
     if not found:
         raise first
     if TIME in names and TIME not in (column.name for column in found):  # a recorder's time axis comes with its channels
         found.insert(0, _column(TIME, max(own_time.values(), key=len), {TIME: time_unit}))
-    return found, own_time, unusable, tuple(notices)
+    return found, own_time, unusable, tuple(notices), tuple(lost)
 
 
 def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
     """A column with its unit."""
-    return Column(name=name, unit=units.get(name) or brackets_of(name) or "", in_file=name in units, values=values)
+    return Column(name=name, unit=units.get(name) or unit_text(name) or "", in_file=name in units, values=values)
 
 
 def _time_column(columns: list[Column]) -> Column:
@@ -172,8 +227,9 @@ def _time_unit(time: Column) -> tuple[str, str]:
     stated = next((known for known in FACTORS[TIME] if time.unit and same_unit(time.unit, known, TIME)), None)
     if stated is not None:
         return stated, ""
-    steps = np.diff(time.values[np.isfinite(time.values)])
-    step = float(np.median(steps)) if steps.size else 0.0
+    stamps = time.values[np.isfinite(time.values)]
+    steps = np.diff(stamps)
+    step = 0.0 if not steps.size else float(np.median(steps) if steps.all() else (stamps[-1] - stamps[0]) / steps.size)
     unit = next((one for one in ("s", "ms") if step * FACTORS[TIME][one] <= LONG_STEP), "us")
     statement = f"{time.unit!r} is no known unit of time" if time.unit else "the file states none"
     return unit, "" if unit == "s" else f"{statement}, and steps of {step:.4g} are long for s"
@@ -193,7 +249,7 @@ BODIES = {
     "cart": ("cart", "base", "basis", "table", "tisch", "shaker", "carriage", "slide", "wagen", "schlitten", "carr", "mesa"),
 }
 FORCES = {
-    "applied_force": ("appl", "drive", "excit", "shaker", "motor", "torque", "moment", "anreg", "aplicad"),
+    "applied_force": ("appl", "drive", "excit", "shaker", "sting", "motor", "torque", "moment", "anreg", "erreg", "aplicad"),
     "reaction_force": ("react", "support", "reac", "lager"),
 }
 SYMBOLS = {"x": "hammer_displacement", "y": "cart_displacement", "u": "relative_displacement", "f": "impact_force"}
@@ -215,6 +271,7 @@ class Mapped:
         unit: of its numbers, known to the program: of what is measured, or of the sensor's output.
         guessed: why the unit is a guess; empty where it was stated.
         exact: whether the column bears the channel's name.
+        unknown: whether the file states a unit that is not known, so that the unit here is only a placeholder.
     """
 
     channel: str
@@ -222,6 +279,7 @@ class Mapped:
     unit: str
     guessed: str
     exact: bool
+    unknown: bool = False
 
     @property
     def factor(self) -> float:
@@ -346,4 +404,5 @@ def _mapped(channel: str, column: Column, *, turned: bool) -> Mapped:
             return Mapped(channel=channel, column=column, unit=unit, guessed=f"{guessed}, and {reason}", exact=False)
         if dimension == "displacement" and usable.size and np.ptp(usable) > TOO_FAR:
             unit, guessed = LARGE_UNIT, f"{guessed}, and the numbers are large for m"
-    return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, exact=column.name == channel)
+    unknown = bool(column.unit) and bool(guessed) and not _is_moment(column)
+    return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, exact=column.name == channel, unknown=unknown)

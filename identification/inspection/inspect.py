@@ -12,11 +12,12 @@ from rich.text import Text
 
 from identification.experiment.channels import CART_CHANNELS
 from identification.experiment.checks import MOSTLY_SINE, Declared, Finding, all_findings, is_turned
+from identification.experiment.clock import IRREGULAR_SPREAD, check_time, rebuilt
 from identification.experiment.errors import ExperimentError, listed
 from identification.experiment.experiment import Record
 from identification.experiment.noise import estimate_noise
 from identification.experiment.readers import READERS, check_suffix
-from identification.experiment.samples import Saturation, check_time, find_saturation
+from identification.experiment.samples import Saturation, find_saturation
 from identification.experiment.signals import Sine, contact_force, fit_sine
 from identification.inspection.columns import Column, FileColumns, Mapped, is_angle, map_columns, matched, read_file
 from vibrojax.errors import printable
@@ -165,6 +166,19 @@ class Inspected:
     findings: tuple[Finding, ...] = ()
     turned: bool = False
 
+    @property
+    def uneven(self) -> str:
+        """How much the steps vary, where they do and the samples may have come evenly; else empty."""
+        steps = np.diff(self.found.seconds)
+        spread = float(np.ptp(steps) / np.median(steps)) if steps.size and not self.time.problem else 0.0
+        if spread <= IRREGULAR_SPREAD:
+            return ""
+        try:
+            rebuilt(self.found.seconds, None, "the record")
+        except ExperimentError:
+            return ""
+        return f"steps vary by {100 * spread:.2g} % of their median"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Inspection:
@@ -235,7 +249,7 @@ def _inspected(found: FileColumns) -> Inspected:
         return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=replace(guess, why=why), turned=turned)
     frequency = None if guess.sine is None else guess.sine.rounded
     record = replace(record, kind=guess.kind, base="measured" if guess.measured else "sine", excitation_frequency=frequency)
-    units = {one.channel: "V" if one.is_output else one.unit for one in mapped}  # of an output no scale is known
+    units = {one.channel: "V" if one.is_output or one.unknown else one.unit for one in mapped}  # of these no scale is known
     findings = tuple(all_findings(record, Declared(units=units)))
     return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=guess, findings=findings, turned=turned)
 

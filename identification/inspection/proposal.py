@@ -44,14 +44,20 @@ kind = "linear" # spring and damper; "pendulum" (wires), "pivot" (bearing, any a
 #varies = true # a value for each record about a common mean; how much they differ is estimated
 
 # One table for each channel that was recorded; leave out what was not. Any channel but the time may be missing.
-# unit:  of the recorded numbers, converted on reading: m mm um cm in ft, m/s^2 g, N kN mN lbf kip. A recorder's file that states the
-#        unit itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
+# unit:  of the recorded numbers, converted on reading: m mm um cm in mil ft, m/s^2 g, N kN mN lbf kip kgf. A file that states the unit
+#        itself (.tdms, .unv, .uff, .mf4) needs none; where both say it, they must agree.
 # sensitivity: of a sensor whose output was recorded, in V, mV or mA, from its calibration sheet: "11.2 mV/N", "100 mV/g", "0.8 V/mm".
 #        The unit is then that of the output, left out where it is that of the sensitivity.
 # sign: -1 where the sensor is mounted the other way round; its readings are multiplied by it.
 # noise: standard deviation of the sensor in SI, whatever the unit; left out, it is estimated from each record.
 # range: lowest and highest value in SI that the sensor can show; samples at or beyond it are left out.
 # zero: standard deviation in SI of a constant that the channel may be off by; one is then estimated in every record. Left out: none.
+
+# highpass, lowpass: of the sensor or its amplifier, where it is known: the model's readings pass it too. Left out: none.
+
+# A filter of the recorder that is known and acts on all channels; the model's readings pass it, and nothing of it is estimated.
+#[recorder]
+#lowpass = { type = "butterworth", order = 4, corner = 1100.0 } # Hz
 
 [sensors.hammer_displacement] # m, absolute; grows towards the stop
 unit = "mm"
@@ -65,6 +71,7 @@ unit = "mm"
 
 [sensors.impact_force] # N, what the load cell behind the stop reads, positive in compression
 unit = "N"
+#highpass = { time_constant = 0.8 } # s, of a piezoelectric cell; or { type = "butterworth", order = 1, corner = 0.2 } (Hz)
 
 #[sensors.relative_displacement] # m, hammer minus cart, where only their distance was measured
 #unit = "mm"
@@ -99,11 +106,15 @@ gap = 0.0
 file = "cart1.csv"
 kind = "cart-excitation"
 gap = 0.001
-excitation_frequency = 6.25 # Hz, as set; amplitude and phase of the cart are estimated
+excitation_frequency = 6.25 # Hz, as set, or "375 rpm"; amplitude and phase of the cart are estimated
 #base = "measured" # "sine", or "measured" where the recorded cart motion is to drive the model
 #held_back = true # never fitted: it is predicted, as a test of the fit
 #columns = { time = "t", hammer_displacement = "LVDT 2 [mm]" } # channel = column, where a column does not bear the channel's name
 #units = { cart_displacement = "um" } # of the numbers in this file, where neither the file nor the sensor's table is right
+#mask = [[0.8, 0.9]] # s, stretches that are left out of every channel
+#missing = -9999 # a value, or a list of them, that stands for no reading, in the file's own unit
+#rebuild_time = true # the samples came evenly, and their stamps do not: even time, at sampling_frequency where it is given
+#stretch = 1 # of a clock that steps back: which of the stretches is used, from 1
 #drop_bad_time = true # leave out samples without a time stamp, or with that of the sample before
 #crop = [0.2, 2.5] # s, first and last instant that are used, on the file's own clock
 #lowpass = 500.0 # Hz: a low-pass without phase on every channel; far above one over the duration of a contact
@@ -231,7 +242,12 @@ def _sensor(each: Mapped, one: Inspected, *, turned: bool) -> str:
     sign = ["sign = -1 # guess: it falls in impacts, and a load cell has to rise in compression"] if turned else []
     if each.is_output:
         return "\n".join([f"[sensors.{each.channel}]", *_output(each, file), *sign]) + "\n"
-    lines = [f"[sensors.{each.channel}]", f'unit = "{each.unit}" {unit}', *sign]
+    line = f'unit = "{each.unit}" {unit}'
+    if each.unknown:
+        line = f'# unit = "{each.unit}" # TO FILL IN: the unit of the numbers in {file}, for {each.guessed}'
+    lines = [f"[sensors.{each.channel}]", line, *sign]
+    if each.unknown:
+        return "\n".join(lines) + "\n"
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
     si = si_unit(each.channel)
     if facts.noise is not None:
@@ -284,10 +300,20 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
             f"# not taken for a channel: {', '.join(left)}; name what is one in columns = {{ CHANNEL = ... }}, with a [sensors.CHANNEL]"
         )
     units = {each.channel: each.unit for each in one.mapped if _differs(each, sensors[each.channel])}
+    unknown = [each.channel for each in one.mapped if each.unknown and each.column.in_file]
+    if unknown:
+        text = ", ".join(f'{channel} = "{si_unit(channel)}"' for channel in unknown)
+        lines.append(f"# units = {{ {text} }} # TO FILL IN: the units of this file's numbers, whose own statement is not known")
     if units:
         lines.append(f"units = {{ {', '.join(f'{channel} = {_text(unit)}' for channel, unit in units.items())} }} # of this file's numbers")
     if found.untimed:
         return "\n".join(lines) + "\n"
+    if found.clock.stretch is not None:
+        lines.append(f"stretch = {found.clock.stretch} # guess: the longest between the instants at which the clock steps back")
+    if found.clock.rebuild:
+        lines.append("rebuild_time = true # guess: stamps repeat; give the sampling_frequency (Hz) beside it where it is known")
+    elif one.uneven:
+        lines.append(f"# rebuild_time = true # {one.uneven}: where the samples came evenly, and only their stamps vary")
     if found.time_guessed:
         lines.append(f"time_unit = {_text(found.time_unit)} # guess: {found.time_guessed}")
     elif found.time_factor != 1.0 and not found.time.in_file:
@@ -297,7 +323,7 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
 
 def _differs(each: Mapped, declared: Mapped) -> bool:
     """Whether a file's unit is not the declared one, or the file states one that is not to be believed."""
-    if each.guessed and not each.column.in_file:
+    if each.unknown or (each.guessed and not each.column.in_file):
         return False
     stated = each.column.in_file and not same_unit(each.column.unit, each.unit, each.dimension)
     return stated or (each.factor != declared.factor and (not each.is_output or each.column.in_file))

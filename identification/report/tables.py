@@ -104,6 +104,8 @@ def _verdict(result: FitResult) -> Text:
     said = [f"{result.experiment.name}: {counts}", f"{result.model.law.title}, {result.model.suspension.name} suspension"]
     if load := load_words(result.model):
         said.append(f"known load: {load}")
+    if filters := filter_words(result.model):
+        said.append(f"declared filters: {filters}")
     return text.append("".join(f"\n{line}" for line in said), "not bold")
 
 
@@ -337,6 +339,14 @@ def posterior_words(result: FitResult) -> str:
         f"weighted draws, worth {sample.effective:.0f} of equal weight; shape of the weights' tail {sample.tail:.2f}, "
         f"reliable up to {SHAPE_LIMIT}"
     )
+
+
+def filter_words(model: Model) -> str:
+    """The recorder's known filters, each with the channels that pass it; empty where there are none."""
+    channels: dict[str, list[str]] = {}
+    for one in model.recorder:
+        channels.setdefault(one.kind, []).append(one.of_channel.replace("_", " "))
+    return "; ".join(f"{kind} of {joined(names)}" for kind, names in channels.items())
 
 
 def load_words(model: Model) -> str:

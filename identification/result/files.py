@@ -105,6 +105,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "law": result.model.law.name,
         "suspension": result.model.suspension.name,
         "load": model_document(result.model).get("load"),
+        "recorder": model_document(result.model).get("recorder", []),
         "effects": None if result.added is None else dataclasses.asdict(result.added),
         "parameters": {p.spec.name: _parameter(p) | _wish(result, p.spec.name) for p in result.parameters},
         "derived": {d.name: {"value": d.value, "stderr": d.stderr, "unit": d.unit} for d in result.derived},

@@ -53,7 +53,7 @@ def remodelled(
         states=(
             "u",
             "v",
-            *(f"{effect.name}.{state.name}" for effect in model.effects for state in effect.own_states),
+            *(f"{effect.name}.{state.name}" for effect in model.acting for state in effect.own_states),
             *((APPROACH_SPEED,) if before.states[-1] == APPROACH_SPEED else ()),
         ),
     )
@@ -70,7 +70,7 @@ def remodelled(
     )
     new = tuple(p for p in parameters if p.name in of_effects)
     sizes = dict(zip(before.states[2:], problem.scales.own, strict=True))
-    for effect in model.effects:
+    for effect in model.acting:
         for state in effect.own_states:
             name = f"{effect.name}.{state.name}"
             if name not in sizes:

@@ -148,7 +148,7 @@ def unknowns_of(model: Model, parameters: Sequence[Parameter], *, zeros: Sequenc
     """Unknowns of a model: `parameters` are shared, `zeros` name channels of unknown zero, `varying` parameters that deviate in records."""
     own = (*OF_RECORD, *(f"zero.{name}" for name in zeros), *(f"variation.{name}" for name in varying))
     of_effects, of_motion = model.record_parameters, ("u", "v")
-    effects = tuple(f"{effect.name}.{state.name}" for effect in model.effects for state in effect.own_states)
+    effects = tuple(f"{effect.name}.{state.name}" for effect in model.acting for state in effect.own_states)
     return Unknowns(
         shared=tuple((p.name, p.logarithmic) for p in parameters),
         own=(*own, *(p.name for p in of_effects)),

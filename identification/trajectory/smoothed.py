@@ -127,12 +127,12 @@ def fit_smoothed(
         progress: called with a line in each iteration.
 
     Raises:
-        InputError: the width is no length, the stop is rigid, or the model has effects, which the smoothed integrator does not know.
+        InputError: the width is no length, the stop is rigid, or the model has effects or filters, which this integrator does not know.
         NoConvergenceError: Diffrax cannot integrate a record.
     """
     check_smoothing(problem.model.law, smoothing)
-    if problem.model.effects:
-        raise InputError("the smoothed integrator integrates no effects: expected none beside it; fit them with the landing integrator")
+    if problem.model.acting:
+        raise InputError("the smoothed integrator integrates neither effects nor filters: expected none; use the landing integrator")
     fixed = _fixed(problem, at, smoothing, readings or tuple(ReadingError() for _ in problem.chains.channels))
     unknowns, files = problem.unknowns, problem.chains.files
     point, iterations, loss, gradient = jax.tree.map(jnp.zeros_like, fixed.begin), 0, np.inf, np.inf

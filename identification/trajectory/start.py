@@ -110,7 +110,8 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     values |= {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
     values = {p.name: float(np.clip(values[p.name], max(p.lower, 1e-300), p.upper)) for p in parameters}
     f_n = values.get("f_n", 0.0)
-    scales = _scales(experiment, motions, f_n, unknowns)
+    filters = [state.scale for one in model.recorder for state in one.own_states]
+    scales = _scales(experiment, motions, f_n, filters, unknowns)
     excited = [record.excitation_frequency or 0.0 for record in records]
     fastest = max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
     rest = [_rest(record, motion, values.get("e")) for record, motion in zip(records, motions, strict=True)]
@@ -125,7 +126,8 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         if motion is not None:
             rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(motion.u) - 1)
             states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
-            states[knots, 2:] = np.abs(motion.v).max()  # of an approach speed; corrected at the first touch
+            if unknowns.states[-1] == APPROACH_SPEED:
+                states[knots, -1] = np.abs(motion.v).max()  # corrected at the first touch
     if isinstance(model.law, AbstractInstantaneousLaw):
         for knots, record in zip(chains.knots, records, strict=True):
             states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
@@ -244,8 +246,8 @@ def _base_acceleration(record: Record, base: tuple[float, float]) -> np.ndarray:
     return np.concatenate([values, values[-1:]])
 
 
-def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float, unknowns: Unknowns) -> Scales:
-    """Natural sizes of the motion."""
+def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float, filters: list[float], unknowns: Unknowns) -> Scales:
+    """Natural sizes of the motion, and of the recorder's `filters`."""
     seen = [one for one in motions if one is not None]
     u = np.concatenate([one.u - one.u.mean() for one in seen]) if seen else np.ones(1)
     v = np.concatenate([one.v for one in seen]) if seen else np.ones(1)
@@ -259,7 +261,7 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
         velocity=velocity,
         force=force,
         resolution=min(noise, default=1e-3 * displacement),
-        own=np.array([velocity for name in unknowns.states[2:] if name == APPROACH_SPEED]),
+        own=np.array(filters + [velocity for name in unknowns.states[2:] if name == APPROACH_SPEED]),
     )
 
 

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from identification.experiment import Experiment, ExperimentError
 from identification.experiment.errors import suggestion
 from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
+from vibrojax.effects.recorder_filter import RecorderFilter
 from vibrojax.errors import InputError
 from vibrojax.model import MASS, Load, Model
 from vibrojax.parameters import Parameter
@@ -38,11 +39,19 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
     kind = SUSPENSIONS[experiment.suspension.kind]
     geometry: dict[str, Any] = {} if experiment.suspension.length is None else {"length": experiment.suspension.length}
     numbers: dict[str, Any] = {p.field: p.start for p in (*kind.parameters, *LAWS[name].parameters)}
+    recorded = {channel for record in experiment.records for channel in record.channels}
     return Model(
         mass=experiment.mass,
         suspension=kind(**{p.field: numbers[p.field] for p in kind.parameters}, **geometry),
         law=LAWS[name](**{p.field: numbers[p.field] for p in LAWS[name].parameters}),
         load=Load(incline=experiment.load.incline, constant_force=experiment.load.constant_force),
+        recorder=tuple(
+            RecorderFilter(  # pyright: ignore[reportCallIssue]  # takes the abstract class variable `own_states` for a field
+                of_channel=one.channel, band=one.band, order=one.order, corner_hz=one.corner
+            )
+            for one in experiment.filters
+            if one.channel in recorded
+        ),
     )
 
 

@@ -34,7 +34,7 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     Raises `ExperimentError` where the record gives neither, `NoConvergenceError` where the integration fails.
     """
     if not as_recorded:
-        model = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
+        model = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault), recorder=())
     amplitude, phase = _base(record)
     system = system_in(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)

@@ -11,7 +11,9 @@ from identification.experiment.limits import LARGEST
 from identification.experiment.readers.apart import APART
 from identification.experiment.readers.base import AbstractReader as AbstractReader
 from identification.experiment.readers.base import Columns as Columns
-from identification.experiment.readers.base import marks_of_nothing, samples_of
+from identification.experiment.readers.base import Lost as Lost
+from identification.experiment.readers.base import marks_of_nothing
+from identification.experiment.readers.base import without as without
 
 # isort: off
 # In the order of messages.
@@ -27,6 +29,9 @@ from identification.experiment.readers.mdf4 import Mdf4Reader as Mdf4Reader
 READERS: tuple[AbstractReader, ...] = tuple(
     one() for name, one in vars().items() if isinstance(one, type) and issubclass(one, AbstractReader) and not name.startswith("Abstract")
 )
+
+
+OVERLOADED = "is infinite, as in an overload,"
 
 
 def check_suffix(file: str) -> tuple[AbstractReader, str]:
@@ -64,20 +69,16 @@ def read_columns(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
 
     Returns:
         The file's column names and the wanted columns, float64, shape (samples,) each; NaN where a value marks that nothing was measured,
-        with a notice.
+        as `lost` says.
 
     Raises:
         ExperimentError: the file is damaged or not as its format asks.
     """
     reader, _ = check_suffix(file)
     columns = APART.read(path, wanted, file, reader.format) if reader.apart else read_here(path, wanted, file)
-    said = []
-    for name, values in columns.values.items():
-        for mark in marks_of_nothing(values):
-            places = np.flatnonzero(values == mark)
-            values[places] = np.nan
-            said.append(f"Column {shown(name)} is {mark:.7g}, far from all other values, at {samples_of(places)}: nothing was measured.")
-    return replace(columns, notices=(*columns.notices, *said))
+    why = "is {}, a mark for no reading,"
+    marked = [one for name, values in columns.values.items() for one in without(columns, name, marks_of_nothing(values), why)]
+    return replace(columns, lost=(*columns.lost, *marked))
 
 
 def read_here(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
@@ -85,9 +86,11 @@ def read_here(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
     reader, _ = check_suffix(file)
     try:
         columns = reader.read(path, wanted)
+        over = {name: np.flatnonzero(np.isinf(values)) for name, values in columns.values.items()}
         for values in columns.values.values():
             np.copyto(values, np.nan, where=~(np.abs(values) <= LARGEST))
-        return columns
+        lost = [Lost(column=name, why=OVERLOADED, places=places) for name, places in over.items() if places.size]
+        return replace(columns, lost=tuple(lost))
     except ExperimentError as error:
         raise ExperimentError(f"record {shown(file)}: {error}") from error
     except Exception as error:  # whatever a library finds wrong in a damaged file

@@ -10,6 +10,7 @@ To add one: implement this one method, `read`, and name its `suffixes` and `form
 
 import re
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,10 +19,41 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float64, Int, Shaped
 
+from identification.experiment.errors import shown
 from identification.experiment.limits import check_numeric, check_shape
 
 _NINES = re.compile(r"9\.99+0*e.*")
 """Three digits or more, nines alone."""
+_SCPI = (9.9e37, 9.91e37)
+"""What instruments write for an overload, with either sign, and for no reading (SCPI-99, volume 1, 7.2.1)."""
+_SINGLE_PRECISION = 1e-6
+"""Relative: how near a number in single precision is to the same one in double precision, at least."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lost:
+    """Samples of a column that hold no reading, and are NaN therefore.
+
+    Attributes:
+        column: its name.
+        why: what is there in place of a reading, as the predicate of a sentence: "is infinite, as in an overload".
+        places: their numbers, from 0; at least one.
+    """
+
+    column: str
+    why: str
+    places: Int[np.ndarray, " some"]
+
+    def sentence(self, seconds: Float64[np.ndarray, " samples"] | None) -> str:
+        """Which samples were left out and why; with their times, s, where these are known.
+
+        Example:
+            >>> Lost(column="F", why="is -9999", places=np.array([4, 5])).sentence(np.arange(9) / 10)
+            "Column 'F' is -9999 at 2 samples, from sample 5 (0.4 s) to 6 (0.5 s): left out."
+        """
+        first, last = (f"{place + 1}" + (f" ({seconds[place]:.6g} s)" if seconds is not None else "") for place in self.places[[0, -1]])
+        where = f"sample {first}" if self.places.size == 1 else f"{self.places.size} samples, from sample {first} to {last}"
+        return f"Column {shown(self.column)} {self.why} at {where}: left out."
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,12 +65,14 @@ class Columns:
         values: the wanted columns that the file holds, float64, shape (samples,) each; their lengths may differ.
         units: of the wanted columns, as the file itself states them; a column of which it says nothing is left out.
         notices: sentences on what had to be concluded in reading.
+        lost: samples that hold no reading by the file's own marks.
     """
 
     names: tuple[str, ...]
     values: dict[str, Float64[np.ndarray, " _"]]
     units: dict[str, str] = field(default_factory=dict)
     notices: tuple[str, ...] = ()
+    lost: tuple[Lost, ...] = ()
 
 
 class AbstractReader(ABC):
@@ -67,30 +101,22 @@ class AbstractReader(ABC):
         """
 
 
-def samples_of(places: Int[np.ndarray, " some"]) -> str:
-    """How many samples, and between which, in a notice; counted from 1.
-
-    Example:
-        >>> samples_of(np.array([4])), samples_of(np.array([4, 5, 9]))
-        ('sample 5', '3 samples, from sample 5 to 10')
-    """
-    if places.size == 1:
-        return f"sample {places[0] + 1}"
-    return f"{places.size} samples, from sample {places[0] + 1} to {places[-1] + 1}"
-
-
 def marks_of_nothing(values: Float64[np.ndarray, " samples"]) -> list[float]:
-    """Values with which a recorder marks samples that it could not measure, such as -9999.
+    """Values with which a recorder marks samples that it could not measure, such as -9999 or 9.9e37.
 
     One is the least or largest of a column, stands there more than once, is written with nines alone, three at least, in whatever unit, and
-    is farther from all other values than these are from one another, which are several.
+    is farther from all other values than these are from one another, which are several. Those of `_SCPI` are marks wherever they stand.
 
     Example:
         >>> marks_of_nothing(np.array([0.1, 0.3, -9.999, -9.999, 0.2])), marks_of_nothing(np.array([0.0, 500.0, 999.0, 999.0]))
         ([-9.999], [])
+        >>> marks_of_nothing(np.array([0.1, 9.91e37, 0.2]))
+        [9.91e+37]
     """
-    finite = values[np.isfinite(values)]
     found = []
+    for mark in _SCPI:
+        found += [float(one) for one in np.unique(values[np.isclose(np.abs(values), mark, rtol=_SINGLE_PRECISION, atol=0.0)])]
+    finite = values[np.isfinite(values) & ~np.isin(values, found)]
     for extreme in {float(finite.min()), float(finite.max())} if finite.size else ():
         rest = finite[finite != extreme]
         if not _NINES.fullmatch(f"{abs(extreme):.6e}") or finite.size - rest.size < 2 or rest.size == 0:
@@ -98,6 +124,20 @@ def marks_of_nothing(values: Float64[np.ndarray, " samples"]) -> list[float]:
         if 0.0 < np.ptp(rest) < np.abs(rest - extreme).min():
             found.append(extreme)
     return found
+
+
+def without(columns: Columns, name: str, marks: Iterable[float], why: str) -> tuple[Lost, ...]:
+    """Make every sample of a column NaN that is one of the marks, and say where; `why` has "{}" for the mark.
+
+    Numbers compare in single precision, in which many recorders store them.
+    """
+    values, lost = columns.values[name], []
+    for mark in marks:
+        places = np.flatnonzero(np.isclose(values, mark, rtol=_SINGLE_PRECISION, atol=0.0))
+        if places.size:
+            values[places] = np.nan
+            lost.append(Lost(column=name, why=why.format(f"{mark:.7g}"), places=places))
+    return tuple(lost)
 
 
 def as_column(array: Shaped[np.ndarray, "..."], name: str) -> Float64[np.ndarray, " samples"]:

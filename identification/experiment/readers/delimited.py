@@ -10,10 +10,10 @@ from jaxtyping import Float64
 from identification.experiment.channels import TIME, means_time
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import check_samples
-from identification.experiment.readers.base import AbstractReader, Columns, samples_of
+from identification.experiment.readers.base import AbstractReader, Columns
 from identification.experiment.readers.labview import common_time, find_labview
 from identification.experiment.readers.layout import BLANKS, EMPTY, Layout, find_layout, split
-from identification.experiment.readers.text import INFINITY, is_clock, read_lines, seconds_of, to_number
+from identification.experiment.readers.text import is_clock, read_lines, seconds_of, to_number
 
 
 class DelimitedReader(AbstractReader):
@@ -49,10 +49,6 @@ class DelimitedReader(AbstractReader):
             values = parse_cells(lines, layout, asked)
         if joined := common_time(values, layout.own_times):
             values[joined[0]] = joined[1]
-        for name, column in values.items():
-            over = np.flatnonzero(np.isinf(column))
-            if name in wanted and over.size and any(INFINITY in line for line in lines):
-                notices += (f"Column {shown(name)} is infinite, as in an overload, at {samples_of(over)}, left out.",)
         stamped = [name for name in blank if np.isfinite(values[name]).any()]
         units = {name: unit for name, unit in layout.units.items() if name in wanted}
         if rate is not None and not stamped and TIME not in names:

@@ -11,9 +11,12 @@ from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.limits import check_claim, check_numeric, check_shape
 from identification.experiment.readers.base import AbstractReader, Columns, as_column
 
+MOST_LEVELS = 8
+"""Of groups in groups."""
+
 
 class Hdf5Reader(AbstractReader):
-    """Reads one-dimensional data sets, at the top level or in the file's only group.
+    """Reads one-dimensional data sets at the top level and in groups, those in groups by dotted name ("cell.force").
 
     Links to other files, external storage and virtual data sets are refused: a record is one file.
     """
@@ -39,19 +42,34 @@ def read_hdf5(path: Path, wanted: AbstractSet[str]) -> Columns:
 
 
 def _datasets(file: h5py.File) -> dict[str, "h5py.Dataset | None"]:
-    """Find the data sets at the top level; where there is none, those of the only group. None stands for a link."""
+    """Find the data sets at the top level, and those in groups, MATLAB's structs, by dotted name; None stands for a link.
+
+    Where all lie in one group, its name is left out.
+    """
     members = _members(file)
     groups = {name: item for name, item in members.items() if isinstance(item, h5py.Group)}
     datasets = {name: item for name, item in members.items() if not isinstance(item, h5py.Group)}
     if len(groups) == 1 and not any(isinstance(item, h5py.Dataset) for item in datasets.values()):
         (group,) = groups.values()
-        return datasets | {name: item for name, item in _members(group).items() if not isinstance(item, h5py.Group)}
+        datasets |= _within(group, "")
+    else:
+        for name, group in groups.items():
+            datasets |= _within(group, f"{name}.")
     if not datasets:
-        raise ExperimentError(
-            f"the file has no data set at the top level and {len(groups)} groups ({listed(groups)}): expected data sets at the top level "
-            "or in one group; export one group"
-        )
+        raise ExperimentError(f"the file has no data set in its {len(groups)} groups ({listed(groups)}): expected some; export it again")
     return datasets
+
+
+def _within(group: h5py.Group, path: str, above: frozenset[object] = frozenset()) -> dict[str, "h5py.Dataset | None"]:
+    """The data sets of a group and of those below it; a link back to a group `above`, by its identity in the file, is passed over."""
+    above |= {group.id}
+    found: dict[str, h5py.Dataset | None] = {}
+    for name, item in _members(group).items():
+        if not isinstance(item, h5py.Group):
+            found[f"{path}{name}"] = item
+        elif item.id not in above and len(above) < MOST_LEVELS:
+            found |= _within(item, f"{path}{name}.", above)
+    return found
 
 
 def _members(group: h5py.Group) -> dict[str, "h5py.Group | h5py.Dataset | None"]:

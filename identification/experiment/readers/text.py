@@ -84,7 +84,10 @@ def to_number(cell: str, decimal: str) -> float | None:
     return float(cell.replace(",", ".") if decimal == "," else cell)
 
 
-CLOCK = re.compile(r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:[.,]\d+)?)Z?")
+CLOCK = re.compile(
+    r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:[.,]\d+)?)"
+    r"(?: ?(?:Z|[+-]\d{2}:?\d{2}|(?P<half>[AaPp])[Mm]))?"
+)
 DAY = 86400.0
 
 
@@ -108,7 +111,7 @@ def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
         [0.0, 1.0]
     """
     found = [CLOCK.fullmatch(cell) for cell in cells]
-    whole = np.array([np.nan if one is None else 60.0 * (60.0 * int(one["h"]) + int(one["m"])) + int(one["s"][:2]) for one in found])
+    whole = np.array([np.nan if one is None else 60.0 * (60.0 * _hour(one) + int(one["m"])) + int(one["s"][:2]) for one in found])
     part = np.array([0.0 if one is None else float("0" + one["s"][2:].replace(",", ".")) for one in found])
     usable = np.flatnonzero(np.isfinite(whole))
     if usable.size:
@@ -116,6 +119,11 @@ def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
         whole[usable] = whole[usable] - whole[usable[0]] + DAY * days
         part -= part[usable[0]]
     return whole + part
+
+
+def _hour(stamp: re.Match[str]) -> int:
+    """Of a stamp of twenty-four hours, or of twelve with AM or PM."""
+    return int(stamp["h"]) if stamp["half"] is None else int(stamp["h"]) % 12 + (12 if stamp["half"] in "Pp" else 0)
 
 
 RATES = (
@@ -136,6 +144,8 @@ RATES = (
 STEPS = ("delta x", "delta t", "sampling interval", "sample interval", "abtastintervall", "intervalo de amostragem")
 """Keys of a sampling step; s unless the value says ms or us."""
 FACTORS = {"": 1.0, "hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "s/s": 1.0}
+UNIT_LISTS, SCOPE_UNITS = ("units", "unit", "einheiten", "einheit", "unidades", "unites"), ("horizontal units", "vertical units")
+"""Keys of the units of all columns, in a comment or above the header row, and of those of an oscilloscope."""
 ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<value>.*)$")
 VALUE = re.compile(r"[-+\d.,eE]+")
 # Qualisys Track Manager, which writes millimetres.
@@ -174,7 +184,11 @@ class Preamble:
         """Units of the columns, empty where nothing is said."""
         if QUALISYS in self.entries:
             return tuple("mm" if name.endswith(tuple(f" {axis}" for axis in AXES)) else "s" if name == "Time" else "" for name in names)
-        return ()
+        listed = next((self.entries[key] for key in UNIT_LISTS if key in self.entries), ())
+        if len(listed) == 1:
+            listed = tuple(re.split(r"\s*[,;]\s*|\s+", listed[0]))
+        scope = (*self.entries.get(SCOPE_UNITS[0], ())[:1], *self.entries.get(SCOPE_UNITS[1], ()))
+        return next((tuple(each.strip("[]()") for each in one) for one in (listed, scope) if len(one) == len(names)), ())
 
 
 NO_PREAMBLE = Preamble()

@@ -133,6 +133,7 @@ def test_lost_samples_are_reported(folder):
     assert np.flatnonzero(np.isnan(record.channels["impact_force"])).tolist() == [3, 4, 5, 20]
     assert np.isnan(record.channels["cart_displacement"][10])
     assert record.notices == (
+        "Column 'cart_displacement' is infinite, as in an overload, at sample 11 (0.0025 s): left out.",
         "cart_displacement: 1 sample is missing (NaN, infinite, beyond 3e+145 or empty), left out, in one stretch from 0.0025 s to "
         "0.0025 s (0 s long).",
         "impact_force: 4 samples are missing (NaN, infinite, beyond 3e+145 or empty), left out, in 2 stretches between 0.00075 s and "

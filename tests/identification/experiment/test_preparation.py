@@ -143,7 +143,7 @@ def test_it_is_kept_in_the_provenance(tmp_path):
     assert "preparation" not in provenance(result)
     changed = dataclasses.replace(result, experiment=dataclasses.replace(result.experiment, records=(record,)))
     assert provenance(changed)["preparation"] == {
-        "a.npz": {"crop": [0.5, 1.5], "lowpass": None, "decimate": 2, "resample": None, "detrend": {}}
+        "a.npz": {"crop": [0.5, 1.5], "mask": [], "lowpass": None, "decimate": 2, "resample": None, "detrend": {}}
     }
 
 

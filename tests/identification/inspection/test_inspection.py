@@ -141,11 +141,16 @@ def test_recorders_files_bring_their_units(suffix, write, tmp_path):
     np.testing.assert_allclose(record.channels["hammer_displacement"], 1e-3 * stored["hammer_displacement"], rtol=1e-10)
 
 
-def test_a_unit_that_is_not_known_is_overruled_as_a_guess(tmp_path):
+def test_a_unit_that_is_not_known_is_to_be_filled_in(tmp_path):
     pytest.importorskip("nptdms")
     write_tdms(tmp_path / "a.tdms", {"hammer_displacement": TIME, "impact_force": impacts()}, {"hammer_displacement": "furlong"})
-    assert "'furlong' is no known unit" in propose(inspect_path(tmp_path), tmp_path)
-    assert loaded(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
+    text = propose(inspect_path(tmp_path), tmp_path)
+    assert "# unit = \"mm\" # TO FILL IN: the unit of the numbers in a.tdms, for 'furlong' is no known unit of displacement" in text
+    with pytest.raises(ExperimentError, match="unit 'furlong' in the file of record 'a.tdms' for hammer_displacement is not a known unit"):
+        loaded(tmp_path)
+    filled = text.replace('# units = { hammer_displacement = "m" }', 'units = { hammer_displacement = "mm" }')
+    (tmp_path / "experiment.toml").write_text(filled.replace("# mass = 0.4", "mass = 0.4").replace("# gap = 0.0", "gap = 0.0"))
+    assert load_experiment(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
 
 
 @pytest.mark.parametrize("kind", ["drop-test", "cart-excitation"])
@@ -366,6 +371,8 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
 
     monkeypatch.setattr(Table, "allow", watched)
     text = settings_on(template()).replace("decimate = 4", "# decimate = 4").replace("fixed = true", "# fixed = true")  # one of two
+    text = text.replace("rebuild_time", "# rebuild_time").replace("stretch = 1", "# stretch = 1")  # of other clocks
+    text = text.replace("mask = [[0.8, 0.9]]", "mask = [[0.0008, 0.0009]]")
     text = text.replace("crop = [0.2, 2.5]", "crop = [0.0, 2.5]").replace("resample = 2000.0", "resample = 2048000.0")
     text = text.replace("lowpass = 500.0", "lowpass = 100000.0")  # of records of a millisecond
     (tmp_path / "experiment.toml").write_text(text)
@@ -376,7 +383,13 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
 
     values = tomllib.loads(text)
     written = {f"[{key}]": set(table) for key, table in values.items() if isinstance(table, dict)}
-    written |= {"": set().union(*values["record"], {"decimate"}), "[sensors.]": set().union(*values["sensors"].values())}
+    written |= {
+        "": set().union(*values["record"], {"decimate", "rebuild_time", "stretch"}),
+        "[sensors.]": set().union(*values["sensors"].values()),
+    }
+    forms = {"type", "order", "corner", "time_constant"}  # of one filter, of which the template shows two
+    written |= {"lowpass of [recorder]": forms, "highpass of [sensors.]": forms, "[recorder]": {"lowpass", "highpass"}}
+    written["[sensors.]"] |= {"lowpass"}
     of_n = values["parameters"]["n"]
     written |= {"experiment.toml": set(values), "[parameters.n]": {"fixed", *of_n}, "prior of [parameters.n]": set(of_n["prior"])}
     assert {where: keys - written[where] for where, keys in known.items()} == {where: set() for where in known}

@@ -99,5 +99,5 @@ def test_a_rigid_stop_is_refused(problem):
 
 def test_effects_are_refused(problem):
     extended = dataclasses.replace(problem, model=dataclasses.replace(problem.model, effects=(CoulombFriction(0.05),)))
-    with pytest.raises(InputError, match="the smoothed integrator integrates no effects"):
+    with pytest.raises(InputError, match="the smoothed integrator integrates neither effects nor filters"):
         fit_smoothed(extended, problem.start, smoothing=1e-6)
