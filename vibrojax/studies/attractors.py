@@ -325,7 +325,7 @@ class Place(NamedTuple):
     """Of the attractors that were seen."""
 
 
-def coexistence(
+def places_of_coexistence(
     model: Model,
     *,
     u0: np.ndarray,
