@@ -1,28 +1,35 @@
 """Which motions exist beside the one that a study shows: a few kicked starts at some of its points, and each motion followed from there.
 
 A motion is told from another by its z = p/q; motions without impact are one, called rest. It counts where the orbit has closed (see
-`vibrojax.batch.Span`) or no impact is left; what is aperiodic does not, since a long transient cannot be told from it. A motion that is
-found at one value is started at its neighbours along the study's axis, and so on, until it is lost: a sweep up and down from each of them.
+`vibrojax.batch.Span`) or no impact is left; what is aperiodic does not in a study of many points, since a long transient cannot be told
+from it. A motion that is found at one value is started at its neighbours along the study's axis, and so on, until it is lost: a sweep up
+and down from each of them. At a single operating point there is time for more starts and cycles, and whatever strikes after 1500 counts.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
-from vibrojax.batch import LaneState, Points, grid, integrate, packed, unpacked
+from vibrojax.batch import LaneState, Points, Span, grid, integrate, packed, unpacked
 from vibrojax.batch.run import repeats
 from vibrojax.model import Model
 from vibrojax.studies.attractors import STILL
 from vibrojax.studies.base import natural_frequency, setting
-from vibrojax.studies.classify import LONGEST, NO_IMPACT, PERIODIC, classify
+from vibrojax.studies.classify import APERIODIC, LONGEST, NO_IMPACT, PERIODIC, classify
 
 KICKS = ((0.1, 2.5), (0.5, -1.0), (1.0, 1.0), (2.0, -4.0), (2.0, 4.0), (3.5, -2.0), (5.0, -3.0), (5.0, 1.5))
-"""Initial states: distance from the stop over the larger of gap and A0, and velocity over that and Omega; spread over where the
-thesis's rigs have both motions. Rest is one more."""
+"""Initial states: distance from the stop over the larger of gap and A0, and velocity over that and Omega; spread over where the thesis's
+rigs have both motions. Two more starts are rest and the steady motion of the suspension without a stop."""
+_PLANE = tuple((back, fast) for back in np.linspace(0.1, 5.0, 6) for fast in np.linspace(-4.0, 4.0, 6))
+"""The kicks at a single operating point."""
+_LONG = Span(transient=1500)
+"""There, as `vibrojax.presets.facts` has it."""
+APERIODIC_CODE = 1
+"""Of impacts without a period: no other motion has it."""
 ASKED = 40
 """Values along the axis of a study at which all starts are tried, at most."""
 _CELLS = 16
@@ -36,8 +43,8 @@ class Motion(NamedTuple):
     """Largest impact force, N."""
     speed: float
     """Largest approach speed, m/s."""
-    displacement: np.ndarray
-    """At the last strobes, m, `(LONGEST,)`."""
+    strobes: np.ndarray
+    """u, m, and u', m/s, at the last strobes, `(2, LONGEST)`."""
     state: np.ndarray
     """As `vibrojax.batch.packed` has it, one lane."""
 
@@ -54,7 +61,7 @@ def name(of: int) -> str:
         >>> name(code(1, 2)), name(0)
         ('z = 1/2', 'rest')
     """
-    return f"z = {of // 1000}/{of % 1000}" if of else "rest"
+    return {0: "rest", APERIODIC_CODE: "aperiodic impacts"}.get(of, f"z = {of // 1000}/{of % 1000}")
 
 
 def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) -> list[dict[int, Motion]]:
@@ -68,10 +75,11 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     """
     values, lanes = points.flat(), np.arange(points.lanes).reshape(points.shape)
     found: list[dict[int, Motion]] = [{} for _ in range(points.lanes)]
-    starts = np.repeat(asked, len(KICKS) + 1)
+    kicks = _PLANE if points.lanes == 1 else KICKS
+    starts = np.repeat(asked, len(kicks) + 2)
     kicked = {name: part[starts] for name, part in values.items()}
-    kicked |= dict(zip(("u0", "v0"), _kicked(kicked), strict=True))
-    front = _settled(model, kicked, starts, None, found)
+    kicked |= dict(zip(("u0", "v0"), _kicked(model, kicked, kicks), strict=True))
+    front = _settled(model, kicked, starts, None, found, points.lanes == 1)
     tried = {(lane, of) for lane, of in front}
     while front and along is not None:
         onward = []
@@ -90,30 +98,45 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     return found
 
 
-def _kicked(values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """u0 and v0 of rest and of the kicks, in turn."""
-    gap, amplitude = values["gap"], values["base_amplitude"]
-    size = np.maximum(np.maximum(np.abs(gap), amplitude), 0.0)
+def _kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+    """u0 and v0 of rest, of the steady motion without a stop, and of the kicks, in turn."""
+    gap, amplitude, omega = values["gap"], values["base_amplitude"], 2.0 * np.pi * values["frequency_hz"]
+    size = np.maximum(np.abs(gap), amplitude)
     size = np.where(size > 0, size, STILL)
-    back, fast = np.resize(np.array([(np.nan, 0.0), *KICKS]), (len(gap), 2)).T
-    u0 = np.where(np.isnan(back), np.minimum(0.0, gap), gap - np.nan_to_num(back) * size)
-    return u0, fast * size * 2.0 * np.pi * values["frequency_hz"]
+    turn = np.arange(len(gap)) % (len(kicks) + 2)
+    back, fast = np.array([(0.0, 0.0), (0.0, 0.0), *kicks])[turn].T
+    u0, v0 = gap - back * size, fast * size * omega
+    u0[turn == 0] = 0.0
+    known = {"f_n": np.nan, "zeta": np.nan} | {key: float(np.asarray(value)) for key, value in model.values().items()}
+    omega_n = 2.0 * np.pi * values.get("f_n", np.full(len(gap), known["f_n"]))
+    steady = amplitude * omega**2 / (omega_n**2 - omega**2 + 2j * values.get("zeta", known["zeta"]) * omega_n * omega)
+    free = (turn == 1) & np.isfinite(steady)  # of A0 sin(Omega t): u = Im(steady exp(i Omega t))
+    u0, v0 = np.where(free, steady.imag, u0), np.where(free, omega * steady.real, v0)
+    return np.minimum(u0, gap), v0
 
 
 def _settled(
-    model: Model, values: Mapping[str, np.ndarray], index: np.ndarray, start: LaneState | None, found: list[dict[int, Motion]]
+    model: Model,
+    values: Mapping[str, np.ndarray],
+    index: np.ndarray,
+    start: LaneState | None,
+    found: list[dict[int, Motion]],
+    alone: bool = False,
 ) -> list[tuple[int, int]]:
     """Integrate, note what is new at each lane, and return that."""
     points = Points(coords={"start": np.arange(float(len(index)))}, values=values)
-    there = integrate(model, points, start=start)
+    there = integrate(model, points, start=start, span=_LONG if alone else None)
     kind = classify(there, values["base_amplitude"], values["frequency_hz"])
     state, new = packed(there.state), []
     state[5] = 0.0  # cycles are counted anew
-    for row in np.flatnonzero((kind.kind == NO_IMPACT) | ((kind.kind == PERIODIC) & (there.closed > 0))):
-        lane, of = int(index[row]), code(int(kind.impacts[row]) * int(kind.kind[row] == PERIODIC), int(kind.period[row]))
+    strikes, closed = kind.kind == PERIODIC, there.closed > 0
+    counts = (kind.kind == NO_IMPACT) | (strikes & closed) | (alone & (strikes | (kind.kind == APERIODIC)))
+    codes = np.where(strikes, 1000 * kind.impacts + kind.period, np.where(kind.kind == NO_IMPACT, 0, APERIODIC_CODE))
+    for row in np.flatnonzero(counts):
+        lane, of = int(index[row]), int(codes[row])
         if of not in found[lane]:
             force, speed = float(there.peak_force[row].max()), float(there.impact_speed[row].max())
-            found[lane][of] = Motion(force, speed, there.u[row, -LONGEST:], state[:, row])
+            found[lane][of] = Motion(force, speed, np.stack([there.u[row, -LONGEST:], there.v[row, -LONGEST:]]), state[:, row])
             new.append((lane, of))
     return new
 
@@ -126,9 +149,9 @@ def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
         data: a response, a bifurcation diagram, a Peterka map or a section.
 
     Returns:
-        `other_code` (1000 p + q, 0 for rest, -1 for none), `other_force` (N), `other_speed` (m/s) and `other_displacement` (m, at eight
-        strobes) on the study's axes and `other`; `asked` (1 where all starts were tried). The attribute `coexistence` holds how many
-        starts and points that is.
+        `other_code` (1000 p + q, 0 for rest, -1 for none), `other_force` (N), `other_speed` (m/s), and at eight strobes
+        `other_displacement` (m) and `other_velocity` (m/s) on the study's axes and `other`; `asked` (1 where all starts were tried). The
+        attribute `coexistence` holds how many starts and points that is.
     """
     points, own = _points(model, data), own_motions(data)
     along = None if "clearance" in points.coords or points.lanes == 1 else len(points.shape) - 1
@@ -137,26 +160,27 @@ def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
     others = [{of: one for of, one in here.items() if of not in mine} for here, mine in zip(found, own, strict=True)]
     most = max(1, *(len(one) for one in others))
     codes, forces, speeds = np.full((len(others), most), -1), *np.full((2, len(others), most), np.nan)
-    strobes = np.full((len(others), most, LONGEST), np.nan)
+    strobes = np.full((2, len(others), most, LONGEST), np.nan)
     for lane, here in enumerate(others):
         for place, (of, one) in enumerate(sorted(here.items())):
             codes[lane, place], forces[lane, place], speeds[lane, place] = of, one.force, one.speed
-            strobes[lane, place] = one.displacement
+            strobes[:, lane, place] = one.strobes
     dims = tuple(points.coords) if points.lanes > 1 or "strobe" not in data.dims else ()
     shape = points.shape if dims else ()
     parts = {
         "other_code": ((*dims, "other"), codes.reshape(*shape, most), "1", "another motion: 1000 p + q, 0 rest, -1 none"),
         "other_force": ((*dims, "other"), forces.reshape(*shape, most), "N", "its largest impact force"),
         "other_speed": ((*dims, "other"), speeds.reshape(*shape, most), "m/s", "its largest approach speed"),
-        "other_displacement": (
-            (*dims, "other", "other_strobe"),
-            strobes.reshape(*shape, most, LONGEST),
-            "m",
-            "its displacement at strobes",
-        ),
+        "other_displacement": ((*dims, "other", "other_strobe"), strobes[0].reshape(*shape, most, LONGEST), "m", "its section points"),
+        "other_velocity": ((*dims, "other", "other_strobe"), strobes[1].reshape(*shape, most, LONGEST), "m/s", "its velocity there"),
         "asked": (dims, chosen.reshape(shape).astype(int), "1", "whether all starts were tried here"),
     }
-    said = {"starts": len(KICKS) + 1, "asked": int(chosen.sum()), "points": points.lanes, "followed": along is not None}
+    said = {
+        "starts": len(_PLANE if points.lanes == 1 else KICKS) + 2,
+        "asked": int(chosen.sum()),
+        "points": points.lanes,
+        "followed": along is not None,
+    }
     variables = {key: (dims, values, {"units": unit, "long_name": words}) for key, (dims, values, unit, words) in parts.items()}
     return data.assign(variables).assign_attrs(coexistence=json.dumps(said))
 
@@ -208,7 +232,7 @@ def _section_motion(data: xr.Dataset) -> set[int]:
     period, touches = section_period(data), data["touches"].values
     if not touches[-LONGEST:].any():
         return {0}
-    return {code(int(touches[-period:].sum()), period)} if period else set()
+    return {code(int(touches[-period:].sum()), period) if period else APERIODIC_CODE}
 
 
 def _asked(shape: tuple[int, ...], along: int | None) -> np.ndarray:
@@ -235,7 +259,7 @@ def words(data: xr.Dataset, x: np.ndarray, unit: str) -> str:
     places = [
         f"{_listed(names[a])} coexist {f'from {x[a]:.4g} to {x[b]:.4g}' if b > a else f'at {x[a]:.4g}'} {unit}".rstrip() for a, b in longest
     ]
-    more = f", and other motions at {len(runs) - _RUNS} more places" if len(runs) > _RUNS else ""
+    more = f", and others in {len(runs) - _RUNS} more stretch{'' if len(runs) == _RUNS + 1 else 'es'}" if len(runs) > _RUNS else ""
     return (", ".join(places) or "no motions that coexist") + more
 
 

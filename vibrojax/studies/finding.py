@@ -219,10 +219,15 @@ def _peterka(data: xr.Dataset) -> str:
 
 def _section(data: xr.Dataset) -> str:
     period = coexistence.section_period(data)
+    if not data["touches"].values[-LONGEST:].any():
+        return f"at {setting(data, 'frequency_hz'):g} Hz no impact{_beside_section(data)}"
     cycles = "cycle" if period == 1 else f"{period} cycles"
     words = f"the motion repeats every {cycles}" if period else f"the motion does not repeat within {LONGEST} cycles"
-    beside = f"; {coexistence.words_of_section(data)}{_how(data)}" if "coexistence" in data.attrs else ""
-    return f"at {setting(data, 'frequency_hz'):g} Hz {words}, largest F_i {float(data['peak_force'].max()):.3g} N{beside}"
+    return f"at {setting(data, 'frequency_hz'):g} Hz {words}, largest F_i {float(data['peak_force'].max()):.3g} N{_beside_section(data)}"
+
+
+def _beside_section(data: xr.Dataset) -> str:
+    return f"; {coexistence.words_of_section(data)}{_how(data)}" if "coexistence" in data.attrs else ""
 
 
 def _basins(data: xr.Dataset) -> str:

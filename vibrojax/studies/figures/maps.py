@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from jaxtyping import Bool
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Patch
 from matplotlib.patheffects import withStroke
 from scipy.ndimage import distance_transform_edt
@@ -104,16 +106,23 @@ _BORDER = "#d7191c"
 def draw_peterka(data: xr.Dataset) -> Figure:
     """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1.
 
-    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken.
+    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken. Rings mark the cells where another motion was
+    found (`coexistence.with_coexistence`).
     """
     figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
-    patches = draw_regions(left, x, y, regions_of(data))
+    patches: list[Artist] = [*draw_regions(left, x, y, regions_of(data))]
     limits = left.get_xlim(), left.get_ylim()
-    figure.legend(handles=patches, loc="outside lower center", ncols=6)
     for line in json.loads(data.attrs.get("borders", "[]")):
         left.plot(line["ratio"], line["clearance"], color=_BORDER, linewidth=1.2, linestyle="--" if "grazing" in line["kind"] else "-")
+    if "other_code" in data:
+        several = ((data["other_code"] >= 0).any("other") & (data["asked"] == 1)).transpose("clearance", "ratio").values
+        row, column = np.nonzero(several)
+        rings: dict[str, Any] = dict(marker="o", mfc="#ffffff", mec="#000000", mew=0.5, ms=2.5, ls="none")
+        left.plot(x[column], y[row], **rings)
+        patches.append(Line2D([], [], label="another motion, too", **rings))
+    figure.legend(handles=patches, loc="outside lower center", ncols=6)
     kind, p, q = (data[name].values for name in ("kind", "impacts", "period"))
     force = np.where((kind == PERIODIC) & (p == 1) & (q == 1), data["force_over_weight"].values, np.nan)
     if np.isfinite(force).any():
