@@ -31,7 +31,7 @@ from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section
 
-FORMAT = 2
+FORMAT = 3
 """Of the settings and variables of a store; one of another format is refused."""
 
 

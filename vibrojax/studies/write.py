@@ -25,8 +25,8 @@ _SHOWS = {
     "acceleration of the hammer. Broken line: the stop.",
     "basins": "Basins of attraction in the plane of the initial displacement and velocity relative to the cart, one colour a motion.",
     "basins_along": "Share of the initial states that settle in each motion, matched along a parameter, and the basin entropy.",
-    "lyapunov": "Displacement u at the strobes, and largest Lyapunov exponent of the stroboscopic map per cycle of excitation; values "
-    "in chaos are points.",
+    "lyapunov": "Both Lyapunov exponents of the stroboscopic map per cycle of excitation, over the bifurcation diagram: displacement u at "
+    "the strobes. Shaded: chaos.",
     "design": "Largest impact force F_i, and F_i / (m g), against the hammer's mass over that of the model; spring, damper and stop stay.",
 }
 _BESIDE = {

@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
-from vibrojax.drawing import COLOURS, GREY, ORANGE, SKY, new_figure
+from vibrojax.drawing import BLUE, COLOURS, GREY, SKY, new_figure
 from vibrojax.figure_style import AT_STROBES, FORCE, FORCE_OF_CYCLE, FORCE_OVER_WEIGHT, RATIO, SYMBOLS, short
 from vibrojax.studies.base import CHAOS, setting
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT
@@ -213,25 +213,35 @@ def draw_hammer_design(data: xr.Dataset) -> Figure:
 
 
 def draw_lyapunov(data: xr.Dataset) -> Figure:
-    """Section points above, exponent below, a line where motion is regular and a point for each value in chaos; zero as a line."""
+    """Both exponents over the bifurcation diagram, on one abscissa; chaos is shaded through both panels, zero is a line."""
     parameter = setting(data, "parameter")
-    figure = new_figure(4.8, layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
+    figure = new_figure(5.4, layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
     x, points, exponent = data[parameter].values, 1e3 * data["displacement"].values, data["exponent"].values
     chaotic = np.nan_to_num(exponent, nan=0.0) > CHAOS
-    for where, colour in ((~chaotic, SKY), (chaotic, ORANGE)):
-        top.plot(np.repeat(x[where], points.shape[1]), points[where].ravel(), ".", color=colour, ms=2, mew=0, rasterized=True)
-    top.set_ylabel(AT_STROBES)
-    curve = Curves(values=(0.0,), text="", name="regular")
-    curve.draw(bottom, 0, x, np.where(chaotic, np.nan, exponent), ~chaotic[1:] & ~chaotic[:-1])
-    bottom.plot(x[chaotic], exponent[chaotic], ".", color=ORANGE, ms=3, mew=0, label="chaos")
-    bottom.axhline(0.0, color=GREY, lw=0.8)
-    bottom.set(xlabel=label(data, parameter), ylabel="exponent per cycle")
-    bottom.legend()
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    for axes in (top, bottom):
+        for place in np.flatnonzero(chaotic):
+            axes.axvspan(edges[place], edges[place + 1], color=SHADE, lw=0, zorder=0)
+    alike = chaotic[1:] == chaotic[:-1]
+    for number, (name, text) in enumerate((("exponent", "largest"), ("second_exponent", "second"))):
+        Curves(values=(0.0, 1.0), text="", name=text).draw(top, number, x, data[name].values, alike & np.isfinite(exponent[1:]))
+    top.axhline(0.0, color=GREY, lw=0.8)
+    low, high = np.nanmin(exponent, initial=0.0), np.nanmax(exponent, initial=0.0)
+    top.set(ylabel="exponents per cycle", ylim=(min(2.0 * low, -_LEAST), max(1.3 * high, _LEAST)))
+    top.fill_between([], [], color=SHADE, label="chaos")
+    figure.legend(*top.get_legend_handles_labels(), ncols=3, loc="outside lower center")
+    for where, colour in ((~chaotic, BLUE), (chaotic, DOWN)):
+        bottom.plot(np.repeat(x[where], points.shape[1]), points[where].ravel(), ".", color=colour, ms=2.4, mew=0, rasterized=True)
+    bottom.set(xlabel=label(data, parameter), ylabel=AT_STROBES, xlim=(x[0], x[-1]))
     add_ratio_axis(top, data, parameter)
     return figure
 
 
+SHADE = "#fbe3c8"
+"""Behind what is chaotic."""
+_LEAST = 0.2
+"""Exponent that the ordinate reaches on either side of zero."""
 DOWN = "#8c2d04"
 """Dark on the pale blue of the sweep up: they differ in grey too."""
 _LOOKS = {"up": (SKY, 3.6, "--"), "down": (DOWN, 1.6, ":")}
