@@ -1,7 +1,7 @@
 """Which motions exist beside the one that a study shows: a few kicked starts at some of its points, and each motion followed from there.
 
-A motion is told from another by its z = p/q; motions without impact are one, called rest. It counts where the orbit has closed (see
-`vibrojax.batch.Span`) or no impact is left; what is aperiodic does not in a study of many points, since a long transient cannot be told
+A motion is told from another by its z = p/q; motions without impact are one, called rest. It counts where the orbit has closed to
+a millionth of A0 or no impact is left; what is aperiodic does not in a study of many points, since a long transient cannot be told
 from it. A motion that is found at one value is started at its neighbours along the study's axis, and so on, until it is lost: a sweep up
 and down from each of them. At a single operating point there is time for more starts and cycles, and whatever strikes after 1500 counts.
 """
@@ -24,15 +24,18 @@ from vibrojax.studies.classify import APERIODIC, LONGEST, NO_IMPACT, PERIODIC, c
 KICKS = ((0.1, 2.5), (0.5, -1.0), (1.0, 1.0), (2.0, -4.0), (2.0, 4.0), (3.5, -2.0), (5.0, -3.0), (5.0, 1.5))
 """Initial states: distance from the stop over the larger of gap and A0, and velocity over that and Omega; spread over where the thesis's
 rigs have both motions. Two more starts are rest and the steady motion of the suspension without a stop."""
-_PLANE = tuple((back, fast) for back in np.linspace(0.1, 5.0, 6) for fast in np.linspace(-4.0, 4.0, 6))
+_PLANE = tuple((back, fast) for back in np.linspace(0.1, 5.0, 4) for fast in np.linspace(-4.0, 4.0, 5))
 """The kicks at a single operating point."""
-_LONG = Span(transient=1500)
-"""There, as `vibrojax.presets.facts` has it."""
+_SPAN, _FOLLOWED = Span(transient=224, closed=1e-6), Span(transient=144, closed=1e-6)
+"""Of many points: what repeats to a millionth of A0 exists; a motion at the next value begins near its orbit."""
+_LONG, _WILD, _CHUNK = Span(transient=1200, closed=1e-6), 6, 24
+"""At a single operating point: how long what has not closed goes on, in all for the 1500 cycles of `vibrojax.presets.facts`; how many of
+those; and lanes side by side."""
 APERIODIC_CODE = 1
 """Of impacts without a period: no other motion has it."""
-ASKED = 40
+ASKED = 30
 """Values along the axis of a study at which all starts are tried, at most."""
-_CELLS = 16
+_CELLS = 12
 """The same along each axis of a map."""
 
 
@@ -79,7 +82,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     starts = np.repeat(asked, len(kicks) + 2)
     kicked = {name: part[starts] for name, part in values.items()}
     kicked |= dict(zip(("u0", "v0"), _kicked(model, kicked, kicks), strict=True))
-    front = _settled(model, kicked, starts, None, found, points.lanes == 1)
+    front = _settled(model, kicked, starts, None, found, _SPAN)
     tried = {(lane, of) for lane, of in front}
     while front and along is not None:
         onward = []
@@ -94,7 +97,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
             break
         index = np.array([lane for lane, _, _ in onward])
         state = unpacked(jnp.asarray(np.stack([state for _, _, state in onward], axis=1)))
-        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found)
+        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found, _FOLLOWED)
     return found
 
 
@@ -121,16 +124,21 @@ def _settled(
     index: np.ndarray,
     start: LaneState | None,
     found: list[dict[int, Motion]],
-    alone: bool = False,
+    span: Span,
 ) -> list[tuple[int, int]]:
     """Integrate, note what is new at each lane, and return that."""
     points = Points(coords={"start": np.arange(float(len(index)))}, values=values)
-    there = integrate(model, points, start=start, span=_LONG if alone else None)
+    alone = len(found) == 1
+    there = integrate(model, points, start=start, span=span, chunk=_CHUNK if alone else None)
     kind = classify(there, values["base_amplitude"], values["frequency_hz"])
+    wild = np.flatnonzero((kind.kind == APERIODIC) | ((kind.kind == PERIODIC) & (there.closed == 0)))[:_WILD]
+    if alone and wild.size and span is not _LONG:
+        onward = {name: part[wild] for name, part in values.items()}
+        _settled(model, onward, index[wild], unpacked(jnp.asarray(packed(there.state)[:, wild])), found, _LONG)
     state, new = packed(there.state), []
     state[5] = 0.0  # cycles are counted anew
     strikes, closed = kind.kind == PERIODIC, there.closed > 0
-    counts = (kind.kind == NO_IMPACT) | (strikes & closed) | (alone & (strikes | (kind.kind == APERIODIC)))
+    counts = (kind.kind == NO_IMPACT) | (strikes & closed) | ((span is _LONG) & (strikes | (kind.kind == APERIODIC)))
     codes = np.where(strikes, 1000 * kind.impacts + kind.period, np.where(kind.kind == NO_IMPACT, 0, APERIODIC_CODE))
     for row in np.flatnonzero(counts):
         lane, of = int(index[row]), int(codes[row])
