@@ -26,8 +26,8 @@ KICKS = ((0.1, 2.5), (0.5, -1.0), (1.0, 1.0), (2.0, -4.0), (2.0, 4.0), (3.5, -2.
 rigs have both motions. Two more starts are rest and the steady motion of the suspension without a stop."""
 _PLANE = tuple((back, fast) for back in np.linspace(0.1, 5.0, 4) for fast in np.linspace(-4.0, 4.0, 5))
 """The kicks at a single operating point."""
-_SPAN, _FOLLOWED = Span(transient=224, closed=1e-6), Span(transient=144, closed=1e-6)
-"""Of many points: what repeats to a millionth of A0 exists; a motion at the next value begins near its orbit."""
+_SPAN = Span(transient=224, closed=1e-6)
+"""Of many points: what repeats to a millionth of A0 exists."""
 _LONG, _WILD, _CHUNK = Span(transient=1200, closed=1e-6), 6, 24
 """At a single operating point: how long what has not closed goes on, in all for the 1500 cycles of `vibrojax.presets.facts`; how many of
 those; and lanes side by side."""
@@ -97,7 +97,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
             break
         index = np.array([lane for lane, _, _ in onward])
         state = unpacked(jnp.asarray(np.stack([state for _, _, state in onward], axis=1)))
-        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found, _FOLLOWED)
+        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found, _SPAN)
     return found
 
 
