@@ -26,7 +26,7 @@ from vibrojax.suspension import Linear
 
 _RATIOS = (0.5, 5.0)
 """Omega/omega of all sweeps, as far as the thesis's maps go."""
-_CURVE, _SWEEP, _LYAPUNOV, _MAP, _STATES, _MASSES = 151, 91, 91, (61, 41), 31, 117
+_CURVE, _SWEEP, _LYAPUNOV, _MAP, _STATES, _MASSES = 151, 91, 91, (61, 41), 25, 117
 _CLEARANCES = (0.0, 6.0)
 _REACH = (-4.0, 1.0)
 """Initial displacements over the gap where basins are looked for; velocities up to the first of them times gap Omega."""

@@ -1,6 +1,7 @@
 """No figure leaves a curve out, joins points of chaos, or loses a region in grey; on data sets made by hand."""
 
 import itertools
+import json
 import re
 
 import numpy as np
@@ -147,3 +148,28 @@ def test_a_figure_has_the_width_of_its_style_and_a_caption(look, tmp_path):
     text = (tmp_path / "design.md").read_text()
     for words in ("m = 1 kg", "omega = 5 Hz", "- gap: 1 mm", "- A0: 2 mm", "Omega 0.001, 0.002 Hz", "z = 1/1 from 1 to 2"):
         assert words in text
+
+
+def test_basins_of_one_colour_show_how_long_the_motion_takes_to_settle():
+    """In words as well: which motion it is, and the speed of its impacts."""
+    attractor = {"name": "z = 1/1", "impacts": 1, "period": 1, "share": 1.0, "section": {"u": [0.0], "v": [0.0]}}
+    cycles = np.arange(12.0).reshape(3, 4)
+    plane = ("v0", "u0")
+    variables = {"attractor": (plane, np.zeros((3, 4), int)), "cycles": (plane, cycles), "impact_speed": (plane, np.full((3, 4), 0.25))}
+    attrs = {"attractors": json.dumps([attractor]), "settings": '{"frequency_hz": 5.0}'}
+    with style():
+        figure = FIGURES["basins"](xr.Dataset(variables, {"v0": np.arange(3.0), "u0": np.arange(4.0)}, attrs))
+    axes, bar = figure.axes
+    np.testing.assert_array_equal(axes.collections[0].get_array(), cycles)
+    assert axes.get_title("left") == "every start ends in z = 1/1, impact speed 0.25 m/s"
+    assert bar.get_ylabel() == "cycles until the orbit has closed"
+
+
+def test_motions_beside_a_response_are_open_marks():
+    data = made("response", 1)
+    data["other_force"] = (("gap", "frequency_hz", "other"), np.full((1, 5, 1), 7.0))
+    data["asked"] = (("gap", "frequency_hz"), np.ones((1, 5), int))
+    with style():
+        line, beside, named = FIGURES["response"](data).axes[0].lines
+    assert line.get_linestyle() == "-" and beside.get_markerfacecolor() == "none" and named.get_label() == "coexists"
+    np.testing.assert_allclose(beside.get_ydata(), 7.0)

@@ -57,7 +57,12 @@ def test_a_response_says_where_the_force_is_largest_for_every_gap():
 def test_a_section_says_after_how_many_cycles_the_motion_repeats():
     strobes = np.tile([1e-3, 2e-3], 20)
     data = xr.Dataset(
-        {"displacement": ("strobe", strobes), "velocity": ("strobe", strobes), "impact_force": ("time", [0.0, 12.0])},
+        {
+            "displacement": ("strobe", strobes),
+            "velocity": ("strobe", strobes),
+            "peak_force": ("strobe", np.linspace(0.0, 12.0, 40)),
+            "touches": ("strobe", np.ones(40)),
+        },
         attrs=attrs(base_amplitude=1e-3, frequency_hz=7.0),
     )
     assert finding("section", data) == "at 7 Hz the motion repeats every 2 cycles, largest F_i 12 N"

@@ -71,7 +71,10 @@ def continue_(
     The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json, the figure and its
     caption; with --along borders.csv, its figure and caption too. Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
-    name, bounds = _followed(sweep, begin, end, parameter)
+    if preset is not None and sweep is None and begin is None and end is None:
+        name, bounds, at, gap = _of_preset(preset, at, gap)
+    else:
+        name, bounds = _followed(sweep, begin, end, parameter)
     second, span = (None, bounds) if along is None else _second(along, name)
     at = bounds[0] if at is None else at
     check_rig({"--model": model, "--preset": preset})
@@ -120,6 +123,15 @@ def _table(branch: Any) -> Table:
         number = f"{largest:.4g}" if largest.imag else f"{largest.real:.4g}"
         table.add_row(place.kind.value, f"{place.parameter:.6g}", str(place.orbit.touches), number)
     return table
+
+
+def _of_preset(preset: str, at: float | None, gap: str | None) -> tuple[str, tuple[float, float], float, str]:
+    """What is followed where only a preset is named: its frequencies, from its operating point on, at its first gap."""
+    prepare_jax()
+    from vibrojax.presets import read_preset
+
+    known = read_preset(preset)
+    return "frequency", known.ranges["frequency_hz"], known.point["frequency_hz"] if at is None else at, gap or f"{known.gaps[0]:g}"
 
 
 def _followed(sweep: str | None, begin: float | None, end: float | None, parameter: str | None) -> tuple[str, tuple[float, float]]:

@@ -25,6 +25,24 @@ def prepare_jax() -> None:
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
+_COMPILING = ("/jax/core/compile/jaxpr_to_mlir_module_duration", "/jax/core/compile/backend_compile_duration")
+_SPENT: list[float] = []
+
+
+def seconds_compiling() -> float:
+    """Seconds that JAX has compiled in this process since this was first asked, programs that were read from disk included."""
+    if not _SPENT:
+        from jax import monitoring
+
+        def noted(event: str, duration_secs: float, **_: Any) -> None:
+            if event in _COMPILING:
+                _SPENT.append(duration_secs)
+
+        monitoring.register_event_duration_secs_listener(noted)
+        _SPENT.append(0.0)
+    return sum(_SPENT)
+
+
 def compilation_cache() -> Path | None:
     """Folder for compiled programs, created when absent; None when switched off or not writable.
 

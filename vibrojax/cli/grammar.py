@@ -21,6 +21,8 @@ class Axis(NamedTuple):
     """Values where none are given; None: they must be given."""
     old: str = ""
     """Spelling of the option that this axis had of its own, which still works."""
+    count: int = 101
+    """Values along it where a preset's range is taken."""
 
 
 class Form(NamedTuple):
@@ -43,9 +45,9 @@ class Form(NamedTuple):
 
 _ALONG = {"frequency": Axis("values", old="--values")}
 _POINT = ("gap", FREQUENCY)
-_PLANE = {"u0": Axis("u0", old="--displacements"), "v0": Axis("v0", old="--velocities")}
+_PLANE = {"u0": Axis("u0", old="--displacements", count=51), "v0": Axis("v0", old="--velocities", count=51)}
 FORMS: dict[str, Form] = {
-    "response": Form({"frequency": Axis(FREQUENCY, old="--frequencies")}, settings=("gap",), lists=("gap",), varied_inside=True),
+    "response": Form({"frequency": Axis(FREQUENCY, old="--frequencies", count=151)}, settings=("gap",), lists=("gap",), varied_inside=True),
     "bifurcation": Form(_ALONG, any_parameter=True, settings=_POINT),
     "peterka": Form({"ratio": Axis("ratio", "0.5:5:100", "--ratios"), "clearance": Axis("clearance", "0:3:100", "--clearances")}),
     "section": Form({}, settings=_POINT),
@@ -154,6 +156,39 @@ def swept(study: str, sweep: Sequence[str], old: Mapping[str, str | None], param
             raise InputError(f"--sweep {name}=A:B:N is missing: expected the values of {name}, from A to B; add it")
         found[axis.argument] = values(axis.old if own is not None else "--sweep", text)
     return found, along if form.any_parameter else ""
+
+
+def with_ranges(study: str, sweep: Sequence[str], old: Mapping[str, str | None], ranges: Mapping[str, tuple[float, float]]) -> list[str]:
+    """`--sweep` of a preset's study: its range where an axis has a name and no values, or is left out and has no default.
+
+    Arguments:
+        study: name of the command.
+        sweep: as for `swept`.
+        old: as for `swept`.
+        ranges: both ends by the name of a setting.
+
+    Example:
+        >>> with_ranges("response", [], {}, {"frequency_hz": (1.0, 2.0)}), with_ranges("lyapunov", ["gap"], {}, {"gap": (0.0, 1e-3)})
+        (['frequency=1:2:151'], ['gap=0:0.001:101'])
+    """
+    axes, found = FORMS[study].axes, []
+    counts = {name: axis.count for name, axis in axes.items()}
+
+    def filled(name: str) -> str:
+        low, high = ranges[canonical(name)]
+        return f"{name}={low:.9g}:{high:.9g}:{counts.get(name, 101)}"
+
+    for text in sweep:
+        found.append(filled(text) if canonical(text) in ranges else text)
+    given = {text.partition("=")[0] for text in found if "=" in text}
+    if FORMS[study].any_parameter and (found or any(old.values())):
+        return found
+    first = next(iter(axes), "")
+    for name, axis in axes.items():
+        missing = name not in given and not old.get(name) and not (name == first and any("=" not in text for text in found))
+        if missing and axis.default is None and canonical(name) in ranges:
+            found.append(filled(name))
+    return found
 
 
 def cases(varied: Mapping[str, Sequence[float]]) -> list[tuple[str, dict[str, float]]]:

@@ -47,6 +47,9 @@ def show(name: Name) -> None:
     console = Console(highlight=False)
     console.print(table)
     console.print(f"gaps: {', '.join(f'{1e3 * gap:g} mm' for gap in preset.gaps)}; law {preset.law}; suspension {preset.suspension}")
+    swept = (f"{key.removesuffix('_hz')} {low:g} to {high:g}" for key, (low, high) in preset.ranges.items())
+    place = ", ".join(f"{key.removesuffix('_hz')} {value:g}" for key, value in preset.point.items())
+    console.print(f"studies sweep {', '.join(swept)}; one operating point: {place} (SI, frequencies in Hz)", soft_wrap=True)
 
 
 @app.command("write", epilog="Example:  vibrojax presets write wires --out wires.json")

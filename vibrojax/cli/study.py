@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vibrojax.cli.environment import check_extra, connected, prepare_jax
-from vibrojax.cli.grammar import AMPLITUDE, FORMS, FREQUENCY, canonical, cases, named, one_range, swept, values
+from vibrojax.cli.environment import check_extra, connected, prepare_jax, seconds_compiling
+from vibrojax.cli.grammar import AMPLITUDE, FORMS, FREQUENCY, canonical, cases, named, one_range, swept, values, with_ranges
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import points_done, stages
 from vibrojax.cli.source import check_file
@@ -166,10 +166,7 @@ def _run(
     followed: str | None = None,
     over: Over = NOTHING_OVER,
 ) -> None:
-    axes, along = swept(name, shared.sweep or [], shared.old, parameter)
-    if followed is not None:
-        along, listed = one_range("--along", followed)
-        axes = {"values": listed} | axes
+    ways = _swept(name, shared, parameter, followed, {}) if shared.preset is None else None
     if shared.store is not None:
         check_extra(cluster=shared.cluster is not None)
     begin = time.perf_counter()
@@ -180,13 +177,14 @@ def _run(
             prepare_jax()
             from vibrojax.batch import Span
 
-            settings = settings | ({} if span is None else {"span": Span(**span)}) | ({"parameter": along} if along else {})
             rig = _rig(shared)
+            axes, along = ways or _swept(name, shared, parameter, followed, _ranges(rig.preset))
+            settings = settings | ({} if span is None else {"span": Span(**span)}) | ({"parameter": along} if along else {})
             jobs = _jobs(name, shared, rig, axes, settings)
             over.check([job for _, job in jobs])
+        loaded = time.perf_counter() - begin
         written = [_written(name, tail, job, shared, folder, begin, over) for tail, job in jobs]
-    for tail, data, sentence, files in written:
-        took = f", {data.attrs['seconds']:.2f} s" if "seconds" in data.attrs else ""
+    for tail, data, sentence, files, took in written:
         console.print(f"{data.attrs['title']}{_words(tail)}: engine {data.attrs['engine']}{took}", soft_wrap=True, markup=False)
         if data.attrs["lanes_that_failed"] != "{}":
             console.print(f"not integrated: {data.attrs['lanes_that_failed']}", soft_wrap=True, markup=False)
@@ -194,6 +192,25 @@ def _run(
         if sentence:
             console.print(sentence, soft_wrap=True, markup=False)
         console.print(f"{' and '.join(files[:2])} in {shared.out}", soft_wrap=True, markup=False)
+    console.print(f"{time.perf_counter() - begin:.1f} s in all, {loaded:.1f} s of them loading", markup=False)
+
+
+def _swept(
+    name: str, shared: Shared, parameter: str | None, followed: str | None, ranges: dict[str, tuple[float, float]]
+) -> tuple[dict[str, list[float]], str]:
+    """Values along the axes, and what is swept."""
+    axes, along = swept(name, with_ranges(name, shared.sweep or [], shared.old, ranges), shared.old, parameter)
+    if followed is not None:
+        along, listed = one_range("--along", followed)
+        axes = {"values": listed} | axes
+    return axes, along
+
+
+def _ranges(preset: Any) -> dict[str, tuple[float, float]]:
+    """What a preset's studies sweep where they are not told; initial states reach from four gaps behind the hammer to the stop."""
+    gap, frequency = preset.point["gap"] or preset["base_amplitude"], preset.point[FREQUENCY]
+    reach = 8.0 * math.pi * gap * frequency
+    return {**preset.ranges, "u0": (-4.0 * gap, gap), "v0": (-reach, reach)}
 
 
 def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], settings: dict[str, Any]) -> list[tuple[str, Any]]:
@@ -245,10 +262,10 @@ def _fixed(name: str, shared: Shared, rig: Rig, along: str, varied: set[str]) ->
             found[key] = values(_OPTION[key], text)
         elif key in varied:
             found[key] = []
-        elif key == "gap" and rig.preset is not None:
-            found[key] = list(rig.preset.gaps)
-        elif rig.preset is not None and "excitation_frequency" in rig.preset.numbers:
-            found[key] = [rig.preset["excitation_frequency"]]
+        elif rig.preset is not None:
+            found[key] = [rig.preset.point[key]] if key == FREQUENCY or name.startswith("basins") else list(rig.preset.gaps)
+            if name in ("section", "design"):
+                found[key] = found[key][:1]
         else:
             raise InputError(f"{_OPTION[key]} is missing: expected it where {along or 'it'} is not swept; add {_OPTION[key]} VALUE")
     return found
@@ -270,17 +287,23 @@ def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Sh
         raise InputError(f"{name} is given twice, by --vary and by its own option: leave one out")
 
 
-def _written(name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, over: Over) -> tuple[str, Any, str, list[str]]:
-    """One study, made and written."""
+def _written(
+    name: str, tail: str, job: Any, shared: Shared, folder: Path, begin: float, over: Over
+) -> tuple[str, Any, str, list[str], str]:
+    """One study, made and written; and the seconds of each stage."""
     from vibrojax.studies.finding import finding
     from vibrojax.studies.write import write_study
 
+    compiled, start = seconds_compiling(), time.perf_counter()
     data = _made(job, shared, begin, _words(tail))
+    made = time.perf_counter()
     with stages(quiet=shared.quiet, since=begin) as say:
         data = over.drawn(data, job.model, say)
         say(f"drawing{_words(tail)}")
         files = write_study(name, data, folder, look=FIGURE_STYLES[shared.style], stem=name + tail)
-    return tail, data, finding(name, data), [path.name for path in files]
+    compiling, whole = min(seconds_compiling() - compiled, made - start), time.perf_counter() - start
+    took = f", {compiling:.1f} s compiling, {made - start - compiling:.1f} s running, {start + whole - made:.1f} s drawing"
+    return tail, data, finding(name, data), [path.name for path in files], took
 
 
 def _words(tail: str) -> str:

@@ -40,7 +40,7 @@ Preset = Annotated[
     typer.Option(
         "--preset",
         metavar="NAME",
-        help="A rig of the thesis in place of --model (see vibrojax presets list); its A0 and gaps are taken where none are given.",
+        help="A rig of the thesis in place of --model (see vibrojax presets list); brings A0, gaps, and what is swept, where not given.",
         show_default=False,
         callback=_known_preset,
     ),
@@ -54,7 +54,7 @@ Sweep = Annotated[
     typer.Option(
         "--sweep",
         metavar="[NAME=]A:B:N",
-        help="What is swept: N values from A to B, SI (frequency in Hz). Repeated for a study of two axes.",
+        help="What is swept: N values from A to B, SI (frequency in Hz); of a preset also NAME alone. Repeat it for two axes.",
         show_default=False,
     ),
 ]

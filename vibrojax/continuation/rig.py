@@ -10,12 +10,13 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from vibrojax.contact import AbstractCompliantLaw, NoContact
+from vibrojax.contact import NoContact
 from vibrojax.contact.no_contact import NOWHERE
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS
+from vibrojax.integrate.impacts import Push, peak_of_step, push_of
 from vibrojax.integrate.landing import Landing, LandingState
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
@@ -173,7 +174,7 @@ class Passage(NamedTuple):
     lowest: _Number
     """Least u at the end of a step, m."""
     peak_force: _Number
-    """Largest push of the stop at the end of a step, N; zero for a rigid stop."""
+    """Largest push of the stop, N (`vibrojax.integrate.impacts`); zero for a rigid stop."""
     starts_in_contact: Bool[Array | np.ndarray, ""]
     result: Int[Array | np.ndarray, ""]
     """A code of `vibrojax.integrate`."""
@@ -205,13 +206,14 @@ def strobe(
     limit = _most_steps(landing, lax.stop_gradient(t_end), cycles)
 
     def unfinished(loop):
-        count, carry, _ = loop
+        count, carry, *_ = loop
         return (count < limit) & (carry.t < t_end) & jnp.isfinite(carry.u)
 
     def advance(loop):
-        count, carry, passage = loop
+        count, carry, passage, push = loop
         after = landing.step(system, t_end, carry)
-        return count + 1.0, after, _seen(system, carry, after, passage)
+        felt = push_of(*lax.stop_gradient((system, after)))
+        return count + 1.0, after, _seen(system, carry, after, passage, (push, felt)), felt
 
     nothing = Passage(
         touches=jnp.asarray(0),
@@ -224,7 +226,8 @@ def strobe(
         starts_in_contact=start.in_contact,
         result=jnp.asarray(SUCCESS),
     )
-    _, last, passage = lax.while_loop(unfinished, advance, (jnp.asarray(0.0), start, nothing))
+    first = push_of(*lax.stop_gradient((system, start)))
+    _, last, passage, _ = lax.while_loop(unfinished, advance, (jnp.asarray(0.0), start, nothing, first))
     finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
     result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)
     return jnp.concatenate([jnp.stack([last.u, last.v]), last.own]), passage._replace(result=result)
@@ -259,7 +262,7 @@ def _most_steps(landing: Landing, t_end: _Scalar, cycles: Int[Array, ""]) -> _Sc
     return _SPARE * t_end / landing.flight_step + _TOUCH_STEPS * jnp.asarray(cycles, dtype=float)
 
 
-def _seen(system: System, before: LandingState, after: LandingState, passage: Passage) -> Passage:
+def _seen(system: System, before: LandingState, after: LandingState, passage: Passage, pushes: tuple[Push, Push]) -> Passage:
     """What one step adds to the passage."""
     before, after, system = lax.stop_gradient((before, after, system))
     taken = ~after.landing
@@ -270,9 +273,6 @@ def _seen(system: System, before: LandingState, after: LandingState, passage: Pa
     turns = taken & ~landed & ~before.in_contact & (old.rate > 0) & (new.rate <= 0)
     top = _top(old.indentation, old.rate, new.indentation, new.rate, after.t - before.t)
     speed = after.approach_speed
-    push = passage.peak_force
-    if isinstance(system.law, AbstractCompliantLaw):
-        push = system.forces(after.t, after.u, after.v, after.own, after.in_contact, speed).push
     return passage._replace(
         touches=passage.touches + touch.astype(int),
         slowest_touch=jnp.where(touch, jnp.minimum(passage.slowest_touch, speed), passage.slowest_touch),
@@ -280,7 +280,7 @@ def _seen(system: System, before: LandingState, after: LandingState, passage: Pa
         closest=jnp.where(turns, jnp.maximum(passage.closest, top), passage.closest),
         highest=jnp.maximum(passage.highest, after.u),
         lowest=jnp.minimum(passage.lowest, after.u),
-        peak_force=jnp.maximum(passage.peak_force, push),
+        peak_force=jnp.maximum(passage.peak_force, peak_of_step(*pushes, after.t - before.t)),
     )
 
 

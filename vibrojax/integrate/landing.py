@@ -197,6 +197,17 @@ class Landing(AbstractBatchIntegrator):
         self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
     ) -> Trajectory:
         """Integrate many trajectories side by side; see `AbstractBatchIntegrator`."""
+        count, last, history, t_end = self.steps(systems, ts, states, lengths)
+        finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
+        result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)
+        u, v, in_contact, approach_speed, own = at_samples(history, count, ts)
+        return Trajectory(ts, u, v, in_contact, approach_speed, result, count, own)
+
+    def steps(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]):
+        """The steps themselves: their count, the last state of all lanes, the ends of the steps, `(points, lanes)`, and the last times.
+
+        Arguments are those of `batch`.
+        """
         limit = 3 * ts.shape[1] + 1000 if self.most_steps is None else self.most_steps
         t_end = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
         start = self.start(systems, ts, states)
@@ -213,10 +224,7 @@ class Landing(AbstractBatchIntegrator):
             return count + 1, carry, points
 
         count, last, history = lax.while_loop(unfinished, advance, (jnp.zeros((), int), start, history))
-        finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
-        result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)
-        u, v, in_contact, approach_speed, own = at_samples(history, count, ts)
-        return Trajectory(ts, u, v, in_contact, approach_speed, result, count, own)
+        return count, last, history, t_end
 
     def start(self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"]) -> LandingState:
         """All lanes before their first step, each at the first of its times."""

@@ -58,6 +58,8 @@ class Preset:
         law: "kelvin-voigt-clipped" (from stiffness and restitution) or "hunt-crossley".
         gaps: that the rig was set to, m; stated, but where `gap` is among the numbers.
         numbers: by name.
+        ranges: what a study sweeps where it is not told: both ends of `frequency_hz`, `gap` and `base_amplitude`, SI.
+        point: where a study of one operating point is made: `frequency_hz` and `gap`, SI.
     """
 
     name: str
@@ -67,6 +69,8 @@ class Preset:
     law: str
     gaps: tuple[float, ...]
     numbers: Mapping[str, Number]
+    ranges: Mapping[str, tuple[float, float]]
+    point: Mapping[str, float]
 
     def __getitem__(self, name: str) -> float:
         """Value of a number."""
@@ -116,7 +120,14 @@ def read_preset(name: str) -> Preset:
     table: dict[str, Any] = tomllib.loads(data_path("presets", f"{name}.toml").read_text(encoding="utf-8"))
     numbers = {key: Number(**(row | {"origin": Origin[row["origin"].upper()]})) for key, row in table["number"].items()}
     settings = {key: table[key] for key in ("title", "thesis", "suspension", "law")}
-    return Preset(name=name, **settings, gaps=tuple(round(1e-3 * gap, 9) for gap in table["gaps_mm"]), numbers=numbers)
+    gaps = tuple(round(1e-3 * gap, 9) for gap in table["gaps_mm"])
+    ranges = {key.removesuffix("_mm"): (_si(key, low), _si(key, high)) for key, (low, high) in table["range"].items()}
+    point = {key.removesuffix("_mm"): _si(key, value) for key, value in table["point"].items()}
+    return Preset(name=name, **settings, gaps=gaps, numbers=numbers, ranges=ranges, point=point)
+
+
+def _si(key: str, value: float) -> float:
+    return round(1e-3 * value, 9) if key.endswith("_mm") else value
 
 
 def clipped_dashpot(restitution: float, stiffness: float, mass: float) -> float:

@@ -256,7 +256,7 @@ def settled(
     _shorten(kept, kind, values)
     growth, wild = np.full(points.lanes, np.nan), kind[_KIND] == APERIODIC
     if wild.any() and lyapunov_cycles > 0:
-        growth[wild] = exponents(model, points, state, wild, cycles=lyapunov_cycles, threads=options.get("threads"))
+        growth[wild] = exponents(model, points, state, wild, cycles=lyapunov_cycles, threads=options.get("threads"))[:, 0]
     shaped = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in kept.items()}
     last = Responses(coords=dict(points.coords), state=state, engine=found.engine, seconds=found.seconds, **shaped)
     return last, Kind(*(part.reshape(points.shape) for part in kind)), growth.reshape(points.shape)
@@ -325,7 +325,7 @@ class Place(NamedTuple):
     """Of the attractors that were seen."""
 
 
-def coexistence(
+def places_of_coexistence(
     model: Model,
     *,
     u0: np.ndarray,

@@ -190,7 +190,8 @@ def basins(
 
     Returns:
         On the axes (`v0`, `u0`): `attractor` (its number; -1 where the integration failed), `impacting` (1, 0; -1), `kind`, `impacts` and
-        `period` of z = p/q, `lyapunov` where the motion does not repeat, and `displacement` at the last strobe. Attributes:
+        `period` of z = p/q, `lyapunov` where the motion does not repeat, and `cycles` that were integrated, largest `impact_speed` (m/s)
+        and `displacement` at the last strobe. Attributes:
         `basin_measure` is the share of the initial states whose motion keeps impacting, `attractors` a table as JSON (name, share and its
         95 % interval, section points, radii of the discs of `integrity`), `basin_entropy`, `boundary_basin_entropy`,
         `uncertainty_exponent` with its standard error and `boundary_dimension` (`entropy`, `boundary`), NaN where there is no boundary.
@@ -233,6 +234,8 @@ def settled_states(model: Model, points: Points, title: str, setting: Mapping[st
             "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
             "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
             "lyapunov": Labelled(dims, growth, "1", "largest Lyapunov exponent per cycle of excitation"),
+            "cycles": Labelled(dims, found.cycles, "1", "cycles integrated, until the orbit had closed"),
+            "impact_speed": Labelled(dims, found.impact_speed.max(axis=-1), "m/s", "largest approach speed of the last cycles"),
             "displacement": Labelled(dims, found.u[..., -1], "m", "displacement at the last strobe"),
             SECTION[0]: Labelled((*dims, "strobe"), found.u, "m", "displacement at the last strobes"),
             SECTION[1]: Labelled((*dims, "strobe"), found.v, "m/s", "velocity at the last strobes"),

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from vibrojax.batch import Span
-from vibrojax.batch.run import repeats
 from vibrojax.model import Model
-from vibrojax.studies.attractors import Place, coexistence
+from vibrojax.studies import coexistence
+from vibrojax.studies.attractors import Place, places_of_coexistence
 from vibrojax.studies.base import CHAOS, setting
 from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, PERIODIC
 
@@ -112,13 +112,11 @@ def _elsewhere(model: Model, data: xr.Dataset) -> list[Place]:
     """Near-by settings of coexistence."""
     setting = json.loads(data.attrs["settings"])
     plane = {name: np.asarray(data[name].values) for name in ("u0", "v0")}
-    return coexistence(model, **plane, **setting, span=Span())
+    return places_of_coexistence(model, **plane, **setting, span=Span())
 
 
 _RUNS, _JUMPS = 3, 4
 """Most bands and jumps that a sentence names."""
-_SAME = 1e-5
-"""Of A0: as in `classify`."""
 
 
 def finding(name: str, data: xr.Dataset) -> str:
@@ -172,8 +170,25 @@ def _curves(data: xr.Dataset, along: str, unit: str, name: str = "") -> str:
         if np.nanmax(force, initial=0.0) > 0:
             top = int(np.nanargmax(force))
             words += f", largest F_i {force[top]:.3g} N at {name}{x[top]:.4g} {unit}".rstrip()
+        if "coexistence" in data.attrs:
+            words += f"; {_beside(part, x, force, along, unit)}"
         found.append(f"{_where(part, others)}: {words}")
-    return "; ".join(found)
+    return "; ".join(found) + _how(data)
+
+
+def _beside(part: xr.Dataset, x: np.ndarray, force: np.ndarray, along: str, unit: str) -> str:
+    """Which motions coexist, and the largest force of those that rest does not lead to, where it is larger."""
+    found = coexistence.words(part, x, unit)
+    other = np.nan_to_num(part["other_force"].max("other").values, nan=0.0)
+    if other.max(initial=0.0) <= np.nanmax(force, initial=0.0):
+        return found
+    top = int(np.argmax(other))
+    which = int(part["other_code"].values[top][np.nanargmax(part["other_force"].values[top])])
+    return f"{found}, largest F_i of them {other[top]:.3g} N on {coexistence.name(which)} at {x[top]:.4g} {unit}".rstrip()
+
+
+def _how(data: xr.Dataset) -> str:
+    return f" ({coexistence.how(data)})" if "coexistence" in data.attrs else ""
 
 
 def _bifurcation(data: xr.Dataset) -> str:
@@ -189,24 +204,30 @@ def _bifurcation(data: xr.Dataset) -> str:
         more = f" and {len(places) - _JUMPS} more" if len(places) > _JUMPS else ""
         jumps = f", jump at {', '.join(places[:_JUMPS])} {unit}{more}" if places else ", no jump"
         found.append(f"{direction}wards: {bands(x, part['kind'].values, impacts, period, unit)}{jumps}")
-    return "; ".join(found)
+    if "coexistence" in data.attrs:
+        found.append(coexistence.words(data, scale * data[parameter].values, unit))
+    return "; ".join(found) + _how(data)
 
 
 def _peterka(data: xr.Dataset) -> str:
     from vibrojax.studies.figures.maps import regions_of
 
     shares = [(float(region.cells.mean()), region.name) for region in regions_of(data)]
-    return "of the map: " + ", ".join(f"{name} {100 * share:.1f} %" for share, name in sorted(shares, reverse=True))
+    found = "of the map: " + ", ".join(f"{name} {100 * share:.1f} %" for share, name in sorted(shares, reverse=True))
+    return f"{found}; {coexistence.words_of_map(data)}{_how(data)}" if "coexistence" in data.attrs else found
 
 
 def _section(data: xr.Dataset) -> str:
-    amplitude, frequency = setting(data, "base_amplitude"), setting(data, "frequency_hz")
-    u, v = (data[name].values[:, None] for name in ("displacement", "velocity"))
-    size = np.array([amplitude if amplitude > 0 else 1e-3])
-    period = int(repeats(u, v, size, size * 2.0 * np.pi * frequency, _SAME, LONGEST)[0]) if len(u) > LONGEST else 0
+    period = coexistence.section_period(data)
+    if not data["touches"].values[-LONGEST:].any():
+        return f"at {setting(data, 'frequency_hz'):g} Hz no impact{_beside_section(data)}"
     cycles = "cycle" if period == 1 else f"{period} cycles"
     words = f"the motion repeats every {cycles}" if period else f"the motion does not repeat within {LONGEST} cycles"
-    return f"at {frequency:g} Hz {words}, largest F_i {float(data['impact_force'].max()):.3g} N"
+    return f"at {setting(data, 'frequency_hz'):g} Hz {words}, largest F_i {float(data['peak_force'].max()):.3g} N{_beside_section(data)}"
+
+
+def _beside_section(data: xr.Dataset) -> str:
+    return f"; {coexistence.words_of_section(data)}{_how(data)}" if "coexistence" in data.attrs else ""
 
 
 def _basins(data: xr.Dataset) -> str:

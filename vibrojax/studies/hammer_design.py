@@ -10,7 +10,7 @@ from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled, outcome
 from vibrojax.studies.classify import MEANING, classify
-from vibrojax.suspension import Linear
+from vibrojax.suspension import Linear, Pendulum
 
 
 def hammer_design(
@@ -25,7 +25,7 @@ def hammer_design(
 ) -> xr.Dataset:
     """Largest impact force when the hammer's mass changes and its spring, damper and stop stay.
 
-    With mass r m the suspension has omega_n / sqrt(r) and zeta / sqrt(r).
+    With mass r m the suspension has omega_n / sqrt(r) and zeta / sqrt(r); on wires, where gravity holds the hammer, omega_n and zeta / r.
 
     Arguments:
         model: the rig with the hammer of ratio 1.
@@ -37,7 +37,7 @@ def hammer_design(
         options: of `vibrojax.batch.integrate`.
 
     Raises:
-        InputError: a ratio is not above 0, or the suspension is not linear.
+        InputError: a ratio is not above 0, or the suspension is neither linear nor a pendulum.
 
     Returns:
         `impact_force` (N), `force_over_weight` (1), `impacts`, `period`, `kind` on the axes (`frequency_hz`, `mass_ratio`).
@@ -45,13 +45,15 @@ def hammer_design(
     mass_ratio, frequency_hz = np.atleast_1d(np.asarray(mass_ratio, float)), np.atleast_1d(np.asarray(frequency_hz, float))
     if not np.all(mass_ratio > 0):
         raise InputError(f"mass_ratio is {mass_ratio.min():g} somewhere: expected numbers above 0; correct the range")
-    if not isinstance(model.suspension, Linear):
+    if not isinstance(model.suspension, Linear | Pendulum):
         raise InputError(
-            f"hammer design keeps spring and damper: the suspension {model.suspension.name!r} has no stiffness that could stay; use linear"
+            f"hammer design keeps spring and damper: the suspension {model.suspension.name!r} has no stiffness that could stay; "
+            "use linear or pendulum"
         )
     f_n, zeta = float(np.asarray(model.values()["f_n"])), float(np.asarray(model.values()["zeta"]))
     ratio = mass_ratio[None, :]
-    changed = {"m": float(np.asarray(model.mass)) * ratio, "f_n": f_n / np.sqrt(ratio), "zeta": zeta / np.sqrt(ratio)}
+    stiff = 0.5 if isinstance(model.suspension, Linear) else 0.0
+    changed = {"m": float(np.asarray(model.mass)) * ratio, "f_n": f_n * ratio**-stiff, "zeta": zeta * ratio ** (stiff - 1.0)}
     settings = changed | {"frequency_hz": frequency_hz[:, None], "gap": gap, "base_amplitude": base_amplitude}
     points = Points(coords={"frequency_hz": frequency_hz, "mass_ratio": mass_ratio}, values=settings)
     found = integrate(model, points, span=span, **options)

@@ -22,6 +22,7 @@ from vibrojax.model_file import model_document
 from vibrojax.studies.basins import measured, states
 from vibrojax.studies.basins_along import matched, measured_along, states_along
 from vibrojax.studies.bifurcation import DIRECTIONS, increasing, sweep, with_jumps
+from vibrojax.studies.coexistence import with_coexistence
 from vibrojax.studies.draws import Draws
 from vibrojax.studies.finding import with_finding
 from vibrojax.studies.frequency_response import frequency_response
@@ -30,7 +31,7 @@ from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section
 
-FORMAT = 2
+FORMAT = 3
 """Of the settings and variables of a store; one of another format is refused."""
 
 
@@ -52,13 +53,15 @@ class Kind(NamedTuple):
     """Whether `values` must increase; those of a sweep must."""
     threads: bool = True
     """Whether `part` takes a number of threads."""
+    of_draws: Mapping[str, Any] = {}
+    """Further arguments where draws are compared, which then have their axes in common."""
 
 
 STUDIES = {
-    "response": Kind(frequency_response, ("gap", "frequency_hz")),
-    "bifurcation": Kind(sweep, ("direction", "values"), 16, with_jumps, is_sweep=True, threads=False),
-    "peterka": Kind(peterka, ("clearance", "ratio")),
-    "section": Kind(section, (), threads=False),
+    "response": Kind(frequency_response, ("gap", "frequency_hz"), after=with_coexistence),
+    "bifurcation": Kind(sweep, ("direction", "values"), 16, with_jumps, with_coexistence, is_sweep=True, threads=False),
+    "peterka": Kind(peterka, ("clearance", "ratio"), after=with_coexistence),
+    "section": Kind(section, (), after=with_coexistence, threads=False, of_draws={"even": True}),
     "basins": Kind(states, ("v0", "u0"), whole=measured, after=with_finding),
     "basins_along": Kind(states_along, ("values", "v0", "u0"), whole=measured_along, after=matched, rises=True),
     "lyapunov": Kind(lyapunov, ("values",)),
@@ -193,7 +196,7 @@ def evaluate(job: Job, tile: Tile, *, before: np.ndarray | None = None, threads:
     parts = {name: values[tile.parts[name]] for name, values in job.axes.items()}
     if job.kind.is_sweep:
         parts |= {"direction": tuple(parts["direction"].tolist()), "before": before}
-    more = {"threads": threads} if job.kind.threads else {}
+    more = ({"threads": threads} if job.kind.threads else {}) | ({} if job.draws is None else dict(job.kind.of_draws))
     return job.kind.part(model, **parts, **job.settings, **more)
 
 

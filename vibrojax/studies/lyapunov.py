@@ -1,4 +1,4 @@
-"""Largest Lyapunov exponent of the stroboscopic map, by twin lanes."""
+"""Lyapunov exponents of the stroboscopic map, by twin lanes."""
 
 import dataclasses
 import os
@@ -21,22 +21,33 @@ from vibrojax.system import System
 
 _APART = 1e-7
 """Distance of twins at the start of a cycle: far above rounding, far below the orbit."""
+_STROBES = 100
+"""Section points at each value, at least: chaos shows as a cloud."""
 
 
 def exponents(
-    model: Model, points: Points, state: LaneState, chosen: np.ndarray, *, cycles: int, chunk: int = 32, threads: int | None = None
+    model: Model,
+    points: Points,
+    state: LaneState,
+    chosen: np.ndarray,
+    *,
+    cycles: int,
+    number: int = 1,
+    chunk: int = 32,
+    threads: int | None = None,
 ) -> np.ndarray:
-    """Largest Lyapunov exponent per cycle of excitation of some lanes, from states on their attractors.
+    """Largest Lyapunov exponents per cycle of excitation of some lanes, from states on their attractors, `(chosen, number)`.
 
-    Each lane has a twin that starts a small distance off. After every cycle the logarithm of the growth of that distance is noted, and the
-    twin is put back to the small distance in the direction that it has gone. Distances are measured over A0 in u, A0 Omega in u', and the
-    usual size of every state of an effect, or A0.
+    Each lane has a twin for each exponent, which starts a small distance off. After every cycle the logarithm of the growth of that
+    distance is noted, and the twin is put back to the small distance in the direction that it has gone, made orthogonal to those of the
+    twins before it. Distances are measured over A0 in u, A0 Omega in u', and the usual size of every state of an effect, or A0.
 
     Arguments:
         model: the rig.
         points: of all lanes.
         state: of all lanes, at a strobe.
         chosen: which lanes, `(lanes,)`.
+        number: how many exponents; at most the number of states.
         cycles: averaged over, after a tenth as many that turn the twins into the fastest direction.
         chunk: lanes that are stepped side by side, each with its twin.
         threads: chunks at a time; by default one a core.
@@ -51,7 +62,7 @@ def exponents(
     def one(piece: np.ndarray) -> np.ndarray:
         full = jnp.asarray(np.concatenate([piece, np.full(chunk - piece.size, piece[-1])]))
         rigs, start, scale = jax.tree.map(lambda leaf: leaf[full], (lanes, state, jnp.asarray(scales)))
-        return np.asarray(_growth(engine, rigs, start, scale, cycles))[: piece.size]
+        return np.asarray(_growth(engine, rigs, start, scale, cycles, number))[: piece.size]
 
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
         return np.concatenate(list(pool.map(one, pieces)))
@@ -67,30 +78,41 @@ def _scales(model: Model, points: Points) -> np.ndarray:
 
 @eqx.filter_jit
 def _growth(
-    engine: AbstractEngine, lanes: Lanes, state: LaneState, scale: Float[Array, "lanes states"], cycles: int
-) -> Float[Array, " lanes"]:
-    """Mean logarithm of the growth per cycle."""
+    engine: AbstractEngine, lanes: Lanes, state: LaneState, scale: Float[Array, "lanes states"], cycles: int, number: int
+) -> Float[Array, "lanes exponents"]:
+    """Mean logarithms of the growth per cycle."""
     count, size = scale.shape
-    both = jax.tree.map(lambda leaf: jnp.concatenate([leaf, leaf]), lanes)
     skipped = max(cycles // 10, 1)
 
-    def cycle(carry, number):
-        state, apart, total = carry
-        pair = jax.tree.map(lambda leaf: jnp.concatenate([leaf, leaf]), state)
-        x = _states(pair).at[count:].add(apart * scale)
-        u, v, own = x[:, 0], x[:, 1], x[:, 2:]
-        t = pair.cycle.astype(u.dtype) / both.frequency_hz
-        near = jax.vmap(System.approach)(both.systems, t, u, v, own)
-        after, _ = engine.advance(both, pair._replace(u=u, v=v, own=own, in_contact=near.indentation > 0), 1, 1)
-        apart = (_states(after)[count:] - _states(after)[:count]) / scale
-        length = jnp.maximum(jnp.linalg.norm(apart, axis=1), 1e-300)
-        total = total + jnp.where(number >= skipped, jnp.log(length / _APART), 0.0)
-        return (jax.tree.map(lambda leaf: leaf[:count], after), apart * _APART / length[:, None], total), None
+    def spread(tree):
+        """Every lane, and behind all of them as many twins of each."""
+        return jax.tree.map(lambda leaf: jnp.concatenate([leaf] * (number + 1)), tree)
 
-    along = np.cos(1.0 + np.arange(size))  # along no axis
-    start = (state, jnp.broadcast_to(jnp.asarray(_APART * along / np.linalg.norm(along)), scale.shape), jnp.zeros(count))
-    (_, _, total), _ = lax.scan(cycle, start, jnp.arange(cycles + skipped))
-    return total / cycles
+    everyone = spread(lanes)
+
+    def cycle(carry, passed):
+        state, apart, total = carry
+        group = spread(state)
+        x = _states(group).at[count:].add((apart * scale[None]).reshape(-1, size))
+        u, v, own = x[:, 0], x[:, 1], x[:, 2:]
+        t = group.cycle.astype(u.dtype) / everyone.frequency_hz
+        near = jax.vmap(System.approach)(everyone.systems, t, u, v, own)
+        after, _ = engine.advance(everyone, group._replace(u=u, v=v, own=own, in_contact=near.indentation > 0), 1, 1)
+        ends = _states(after)
+        apart = (ends[count:].reshape(number, count, size) - ends[None, :count]) / scale[None]
+        directions, lengths = [], []
+        for one in apart:
+            for other in directions:
+                one = one - jnp.sum(one * other, axis=1, keepdims=True) * other
+            lengths.append(jnp.maximum(jnp.linalg.norm(one, axis=1), 1e-300))
+            directions.append(one / lengths[-1][:, None])
+        total = total + jnp.where(passed >= skipped, jnp.log(jnp.stack(lengths) / _APART), 0.0)
+        return (jax.tree.map(lambda leaf: leaf[:count], after), _APART * jnp.stack(directions), total), None
+
+    along = np.linalg.qr(np.cos(1.0 + np.outer(np.arange(size), 1.0 + np.arange(number))))[0].T  # along no axis
+    apart = jnp.broadcast_to(jnp.asarray(_APART * along)[:, None, :], (number, *scale.shape))
+    (_, _, total), _ = lax.scan(cycle, (state, apart, jnp.zeros((number, count))), jnp.arange(cycles + skipped))
+    return total.T / cycles
 
 
 def _states(state: LaneState) -> Float[Array, "lanes states"]:
@@ -108,7 +130,7 @@ def lyapunov(
     threads: int | None = None,
     **fixed: float,
 ) -> xr.Dataset:
-    """Largest Lyapunov exponent along a parameter, of the motion that is reached from rest: above zero in chaos.
+    """Both Lyapunov exponents along a parameter, of the motion that is reached from rest: the largest is above zero in chaos.
 
     Arguments:
         model: the rig.
@@ -121,21 +143,23 @@ def lyapunov(
         fixed: the other settings.
 
     Returns:
-        `exponent`, per cycle of excitation, NaN where the motion could not be integrated, and the section points `displacement`.
+        `exponent` and `second_exponent`, per cycle of excitation, NaN where the motion could not be integrated, and the section points
+        `displacement`, at least 100.
     """
     points = grid({parameter: values}, base_amplitude=base_amplitude, **fixed)
-    span = dataclasses.replace(span or Span(), closed=None)
+    span = span or Span()
+    span = dataclasses.replace(span, closed=None, recorded=max(span.recorded, _STROBES))
     found = integrate(model, points, span=span, threads=threads)
-    growth = exponents(model, points, found.state, np.ones(points.lanes, dtype=bool), cycles=cycles, threads=threads)
+    growth = exponents(model, points, found.state, np.ones(points.lanes, dtype=bool), cycles=cycles, number=2, threads=threads)
+    growth = np.where(found.result == SUCCESS, growth.T, np.nan)
     return labelled(
-        f"largest Lyapunov exponent along {parameter}",
+        f"Lyapunov exponents along {parameter}",
         model,
         found,
         coords={parameter: axis(model, parameter, points.coords[parameter])},
         variables={
-            "exponent": Labelled(
-                (parameter,), np.where(found.result == SUCCESS, growth, np.nan), "1", "largest Lyapunov exponent per cycle of excitation"
-            ),
+            "exponent": Labelled((parameter,), growth[0], "1", "largest Lyapunov exponent per cycle of excitation"),
+            "second_exponent": Labelled((parameter,), growth[1], "1", "second Lyapunov exponent per cycle of excitation"),
             "displacement": Labelled((parameter, "cycle"), found.u, "m", "displacement at the strobes"),
             "result": outcome((parameter,), found.result),
         },

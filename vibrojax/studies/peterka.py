@@ -55,7 +55,7 @@ def peterka(
     growth = np.full(points.shape, np.nan)
     wild = kind.kind == APERIODIC
     if lyapunov_cycles > 0 and wild.any():
-        growth[wild] = exponents(model, points, found.state, wild.reshape(-1), cycles=lyapunov_cycles, threads=options.get("threads"))
+        growth[wild] = exponents(model, points, found.state, wild.reshape(-1), cycles=lyapunov_cycles, threads=options.get("threads"))[:, 0]
     force, dims = found.peak_force.max(axis=-1), ("clearance", "ratio")
     weight = GRAVITY * float(np.asarray(model.mass))
     return labelled(

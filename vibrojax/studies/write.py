@@ -25,9 +25,15 @@ _SHOWS = {
     "acceleration of the hammer. Broken line: the stop.",
     "basins": "Basins of attraction in the plane of the initial displacement and velocity relative to the cart, one colour a motion.",
     "basins_along": "Share of the initial states that settle in each motion, matched along a parameter, and the basin entropy.",
-    "lyapunov": "Displacement u at the strobes, and largest Lyapunov exponent of the stroboscopic map per cycle of excitation; values "
-    "in chaos are points.",
+    "lyapunov": "Both Lyapunov exponents of the stroboscopic map per cycle of excitation, over the bifurcation diagram: displacement u at "
+    "the strobes. Shaded: chaos.",
     "design": "Largest impact force F_i, and F_i / (m g), against the hammer's mass over that of the model; spring, damper and stop stay.",
+}
+_BESIDE = {
+    "response": " Open marks: motions that coexist with it.",
+    "bifurcation": " Open marks: motions that coexist with those of both sweeps.",
+    "peterka": " Rings: cells at which other starts lead to another motion.",
+    "section": " Open marks: section points of motions that coexist with it.",
 }
 _MANIFOLDS = " Crosses: saddles; thick and thin lines: their stable and unstable manifolds."
 _OVER_DRAWS = " Median, middle 50 % and 95 % over the draws of a fit."
@@ -43,6 +49,7 @@ def caption(name: str, data: xr.Dataset, found: str) -> str:
     """
     settings = json.loads(data.attrs["settings"])
     shown = _SHOWS[name] + (_OVER_DRAWS if "quantile" in data.dims else "") + (_MANIFOLDS if "manifolds" in data.attrs else "")
+    shown += _BESIDE.get(name, "") if "coexistence" in data.attrs else ""
     rows = {
         "model": rig_words(json.loads(data.attrs["model"])),
         "gap": _gap(data, settings),

@@ -13,10 +13,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
-from vibrojax.drawing import COLOURS, GREY, ORANGE, SKY, new_figure
+from vibrojax.drawing import BLUE, COLOURS, GREY, SKY, new_figure
 from vibrojax.figure_style import AT_STROBES, FORCE, FORCE_OF_CYCLE, FORCE_OVER_WEIGHT, RATIO, SYMBOLS, short
 from vibrojax.studies.base import CHAOS, setting
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT
+from vibrojax.studies.coexistence import name as motion_name
 from vibrojax.studies.continuation_lines import pieces
 
 
@@ -139,7 +140,7 @@ def same_motion(part: xr.Dataset) -> np.ndarray:
 def draw_frequency_response(data: xr.Dataset) -> Figure:
     """Largest impact force, and on the right its ratio to the hammer's weight; a panel for each value of a further axis.
 
-    A line joins neighbours of one motion z = p/q; points of chaos stand alone.
+    A line joins neighbours of one motion z = p/q; points of chaos stand alone. Open marks are motions that coexist with it.
     """
     along = curve_axis(data)
     further = [dim for dim in data["impact_force"].dims if dim not in (along, "frequency_hz")]
@@ -154,6 +155,7 @@ def draw_frequency_response(data: xr.Dataset) -> Figure:
             line = part.sel({along: value}).transpose("frequency_hz", ...)
             force = np.where(line["kind"].values == FAILED, np.nan, line["impact_force"].values)
             curves.draw(axes, curve, x, force, same_motion(line))
+            _draw_beside(axes, line, "other_force", 1.0, curves.colours[curve], curves.marks[curve])
         axes.set_ylabel(FORCE)
         force, ratio = part["impact_force"].values, part["force_over_weight"].values
         if np.any(force > 0) and "m" not in data.dims:
@@ -163,11 +165,26 @@ def draw_frequency_response(data: xr.Dataset) -> Figure:
         if further and count > 1:
             names = [f"{short(str(dim))} = {float(part[dim]):g} {data[dim].attrs['units']}".removesuffix(" 1") for dim in further]
             axes.set_title(", ".join(names), loc="left")
+    if "other_force" in data:
+        rows[0].plot([], [], "o", mfc="none", mec=GREY, ms=2.5, mew=0.6, label=BESIDE)
     curves.explain(rows[0], list(rows))
     if "f_n" not in data.dims:
         add_ratio_axis(rows[0], data, "frequency_hz")
     rows[-1].set_xlabel(label(data, "frequency_hz"))
     return figure
+
+
+BESIDE = "coexists"
+"""What open marks are called."""
+
+
+def _draw_beside(axes: Axes, data: xr.Dataset, name: str, scale: float, colour: Any, mark: str = "o") -> None:
+    """The motions beside that of a study along its only axis, as open marks (`coexistence.with_coexistence`); nothing where unknown."""
+    if name in data:
+        along = str(data["asked"].dims[0])
+        values = scale * data[name].transpose(along, ...).values.reshape(data.sizes[along], -1)
+        x = np.repeat(data[along].values, values.shape[1])
+        axes.plot(x, values.ravel(), mark, mfc="none", mec=colour, ms=2.5, mew=0.6, zorder=1.5)
 
 
 def curve_axis(data: xr.Dataset) -> str:
@@ -196,25 +213,35 @@ def draw_hammer_design(data: xr.Dataset) -> Figure:
 
 
 def draw_lyapunov(data: xr.Dataset) -> Figure:
-    """Section points above, exponent below, a line where motion is regular and a point for each value in chaos; zero as a line."""
+    """Both exponents over the bifurcation diagram, on one abscissa; chaos is shaded through both panels, zero is a line."""
     parameter = setting(data, "parameter")
-    figure = new_figure(4.8, layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
+    figure = new_figure(5.4, layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
     x, points, exponent = data[parameter].values, 1e3 * data["displacement"].values, data["exponent"].values
     chaotic = np.nan_to_num(exponent, nan=0.0) > CHAOS
-    for where, colour in ((~chaotic, SKY), (chaotic, ORANGE)):
-        top.plot(np.repeat(x[where], points.shape[1]), points[where].ravel(), ".", color=colour, ms=2, mew=0, rasterized=True)
-    top.set_ylabel(AT_STROBES)
-    curve = Curves(values=(0.0,), text="", name="regular")
-    curve.draw(bottom, 0, x, np.where(chaotic, np.nan, exponent), ~chaotic[1:] & ~chaotic[:-1])
-    bottom.plot(x[chaotic], exponent[chaotic], ".", color=ORANGE, ms=3, mew=0, label="chaos")
-    bottom.axhline(0.0, color=GREY, lw=0.8)
-    bottom.set(xlabel=label(data, parameter), ylabel="exponent per cycle")
-    bottom.legend()
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    for axes in (top, bottom):
+        for place in np.flatnonzero(chaotic):
+            axes.axvspan(edges[place], edges[place + 1], color=SHADE, lw=0, zorder=0)
+    alike = chaotic[1:] == chaotic[:-1]
+    for number, (name, text) in enumerate((("exponent", "largest"), ("second_exponent", "second"))):
+        Curves(values=(0.0, 1.0), text="", name=text).draw(top, number, x, data[name].values, alike & np.isfinite(exponent[1:]))
+    top.axhline(0.0, color=GREY, lw=0.8)
+    low, high = np.nanmin(exponent, initial=0.0), np.nanmax(exponent, initial=0.0)
+    top.set(ylabel="exponents per cycle", ylim=(min(2.0 * low, -_LEAST), max(1.3 * high, _LEAST)))
+    top.fill_between([], [], color=SHADE, label="chaos")
+    figure.legend(*top.get_legend_handles_labels(), ncols=3, loc="outside lower center")
+    for where, colour in ((~chaotic, BLUE), (chaotic, DOWN)):
+        bottom.plot(np.repeat(x[where], points.shape[1]), points[where].ravel(), ".", color=colour, ms=2.4, mew=0, rasterized=True)
+    bottom.set(xlabel=label(data, parameter), ylabel=AT_STROBES, xlim=(x[0], x[-1]))
     add_ratio_axis(top, data, parameter)
     return figure
 
 
+SHADE = "#fbe3c8"
+"""Behind what is chaotic."""
+_LEAST = 0.2
+"""Exponent that the ordinate reaches on either side of zero."""
 DOWN = "#8c2d04"
 """Dark on the pale blue of the sweep up: they differ in grey too."""
 _LOOKS = {"up": (SKY, 3.6, "--"), "down": (DOWN, 1.6, ":")}
@@ -241,11 +268,15 @@ def _together(data: xr.Dataset) -> Figure:
     top, bottom = figure.subplots(2, 1, sharex=True)
     for direction in _LOOKS:
         _draw_sweep(data, direction, top, bottom)
+    for axes, name, scale in ((top, "other_displacement", 1e3), (bottom, "other_force", 1.0)):
+        _draw_beside(axes, data, name, scale, GREY)
+    if "other_force" in data:
+        top.plot([], [], "o", mfc="none", mec=GREY, ms=2.5, mew=0.6, label=BESIDE)
     top.set_ylabel(AT_STROBES)
     bottom.set_ylabel(FORCE_OF_CYCLE)
     bottom.set_xlabel(label(data, parameter))
     add_ratio_axis(top, data, parameter)
-    top.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0) if parameter != "frequency_hz" else None)
+    top.legend(ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0) if parameter != "frequency_hz" else None)
     return figure
 
 
@@ -311,6 +342,8 @@ def draw_section(data: xr.Dataset) -> Figure:
     gap = 1e3 * setting(data, "gap")
     section, plane = plan["section"], plan["plane"]
     section.plot(1e3 * data["displacement"], data["velocity"], ".", color=COLOURS[0], ms=3, mew=0)
+    if "other_displacement" in data:
+        _draw_others_of_section(section, data)
     section.set(xlabel=AT_STROBES, ylabel=r"$\dot{u}$ (m/s)")
     section.set_xlim(_no_narrower(section.get_xlim(), _NARROWEST * 1e3 * np.ptp(data["u"].values)))
     section.set_ylim(_no_narrower(section.get_ylim(), _NARROWEST * np.ptp(data["v"].values)))
@@ -329,6 +362,16 @@ def draw_section(data: xr.Dataset) -> Figure:
     plan["u"].legend(loc="upper right")
     plan["acceleration"].set_xlabel("time since a strobe (s)")
     return figure
+
+
+def _draw_others_of_section(axes: Axes, data: xr.Dataset) -> None:
+    """Section points of the motions beside that of a section, open, each named."""
+    for number, of in enumerate(data["other_code"].values.tolist()):
+        if of >= 0:
+            u, v = (scale * data[f"other_{part}"].values[number] for part, scale in (("displacement", 1e3), ("velocity", 1.0)))
+            axes.plot(u, v, _MARKS[(number + 1) % len(_MARKS)], mfc="none", mec=COLOURS[1], ms=4, mew=0.8, label=motion_name(of))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(title=BESIDE, loc="best")
 
 
 def _no_narrower(limits: tuple[float, float], width: float) -> tuple[float, float]:

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from jaxtyping import Bool
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Patch
 from matplotlib.patheffects import withStroke
 from scipy.ndimage import distance_transform_edt
@@ -104,16 +106,23 @@ _BORDER = "#d7191c"
 def draw_peterka(data: xr.Dataset) -> Figure:
     """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1.
 
-    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken.
+    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken. Rings mark the cells where another motion was
+    found (`coexistence.with_coexistence`).
     """
     figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
-    patches = draw_regions(left, x, y, regions_of(data))
+    patches: list[Artist] = [*draw_regions(left, x, y, regions_of(data))]
     limits = left.get_xlim(), left.get_ylim()
-    figure.legend(handles=patches, loc="outside lower center", ncols=6)
     for line in json.loads(data.attrs.get("borders", "[]")):
         left.plot(line["ratio"], line["clearance"], color=_BORDER, linewidth=1.2, linestyle="--" if "grazing" in line["kind"] else "-")
+    if "other_code" in data:
+        several = ((data["other_code"] >= 0).any("other") & (data["asked"] == 1)).transpose("clearance", "ratio").values
+        row, column = np.nonzero(several)
+        rings: dict[str, Any] = dict(marker="o", mfc="#ffffff", mec="#000000", mew=0.5, ms=2.5, ls="none")
+        left.plot(x[column], y[row], **rings)
+        patches.append(Line2D([], [], label="another motion, too", **rings))
+    figure.legend(handles=patches, loc="outside lower center", ncols=6)
     kind, p, q = (data[name].values for name in ("kind", "impacts", "period"))
     force = np.where((kind == PERIODIC) & (p == 1) & (q == 1), data["force_over_weight"].values, np.nan)
     if np.isfinite(force).any():
@@ -163,15 +172,19 @@ _QUIET = (WHITE, "#dcdcdc", "#bdbdbd")
 def draw_basins(data: xr.Dataset) -> Figure:
     """Each basin in the colour of its attractor, whose section points are marked; discs that lie within a basin around them.
 
-    Manifolds of saddles (`basin_manifolds.with_manifolds`) are lines over it.
+    Where there is but one basin, shades say how long the motion takes to settle, and the title which it is. Manifolds of saddles
+    (`basin_manifolds.with_manifolds`) are lines over it.
     """
     rows = json.loads(data.attrs["attractors"])
     colours = colours_of([(one["impacts"], one["period"], one["name"]) for one in rows])
     figure = new_figure(4.8, layout="constrained")
     axes = figure.subplots()
     plane = 1e3 * data["u0"], data["v0"], data["attractor"].transpose("v0", "u0")
-    shown = ListedColormap([_FAILED, *colours])
-    axes.pcolormesh(*plane, cmap=shown, vmin=-1.5, vmax=len(colours) - 0.5, shading="nearest", rasterized=True)
+    if one_colour := len(rows) == 1 and not bool((data["attractor"] < 0).any()):
+        _draw_settling(figure, axes, data)
+    else:
+        shown = ListedColormap([_FAILED, *colours])
+        axes.pcolormesh(*plane, cmap=shown, vmin=-1.5, vmax=len(colours) - 0.5, shading="nearest", rasterized=True)
     limits = axes.get_xlim(), axes.get_ylim()
     for one, colour in zip(rows, colours, strict=True):
         _mark(axes, one, colour, 2.0 * math.pi * setting(data, "frequency_hz"))
@@ -179,7 +192,7 @@ def draw_basins(data: xr.Dataset) -> Figure:
         _draw_manifolds(axes, data)
     axes.set(xlabel="initial displacement relative to the cart (mm)", ylabel="initial velocity (m/s)", xlim=limits[0], ylim=limits[1])
     axes.grid(False)
-    axes.set_title(_title(data), loc="left", fontsize=8)
+    axes.set_title(f"every start ends in {_with_speed(data, rows[0])}" if one_colour else _title(data), loc="left", fontsize=8)
     patches = [
         Patch(facecolor=colour, edgecolor="#808080", label=f"{one['name']}: {100 * one['share']:.1f} %")
         for one, colour in zip(rows, colours, strict=True)
@@ -188,6 +201,20 @@ def draw_basins(data: xr.Dataset) -> Figure:
         patches.append(Patch(facecolor=_FAILED, label="not integrated"))
     figure.legend(handles=patches[:_MOST], loc="outside lower center", ncols=min(3, max(len(patches[:_MOST]), 1)))
     return figure
+
+
+def _draw_settling(figure: Figure, axes: Axes, data: xr.Dataset) -> None:
+    """How long the motion from each initial state takes to settle: what there is to see in a picture of one colour."""
+    cycles = data["cycles"].transpose("v0", "u0").values
+    shades: dict[str, Any] = dict(cmap="cividis", vmin=cycles.min(), vmax=max(cycles.max(), cycles.min() + 1))
+    shown = axes.pcolormesh(1e3 * data["u0"], data["v0"], cycles, shading="nearest", rasterized=True, **shades)
+    figure.colorbar(shown, ax=axes, label="cycles until the orbit has closed")
+
+
+def _with_speed(data: xr.Dataset, one: dict[str, Any]) -> str:
+    """An attractor by its name and the speed of its impacts."""
+    speed = float(data["impact_speed"].median())
+    return f"{one['name']}, impact speed {speed:.3g} m/s" if one["impacts"] else one["name"]
 
 
 def _draw_manifolds(axes: Axes, data: xr.Dataset) -> None:

@@ -1,0 +1,314 @@
+"""Which motions exist beside the one that a study shows: a few kicked starts at some of its points, and each motion followed from there.
+
+A motion is told from another by its z = p/q; motions without impact are one, called rest. It counts where the orbit has closed to
+a millionth of A0 or no impact is left; what is aperiodic does not in a study of many points, since a long transient cannot be told
+from it. A motion that is found at one value is started at its neighbours along the study's axis, and so on, until it is lost: a sweep up
+and down from each of them. At a single operating point there is time for more starts and cycles, and whatever strikes after 1500 counts.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+
+from vibrojax.batch import LaneState, Points, Span, grid, integrate, packed, unpacked
+from vibrojax.batch.run import repeats
+from vibrojax.model import Model
+from vibrojax.studies.attractors import STILL
+from vibrojax.studies.base import natural_frequency, setting
+from vibrojax.studies.classify import APERIODIC, LONGEST, NO_IMPACT, PERIODIC, classify
+
+KICKS = ((0.1, 2.5), (0.5, -1.0), (1.0, 1.0), (2.0, -4.0), (2.0, 4.0), (3.5, -2.0), (5.0, -3.0), (5.0, 1.5))
+"""Initial states: distance from the stop over the larger of gap and A0, and velocity over that and Omega; spread over where the thesis's
+rigs have both motions. Two more starts are rest and the steady motion of the suspension without a stop."""
+_PLANE = tuple((back, fast) for back in np.linspace(0.1, 5.0, 4) for fast in np.linspace(-4.0, 4.0, 5))
+"""The kicks at a single operating point."""
+_SPAN = Span(transient=224, closed=1e-6)
+"""Of many points: what repeats to a millionth of A0 exists."""
+_LONG, _WILD, _CHUNK = Span(transient=1200, closed=1e-6), 6, 24
+"""At a single operating point: how long what has not closed goes on, in all for the 1500 cycles of `vibrojax.presets.facts`; how many of
+those; and lanes side by side."""
+APERIODIC_CODE = 1
+"""Of impacts without a period: no other motion has it."""
+ASKED = 30
+"""Values along the axis of a study at which all starts are tried, at most."""
+_CELLS = 12
+"""The same along each axis of a map."""
+
+
+class Motion(NamedTuple):
+    """A motion at one point."""
+
+    force: float
+    """Largest impact force, N."""
+    speed: float
+    """Largest approach speed, m/s."""
+    strobes: np.ndarray
+    """u, m, and u', m/s, at the last strobes, `(2, LONGEST)`."""
+    state: np.ndarray
+    """As `vibrojax.batch.packed` has it, one lane."""
+
+
+def code(impacts: int, period: int) -> int:
+    """One number for a motion z = p/q; 0 for rest."""
+    return 1000 * impacts + period if impacts else 0
+
+
+def name(of: int) -> str:
+    """Words for a code.
+
+    Example:
+        >>> name(code(1, 2)), name(0)
+        ('z = 1/2', 'rest')
+    """
+    return {0: "rest", APERIODIC_CODE: "aperiodic impacts"}.get(of, f"z = {of // 1000}/{of % 1000}")
+
+
+def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) -> list[dict[int, Motion]]:
+    """The motions that exist at each point, by their codes.
+
+    Arguments:
+        model: the rig.
+        points: of the study.
+        asked: lanes at which all starts are tried.
+        along: axis of the points along which motions are followed; None for nowhere.
+    """
+    values, lanes = points.flat(), np.arange(points.lanes).reshape(points.shape)
+    found: list[dict[int, Motion]] = [{} for _ in range(points.lanes)]
+    kicks = _PLANE if points.lanes == 1 else KICKS
+    starts = np.repeat(asked, len(kicks) + 2)
+    kicked = {name: part[starts] for name, part in values.items()}
+    kicked |= dict(zip(("u0", "v0"), _kicked(model, kicked, kicks), strict=True))
+    front = _settled(model, kicked, starts, None, found, _SPAN)
+    tried = {(lane, of) for lane, of in front}
+    while front and along is not None:
+        onward = []
+        for way in (1, -1):
+            beyond = np.full(points.lanes, -1)
+            ahead, here = (np.moveaxis(lanes, along, 0)[slice(*ends)].ravel() for ends in (((1, None), (None, -1))[::way]))
+            beyond[here] = ahead
+            onward += [(int(beyond[lane]), of, found[lane][of].state) for lane, of in front if beyond[lane] >= 0]
+        onward = [one for one in onward if one[1] not in found[one[0]] and (one[0], one[1]) not in tried]
+        tried |= {(lane, of) for lane, of, _ in onward}
+        if not onward:
+            break
+        index = np.array([lane for lane, _, _ in onward])
+        state = unpacked(jnp.asarray(np.stack([state for _, _, state in onward], axis=1)))
+        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found, _SPAN)
+    return found
+
+
+def _kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+    """u0 and v0 of rest, of the steady motion without a stop, and of the kicks, in turn."""
+    gap, amplitude, omega = values["gap"], values["base_amplitude"], 2.0 * np.pi * values["frequency_hz"]
+    size = np.maximum(np.abs(gap), amplitude)
+    size = np.where(size > 0, size, STILL)
+    turn = np.arange(len(gap)) % (len(kicks) + 2)
+    back, fast = np.array([(0.0, 0.0), (0.0, 0.0), *kicks])[turn].T
+    u0, v0 = gap - back * size, fast * size * omega
+    u0[turn == 0] = 0.0
+    known = {"f_n": np.nan, "zeta": np.nan} | {key: float(np.asarray(value)) for key, value in model.values().items()}
+    omega_n = 2.0 * np.pi * values.get("f_n", np.full(len(gap), known["f_n"]))
+    steady = amplitude * omega**2 / (omega_n**2 - omega**2 + 2j * values.get("zeta", known["zeta"]) * omega_n * omega)
+    free = (turn == 1) & np.isfinite(steady)  # of A0 sin(Omega t): u = Im(steady exp(i Omega t))
+    u0, v0 = np.where(free, steady.imag, u0), np.where(free, omega * steady.real, v0)
+    return np.minimum(u0, gap), v0
+
+
+def _settled(
+    model: Model,
+    values: Mapping[str, np.ndarray],
+    index: np.ndarray,
+    start: LaneState | None,
+    found: list[dict[int, Motion]],
+    span: Span,
+) -> list[tuple[int, int]]:
+    """Integrate, note what is new at each lane, and return that."""
+    points = Points(coords={"start": np.arange(float(len(index)))}, values=values)
+    alone = len(found) == 1
+    there = integrate(model, points, start=start, span=span, chunk=_CHUNK if alone else None)
+    kind = classify(there, values["base_amplitude"], values["frequency_hz"])
+    wild = np.flatnonzero((kind.kind == APERIODIC) | ((kind.kind == PERIODIC) & (there.closed == 0)))[:_WILD]
+    if alone and wild.size and span is not _LONG:
+        onward = {name: part[wild] for name, part in values.items()}
+        _settled(model, onward, index[wild], unpacked(jnp.asarray(packed(there.state)[:, wild])), found, _LONG)
+    state, new = packed(there.state), []
+    state[5] = 0.0  # cycles are counted anew
+    strikes, closed = kind.kind == PERIODIC, there.closed > 0
+    counts = (kind.kind == NO_IMPACT) | (strikes & closed) | ((span is _LONG) & (strikes | (kind.kind == APERIODIC)))
+    codes = np.where(strikes, 1000 * kind.impacts + kind.period, np.where(kind.kind == NO_IMPACT, 0, APERIODIC_CODE))
+    for row in np.flatnonzero(counts):
+        lane, of = int(index[row]), int(codes[row])
+        if of not in found[lane]:
+            force, speed = float(there.peak_force[row].max()), float(there.impact_speed[row].max())
+            found[lane][of] = Motion(force, speed, np.stack([there.u[row, -LONGEST:], there.v[row, -LONGEST:]]), state[:, row])
+            new.append((lane, of))
+    return new
+
+
+def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
+    """The study with the motions beside its own.
+
+    Arguments:
+        model: the rig.
+        data: a response, a bifurcation diagram, a Peterka map or a section.
+
+    Returns:
+        `other_code` (1000 p + q, 0 for rest, -1 for none), `other_force` (N), `other_speed` (m/s), and at eight strobes
+        `other_displacement` (m) and `other_velocity` (m/s) on the study's axes and `other`; `asked` (1 where all starts were tried). The
+        attribute `coexistence` holds how many starts and points that is.
+    """
+    points, own = _points(model, data), own_motions(data)
+    along = None if "clearance" in points.coords or points.lanes == 1 else len(points.shape) - 1
+    chosen = _asked(points.shape, along)
+    found = motions(model, points, np.flatnonzero(chosen), along)
+    others = [{of: one for of, one in here.items() if of not in mine} for here, mine in zip(found, own, strict=True)]
+    most = max(1, *(len(one) for one in others))
+    codes, forces, speeds = np.full((len(others), most), -1), *np.full((2, len(others), most), np.nan)
+    strobes = np.full((2, len(others), most, LONGEST), np.nan)
+    for lane, here in enumerate(others):
+        for place, (of, one) in enumerate(sorted(here.items())):
+            codes[lane, place], forces[lane, place], speeds[lane, place] = of, one.force, one.speed
+            strobes[:, lane, place] = one.strobes
+    dims = tuple(points.coords) if points.lanes > 1 or "strobe" not in data.dims else ()
+    shape = points.shape if dims else ()
+    parts = {
+        "other_code": ((*dims, "other"), codes.reshape(*shape, most), "1", "another motion: 1000 p + q, 0 rest, -1 none"),
+        "other_force": ((*dims, "other"), forces.reshape(*shape, most), "N", "its largest impact force"),
+        "other_speed": ((*dims, "other"), speeds.reshape(*shape, most), "m/s", "its largest approach speed"),
+        "other_displacement": ((*dims, "other", "other_strobe"), strobes[0].reshape(*shape, most, LONGEST), "m", "its section points"),
+        "other_velocity": ((*dims, "other", "other_strobe"), strobes[1].reshape(*shape, most, LONGEST), "m/s", "its velocity there"),
+        "asked": (dims, chosen.reshape(shape).astype(int), "1", "whether all starts were tried here"),
+    }
+    said = {
+        "starts": len(_PLANE if points.lanes == 1 else KICKS) + 2,
+        "asked": int(chosen.sum()),
+        "points": points.lanes,
+        "followed": along is not None,
+    }
+    variables = {key: (dims, values, {"units": unit, "long_name": words}) for key, (dims, values, unit, words) in parts.items()}
+    return data.assign(variables).assign_attrs(coexistence=json.dumps(said))
+
+
+def _points(model: Model, data: xr.Dataset) -> Points:
+    """The operating points of a study."""
+    settings: dict[str, Any] = json.loads(data.attrs["settings"])
+    fixed = {key: value for key, value in settings.items() if key not in ("parameter", "u0", "v0")}
+    if "clearance" in data.dims:
+        ratio, clearance, amplitude = data["ratio"].values, data["clearance"].values, settings["base_amplitude"]
+        at = {"frequency_hz": ratio[None, :] * natural_frequency(model, "a Peterka map"), "gap": clearance[:, None] * amplitude}
+        return Points(coords={"clearance": clearance, "ratio": ratio}, values=at | {"base_amplitude": amplitude})
+    if "strobe" in data.dims:
+        frequency = fixed.pop("frequency_hz")
+        return grid({"frequency_hz": [frequency]}, **fixed)
+    axes = [settings["parameter"]] if "parameter" in settings else list(map(str, data["impact_force"].dims))
+    return grid({axis: data[axis].values for axis in axes}, **fixed)
+
+
+def own_motions(data: xr.Dataset) -> list[set[int]]:
+    """Codes of the motions that the study itself shows, by lane; nothing of what is aperiodic."""
+    if "strobe" in data.dims:
+        return [_section_motion(data)]
+    kind, period = data["kind"], data["period"]
+    impacts = data["impacts"]
+    if "cycle" in impacts.dims:
+        back = np.arange(impacts.sizes["cycle"])[::-1]
+        impacts = impacts.where(xr.DataArray(back, dims="cycle") < period, 0).sum("cycle")
+    ways = [dict(direction=way) for way in range(kind.sizes["direction"])] if "direction" in kind.dims else [{}]
+    own: list[set[int]] = [set() for _ in range(kind.isel(ways[0]).size)]
+    for way in ways:
+        parts = (part.isel(way).values.ravel().tolist() for part in (kind, impacts, period))
+        for lane, (which, p, q) in enumerate(zip(*parts, strict=True)):
+            if which in (NO_IMPACT, PERIODIC):
+                own[lane].add(code(int(p) if which == PERIODIC else 0, int(q)))
+    return own
+
+
+def section_period(data: xr.Dataset) -> int:
+    """Cycles after which the motion of a section repeats; 0 where it does not within eight."""
+    amplitude, frequency = setting(data, "base_amplitude"), setting(data, "frequency_hz")
+    u, v = (data[name].values[:, None] for name in ("displacement", "velocity"))
+    size = np.array([amplitude if amplitude > 0 else STILL])
+    return int(repeats(u, v, size, size * 2.0 * np.pi * frequency, 1e-5, LONGEST)[0]) if len(u) > LONGEST else 0
+
+
+def _section_motion(data: xr.Dataset) -> set[int]:
+    """Code of the motion of a section; nothing where it does not repeat."""
+    period, touches = section_period(data), data["touches"].values
+    if not touches[-LONGEST:].any():
+        return {0}
+    return {code(int(touches[-period:].sum()), period) if period else APERIODIC_CODE}
+
+
+def _asked(shape: tuple[int, ...], along: int | None) -> np.ndarray:
+    """Which lanes get all starts: values spread evenly along the axis that is followed, or cells of a map."""
+    chosen = np.zeros(shape, dtype=bool)
+    most = {axis: ASKED if axis == along else _CELLS if along is None else size for axis, size in enumerate(shape)}
+    picked = [np.unique(np.linspace(0, size - 1, min(size, most[axis])).round().astype(int)) for axis, size in enumerate(shape)]
+    chosen[np.ix_(*picked)] = True
+    return chosen.ravel()
+
+
+def words(data: xr.Dataset, x: np.ndarray, unit: str) -> str:
+    """Where several motions exist along the only axis of a study, and how they were looked for.
+
+    Arguments:
+        data: as `with_coexistence` returns it, on one axis.
+        x: values along it, as they are printed.
+        unit: of `x`.
+    """
+    names = _names(data)
+    starts = [0, *(i for i in range(1, len(names)) if names[i] != names[i - 1]), len(names)]
+    runs = [(a, b - 1) for a, b in zip(starts[:-1], starts[1:], strict=True) if len(names[a]) > 1]
+    longest = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:_RUNS])
+    places = [
+        f"{_listed(names[a])} coexist {f'from {x[a]:.4g} to {x[b]:.4g}' if b > a else f'at {x[a]:.4g}'} {unit}".rstrip() for a, b in longest
+    ]
+    more = f", and others in {len(runs) - _RUNS} more stretch{'' if len(runs) == _RUNS + 1 else 'es'}" if len(runs) > _RUNS else ""
+    return (", ".join(places) or "no motions that coexist") + more
+
+
+def words_of_map(data: xr.Dataset) -> str:
+    """At how many cells that were asked several motions exist, and which of them most often."""
+    asked = data["asked"].values.ravel() == 1
+    several = [names for names, here in zip(_names(data), asked, strict=True) if here and len(names) > 1]
+    often = max(map(tuple, several), key=lambda one: several.count(list(one)), default=())
+    most = f", {_listed(list(often))} most often" if often else ""
+    return f"several motions coexist at {len(several)} of the {int(asked.sum())} cells that were asked{most}"
+
+
+def words_of_section(data: xr.Dataset) -> str:
+    """What exists beside the motion of a section, with the force of each."""
+    others = [
+        f"{name(int(of))}{f' ({force:.3g} N)' if of else ''}"
+        for of, force in zip(data["other_code"].values, data["other_force"].values, strict=True)
+        if of >= 0
+    ]
+    return f"{' and '.join(others)} {'exists' if len(others) == 1 else 'exist'} beside it" if others else "no other motion found"
+
+
+def how(data: xr.Dataset) -> str:
+    """How the motions were looked for."""
+    said = json.loads(data.attrs["coexistence"])
+    where = f" at each of {said['asked']} of {said['points']} points" if said["points"] > 1 else ""
+    return f"{said['starts']} starts{where}{', each motion followed up and down' if said['followed'] else ''}"
+
+
+_RUNS = 3
+"""Most stretches that a sentence names."""
+
+
+def _names(data: xr.Dataset) -> list[list[str]]:
+    """The motions of each point in words, rest first."""
+    codes = data["other_code"].values.reshape(-1, data.sizes["other"])
+    return [
+        [name(of) for of in sorted(mine | {int(of) for of in other if of >= 0})]
+        for mine, other in zip(own_motions(data), codes, strict=True)
+    ]
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]])
