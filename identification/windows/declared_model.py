@@ -46,9 +46,7 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
         law=LAWS[name](**{p.field: numbers[p.field] for p in LAWS[name].parameters}),
         load=Load(incline=experiment.load.incline, constant_force=experiment.load.constant_force),
         recorder=tuple(
-            RecorderFilter(  # pyright: ignore[reportCallIssue]  # takes the abstract class variable `own_states` for a field
-                of_channel=one.channel, band=one.band, order=one.order, corner_hz=one.corner
-            )
+            RecorderFilter(of_channel=one.channel, band=one.band, order=one.order, corner_hz=one.corner)
             for one in experiment.filters
             if one.channel in recorded
         ),

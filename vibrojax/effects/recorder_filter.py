@@ -24,6 +24,13 @@ _SERIES = 24
 """Terms of the series of a phi function, for |z| < 1 exact to rounding."""
 
 
+def _own_states(effect: "RecorderFilter") -> tuple[OwnState, ...]:
+    """The filter's memory: real and imaginary part of each pair of poles, and of a real pole, twice where a pair counts."""
+    unit = UNITS[effect.of_channel]
+    names = (f"{effect.of_channel} {effect.band} {place + 1}" for place in range(effect.order))
+    return tuple(OwnState(name=name, unit=unit, scale=_SIZES[unit], carried=False) for name in names)
+
+
 class RecorderFilter(AbstractEffect):
     """One channel behind an analogue Butterworth filter whose order and corner frequency are known.
 
@@ -55,6 +62,7 @@ class RecorderFilter(AbstractEffect):
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     probe: ClassVar[Probe] = Probe(lambda scales: [])
+    own_states: ClassVar[tuple[OwnState, ...]] = property(_own_states)  # type: ignore[assignment]
 
     of_channel: str = eqx.field(static=True)
     band: str = eqx.field(static=True)
@@ -66,13 +74,6 @@ class RecorderFilter(AbstractEffect):
         """What it is, without its channel, for reports."""
         band = {"lowpass": "low-pass", "highpass": "high-pass"}[self.band]
         return f"{band} (Butterworth, order {self.order}, {self.corner_hz:.4g} Hz)"
-
-    @property
-    def own_states(self) -> tuple[OwnState, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The filter's memory: real and imaginary part of each pair of poles, and of a real pole, twice where a pair counts."""
-        unit = UNITS[self.of_channel]
-        names = (f"{self.of_channel} {self.band} {place + 1}" for place in range(self.order))
-        return tuple(OwnState(name=name, unit=unit, scale=_SIZES[unit], carried=False) for name in names)
 
     @property
     def is_fault(self) -> bool:
@@ -120,7 +121,7 @@ class RecorderFilter(AbstractEffect):
         start = _complex(own[0], self.order)
         _, later = lax.scan(follow, start, (jnp.exp(z), driven))
         memory = jnp.concatenate([start[None], later])
-        twice = np.where(poles.imag > 0.0, 2.0, 1.0)
+        twice = jnp.where(jnp.imag(poles) > 0.0, 2.0, 1.0)
         shown = direct * x + jnp.sum(twice * memory.real, axis=-1)
         moved = direct * slope + jnp.sum(twice * (poles * memory + gain * slope.astype(complex)[:, None]).real, axis=-1)
         return readings | {self.of_channel: shown}, rates | {self.of_channel: moved}, _real(memory, self.order)
@@ -130,9 +131,11 @@ class RecorderFilter(AbstractEffect):
 def _modes(band: str, order: int, corner_hz: float) -> tuple[np.ndarray, np.ndarray, float]:
     """Poles on and above the real axis, 1/s, their residues, and H(0)."""
     turned = lp2lp_zpk if band == "lowpass" else lp2hp_zpk
-    zeros, poles, gain = turned(*buttap(order), wo=2.0 * np.pi * corner_hz)
+    found = turned(*buttap(order), wo=2.0 * np.pi * corner_hz)
+    zeros, poles = (np.asarray(one, np.complex128) for one in found[:2])
+    gain = float(np.real(found[2]))
     upper = np.array([p.real if abs(p.imag) < 1e-9 * abs(p) else p for p in poles if p.imag > -1e-9 * abs(p)], complex)
-    upper = upper[np.argsort(upper.imag == 0.0, kind="stable")]  # a real pole last
+    upper = upper[np.argsort(np.imag(upper) == 0.0, kind="stable")]  # a real pole last
     others = [np.delete(poles, np.argmin(np.abs(poles - p))) for p in upper]
     residues = np.array([gain * np.prod(p - zeros) / np.prod(p - rest) for p, rest in zip(upper, others, strict=True)])
     return upper, residues, 1.0 if band == "lowpass" else 0.0
