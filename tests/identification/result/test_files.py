@@ -38,7 +38,15 @@ def test_the_document_is_what_others_rely_on(result):
 def test_noise_and_random_force_are_those_that_were_found(result):
     document = fit_json(result)
     assert document["unrest"] is None
-    assert document["reading_error"]["impact_force"] == {"rms": pytest.approx(0.153), "unit": "N", "order": 3, "over_noise": 1.02}
+    assert document["reading_error"]["impact_force"] == {
+        "rms": pytest.approx(0.153),
+        "unit": "N",
+        "order": 3,
+        "over_noise": 1.02,
+        "variance": 1.01,
+        "correlation": -0.01,
+        "samples": 4000,
+    }
     assert document["force_share"] == 0.0
     force = Unrest(force_rms=(0.02, None), memory=(8e-3, 1e-3), share=0.012, reference="the spring's force", gain=40.0)
     assert fit_json(dataclasses.replace(result, unrest=force))["unrest"] == {
