@@ -107,7 +107,7 @@ def diagnose_experiment(
         found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
     with course.stage("evidence"):
         progress("predicting what was left out")
-        found, left, forms, form, reasons = _supported(found, last, judge, course)
+        found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
         before, after = judge.left_out(found.nominal), judge.left_out(found.final)
         verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
         if verdict == UNLISTED:
@@ -118,7 +118,7 @@ def diagnose_experiment(
             after = after if verdict in (MISSING, UNDECIDED) else before
     with course.stage("location"):
         diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
-    return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *partly))
+    return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *dropped, *partly))
 
 
 class _Weighed(NamedTuple):
@@ -129,21 +129,25 @@ class _Weighed(NamedTuple):
     forms: int
     form: tuple[LeftOut, str] | None
     reasons: dict[str, str]
+    dropped: tuple[str, ...] = ()
 
 
 def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Weighed:
     """The search, without its last effects where only those are not asserted; whole where its first one is not."""
     whole = tried = _weigh(found, last, judge, course.progress)
+    dropped: tuple[str, ...] = ()
     while tried.search.steps[1:] and any(tried.reasons.values()):
         step, names = tried.search.steps[-1], [one.alternatives[0].name for one in tried.search.steps[:-1]]
         if [effect.name for effect in step.look.fitted.problem.model.effects] != names:
             break
         if course.spent():
             return whole._replace(search=dataclasses.replace(whole.search, finished=False))
+        name = step.alternatives[0].name
+        dropped = (f"{name} was taken in and left out again: {tried.reasons[name] or 'the effects beside it are not asserted'}", *dropped)
         final = polished(step.look.fitted, progress=course.progress)
         found = dataclasses.replace(found, final=final, steps=tried.search.steps[:-1], last=step)
         tried = _weigh(found, step.look, judge, course.progress)
-    return whole if any(tried.reasons.values()) else tried
+    return whole if any(tried.reasons.values()) else tried._replace(dropped=dropped)
 
 
 def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weighed:

@@ -328,7 +328,7 @@ def sensor_errors(fitted: Fitted) -> dict[str, SensorError]:
             order=error.order,
             over_noise=error.std,
             variance=None if one is None else one.variance,
-            correlation=None if one is None else max(one.correlations, key=abs),
+            correlation=None if one is None else max(one.correlations, key=abs, default=None),
             samples=0 if one is None else one.samples,
         )
     return found

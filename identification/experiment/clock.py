@@ -20,6 +20,8 @@ COARSEST_ROUNDING = 1e-5
 """Of a sampling step: time stamps of double precision, counted from a far origin such as 1970, are rounded to more than that."""
 SAME_RATE = 0.01
 """Relative: a declared sampling rate and that of the stamps differ by less, whatever the clocks."""
+_BESIDE = 64
+"""Stamps before and after a pause of which the lateness is compared."""
 LOST_SHARE = 0.5
 """Of a pause: stamps that stay later than before it by more than this share of it show that samples were lost in it."""
 LONG = 1.5
@@ -64,8 +66,8 @@ def clocked(time: Stamps, channels: Iterable[Float64[np.ndarray, " _"]]) -> tupl
     """
     sound, said = time[np.isfinite(time)], []
     digit = float(np.spacing(np.abs(sound).max(initial=0.0)))
-    steps = np.diff(sound)
-    if steps.size and digit > COARSEST_ROUNDING * abs(float(np.median(steps))):
+    step = abs(float(sound[-1] - sound[0])) / (sound.size - 1) if sound.size > 1 else 0.0
+    if step > 0.0 and digit > COARSEST_ROUNDING * step:
         said.append(f"The time stamps lie far from 0: they count from the first one, {sound[0]:.15g} s.")
         time = time - sound[0]
     else:
@@ -187,16 +189,26 @@ def rebuilt(time: Stamps, rate: float | None, where: str) -> tuple[Stamps, str]:
 
 
 def _check_none_lost(time: Stamps, phase: Stamps, step: float, where: str) -> None:
-    """Refuse stamps that stay late after their longest pause: a late stamp is caught up with, a lost sample is not."""
+    """Refuse stamps that stay late after a pause longer than most: a late stamp is caught up with, a lost sample is not.
+
+    How late is a step in a straight line through the stamps at both sides, of blocks the first ones, by least squares.
+    """
+    firsts = np.concatenate([[0], np.flatnonzero(np.diff(time)) + 1])
+    time, phase = time[firsts], phase[firsts]
     pauses = np.diff(time)
-    at, reach = int(np.argmax(pauses)), time.size // 4
-    pause = float(pauses[at]) - step
-    before, after = phase[max(0, at + 1 - reach) : at + 1], phase[at + 1 : at + 1 + reach]
-    if pause > LOST_SHARE * step and min(before.size, after.size) >= MIN_SAMPLES:
-        late = float(np.median(after) - np.median(before))
-        if late > LOST_SHARE * pause:
+    beyond = pauses - np.median(pauses) if pauses.size else pauses
+    for at in np.flatnonzero(beyond > LOST_SHARE * step):
+        part = slice(max(0, at + 1 - _BESIDE), at + 1 + _BESIDE)
+        later = np.arange(time.size)[part] > at
+        if min(later.sum(), (~later).sum()) < MIN_SAMPLES:
+            continue
+        columns = np.column_stack([np.ones(later.size), firsts[part] - firsts[at], later])
+        found, *_ = np.linalg.lstsq(columns, phase[part])
+        spread = np.std(phase[part] - columns @ found) * np.sqrt(np.linalg.inv(columns.T @ columns)[2, 2])
+        late = float(found[2])
+        if late > max(LOST_SHARE * beyond[at], 4.0 * spread):
             raise ExperimentError(
-                f"rebuild_time of {where} is set and its stamps stay {pause:.4g} s late after {time[at]:.6g} s: expected samples that came "
+                f"rebuild_time of {where} is set and its stamps stay {late:.4g} s late after {time[at]:.6g} s: expected samples that came "
                 "evenly, some seem to be lost there; cut the record with crop, or use its stamps as they are"
             )
 

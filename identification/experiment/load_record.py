@@ -239,11 +239,10 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         return _without_file(settings, need_file)
     angles = {name: angle for name in wanted.values() if (angle := read_angle(name)) is not None}
     parts = {name for angle in angles.values() for name in (angle.across, angle.along)}
-    columns = with_angles(read_columns(path, frozenset(wanted.values()) | parts, settings.file), angles, settings.where)
-    declared = [
-        one for name in columns.values for one in without(columns, name, settings.missing, "is {}, which the record declares missing,")
-    ]
-    columns = replace(columns, lost=(*columns.lost, *declared))
+    columns = read_columns(path, frozenset(wanted.values()) | parts, settings.file)
+    measured = [name for name in columns.values if name != wanted[TIME]]  # a stamp may have the value of a mark
+    declared = [one for name in measured for one in without(columns, name, settings.missing, "is {}, which the record declares missing,")]
+    columns = with_angles(replace(columns, lost=(*columns.lost, *declared)), angles, settings.where)
     raw = assign(columns, wanted, settings, need_channels=need_file)
     time, recorded, said = _timed(raw, settings, wanted[TIME], columns)
     notices = [*columns.notices, *raw.notices, *said]

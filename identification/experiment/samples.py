@@ -183,7 +183,11 @@ def prepared(
         ExperimentError: the record does not allow it: too little is left, a cut-off above half its rate, uneven samples to be filtered.
     """
     time, channels = cropped(time, channels, asked, where)
+    usable = [name for name, values in channels.items() if np.isfinite(values).sum() >= MIN_SAMPLES]
     channels = _masked(time, channels, asked, where)
+    for name in usable:
+        if (left := int(np.isfinite(channels[name]).sum())) < MIN_SAMPLES:
+            raise ExperimentError(f"mask leaves {left} samples of {name} of {where}: expected at least {MIN_SAMPLES}; mask less of it")
     sensed = {name: Sensed(estimate=estimate_noise(values), step=quantisation_step(values)) for name, values in channels.items()}
     lost = {name: ~np.isfinite(values) for name, values in channels.items()}
     power, rate = np.ones(BINS), 1.0 / float(np.median(np.diff(time)))

@@ -106,6 +106,8 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
 
 
 BANDS, FILTERS, MOST_ORDER = ("highpass", "lowpass"), ("butterworth",), 8
+SLOWEST_CORNER, FASTEST_CORNER = 1e-6, 1e9
+"""Of a declared filter, Hz."""
 """In the order in which readings pass them; shapes of filters; largest order."""
 
 
@@ -133,9 +135,13 @@ def _filters(table: Table, channels: list[str]) -> list[Filter]:
                 f'{one.where} is not one filter: expected {{ type = "butterworth", order = 4, corner = 1100.0 }} (Hz), or, of first order, '
                 "{ time_constant = 0.8 } (s); give one of the two"
             )
-        if corner is not None:
+        if corner is not None or "type" in one.values:
             one.needed_string("type", FILTERS)
         hertz = corner if corner is not None else 0.5 / (pi * (constant or 1.0))
+        if not SLOWEST_CORNER <= hertz <= FASTEST_CORNER:
+            raise ExperimentError(
+                f"the corner of {one.where} is {hertz:.4g} Hz: expected {SLOWEST_CORNER:g} to {FASTEST_CORNER:g} Hz; correct it"
+            )
         found += [Filter(channel=channel, band=band, order=order, corner=hertz) for channel in channels]
     return found
 

@@ -12,8 +12,8 @@ from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import joined, percent, significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
-_COLOUR, _VARIANCE = 0.15, (0.9, 1.1)
-"""One-step errors are called white with correlations up to this, beyond what chance makes, and a variance between these."""
+_COLOUR, _VARIANCE = 0.15, 0.1
+"""One-step errors are called white with correlations up to this, and a variance as near to 1, beyond four standard errors."""
 _INSEPARABLE = 0.99
 """Correlation above which a pair of parameters is said to be determined only together."""
 RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any experiment with the same rig."
@@ -110,7 +110,7 @@ def not_white(errors: Mapping[str, SensorError]) -> str:
         if one.variance is None or one.correlation is None:
             continue
         excess = abs(one.correlation) / (_COLOUR + 4.0 / math.sqrt(one.samples))
-        if excess > 1.0 or not _VARIANCE[0] <= one.variance <= _VARIANCE[1]:
+        if excess > 1.0 or abs(one.variance - 1.0) > _VARIANCE + 4.0 * math.sqrt(2.0 / one.samples):
             text = f"one-step errors of {spoken(name)} are not white (variance {one.variance:.2f}, correlation {one.correlation:.2f})"
             found[text] = max(excess, one.variance, 1.0 / one.variance)
     return f"{max(found, key=found.__getitem__)}: standard errors may be too small" if found else ""

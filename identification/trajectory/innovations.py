@@ -43,6 +43,7 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
         if begins:
             precision, gradient = np.diag(np.concatenate([np.ones(size), wide, np.zeros(size)])), np.zeros(inside)
             gradient[2 * size - 1] = fitted.at.force[chains.left[k]] / force.std**2
+            gradient[size + 2 : 2 * size - 1] = fitted.at.states[chains.left[k], 2:] * wide[2:-1]
         elif not fitted.local.linked[k - 1]:
             states = np.arange(size, 2 * size - 1)
             precision[states, states] += wide[:-1]
@@ -108,7 +109,7 @@ class Whiteness:
 
     Attributes:
         variance: about zero; 1 where physics and variances are right.
-        correlations: at 1, 2, ... samples; 0 there, with a standard error of samples^(-1/2).
+        correlations: at 1, 2, ... samples where there are such pairs; 0 there, with a standard error of samples^(-1/2).
         samples: count of errors.
     """
 
@@ -128,6 +129,7 @@ def whiteness(fitted: Fitted, lags: int = 4) -> dict[str, Whiteness]:
             continue
         square = float(np.nanmean(values**2))
         products = [[one[lag:] * one[:-lag] for one in series if len(one) > lag] for lag in range(1, lags + 1)]
-        means = tuple(float(np.nanmean(np.concatenate(one))) / square for one in products)
+        pairs = [np.concatenate(one) for one in products if one]
+        means = tuple(float(np.nanmean(one)) / square for one in pairs if np.isfinite(one).any())
         found[name] = Whiteness(variance=square, correlations=means, samples=count)
     return found

@@ -71,8 +71,8 @@ def continue_(
     The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json, the figure and its
     caption; with --along borders.csv, its figure and caption too. Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
-    if preset is not None and sweep is None and begin is None and end is None:
-        name, bounds, at, gap = _of_preset(preset, at, gap)
+    if preset is not None and sweep is None and begin is None and end is None and parameter is None:
+        name, bounds, at, gap = _of_preset(preset, at, gap, vary or [])
     else:
         name, bounds = _followed(sweep, begin, end, parameter)
     second, span = (None, bounds) if along is None else _second(along, name)
@@ -125,13 +125,15 @@ def _table(branch: Any) -> Table:
     return table
 
 
-def _of_preset(preset: str, at: float | None, gap: str | None) -> tuple[str, tuple[float, float], float, str]:
+def _of_preset(preset: str, at: float | None, gap: str | None, vary: list[str]) -> tuple[str, tuple[float, float], float, str | None]:
     """What is followed where only a preset is named: its frequencies, from its operating point on, at its first gap."""
     prepare_jax()
     from vibrojax.presets import read_preset
 
     known = read_preset(preset)
-    return "frequency", known.ranges["frequency_hz"], known.point["frequency_hz"] if at is None else at, gap or f"{known.gaps[0]:g}"
+    varies = any(canonical(text.partition("=")[0]) == "gap" for text in vary)
+    gap = gap if gap is not None or varies else f"{known.gaps[0]:g}"
+    return "frequency", known.ranges["frequency_hz"], known.point["frequency_hz"] if at is None else at, gap
 
 
 def _followed(sweep: str | None, begin: float | None, end: float | None, parameter: str | None) -> tuple[str, tuple[float, float]]:

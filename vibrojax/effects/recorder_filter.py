@@ -27,7 +27,7 @@ _SERIES = 24
 def _own_states(effect: "RecorderFilter") -> tuple[OwnState, ...]:
     """The filter's memory: real and imaginary part of each pair of poles, and of a real pole, twice where a pair counts."""
     unit = UNITS[effect.of_channel]
-    names = (f"{effect.of_channel} {effect.band} {place + 1}" for place in range(effect.order))
+    names = (f"{effect.of_channel} {effect.band} {effect.corner_hz:.9g} Hz {place + 1}" for place in range(effect.order))
     return tuple(OwnState(name=name, unit=unit, scale=_SIZES[unit], carried=False) for name in names)
 
 

@@ -256,13 +256,15 @@ def test_stamps_that_jitter_may_be_rebuilt(tmp_path):
         (
             np.where(TIME < 0.2, TIME, TIME + 0.03),
             "rebuild_time = true",
-            "its stamps stay 0.02996 s late after 0.1995 s: .* some seem to be lost",
+            "its stamps stay 0.03 s late after 0.1995 s: .* some seem to be lost",
         ),
+        (TIME + 5e-3 * (TIME >= 0.15) + 5e-3 * (TIME >= 0.35), "rebuild_time = true", "late after 0.1495 s: .* some seem to be lost"),
+        (np.repeat(TIME[::8] + 6e-3 * (TIME[::8] >= 0.2), 8), "rebuild_time = true", "late after 0.196 s: .* some seem to be lost"),
         (TIME, "rebuild_time = true\nsampling_frequency = 1000.0", "is 1000 Hz, and its time stamps come at 2000 Hz: expected one rate"),
         (np.where(TIME < 0.2, TIME, TIME - 0.03), "rebuild_time = true", "its clock steps back at 0.1995 s: .* stretch = 1 or 2"),
         (TIME, "rebuild_time = true\ndrop_bad_time = true", "both drop_bad_time and rebuild_time: expected one of the two"),
     ],
-    ids=["lost samples", "another rate", "a step back", "two ways"],
+    ids=["lost samples", "lost twice", "lost between blocks", "another rate", "a step back", "two ways"],
 )
 def test_time_that_cannot_be_rebuilt_is_refused(stamps, declared, message, tmp_path):
     written(tmp_path, "time,hammer_displacement", *rows(1e-3 * swing(), time=stamps))
@@ -308,13 +310,33 @@ def test_a_mask_leaves_stretches_out_of_every_channel(tmp_path):
         ("mask = [[0.2, 0.1]]", "expected the earlier instant first"),
         ("mask = [[0.9, 1.1]]", "names 0.9 to 1.1 s, where it has no sample: expected a stretch between 0 and 0.4995 s"),
         ("mask = [[-1.0, 1.0]]", "mask of record 'a.csv' leaves 0 samples: expected at least 16"),
+        (
+            "mask = [[0.0, 0.4]]\nlowpass = 100.0",
+            "mask leaves 0 samples of impact_force of record 'a.csv': expected at least 16; mask less",
+        ),
         ('missing = "x"', "missing in record 'a.csv' is 'x': expected a finite number"),
     ],
 )
 def test_a_mask_that_says_nothing_is_refused(declared, message, tmp_path):
-    written(tmp_path, "time,hammer_displacement", *rows(1e-3 * swing()))
+    written(tmp_path, "time,hammer_displacement,impact_force", *rows(1e-3 * swing(), np.where(TIME < 0.4, push(), np.nan)))
     with pytest.raises(ExperimentError, match=message):
         declared_as(tmp_path, declared)
+
+
+def test_a_mark_that_is_also_a_stamp_leaves_the_time_as_it_is(tmp_path):
+    force = push()
+    force[[40, 300]] = 0.0
+    written(tmp_path, "time,hammer_displacement,impact_force", *rows(1e-3 * swing(), force))
+    record = declared_as(tmp_path, "missing = 0.0")
+    assert np.isfinite(record.time).all() and np.isnan(record.channels["impact_force"][[40, 300]]).all()
+
+
+def test_stamps_that_several_samples_share_stay_where_they_are(tmp_path):
+    stamps = np.floor(1e3 * (0.5 + TIME[::2] / 4.0)) / 1e3  # four samples each
+    written(tmp_path, "time,hammer_displacement", *rows(1e-3 * swing()[::2], time=stamps))
+    record = declared_as(tmp_path, "")
+    assert record.time[0] == pytest.approx(0.5, abs=1e-3)
+    assert not any("far from 0" in notice for notice in record.notices)
 
 
 @pytest.mark.parametrize("mark", [-9999.0, 5.0])

@@ -50,6 +50,18 @@ def tracked(folder, angle, length=0.5):
     (folder / "a.txt").write_text(text)
 
 
+def test_a_mark_in_a_tracked_column_leaves_the_angle_out(tmp_path):
+    tracked(tmp_path, 1.2 * np.cos(7.0 * TIME))
+    loaded(tmp_path)
+    settings = tmp_path / "experiment.toml"
+    settings.write_text(settings.read_text().replace("[[record]]", "[[record]]\nmissing = -777.0"))
+    lines = (tmp_path / "a.txt").read_text().splitlines()
+    lines[30] = lines[30].rpartition("\t")[0] + "\t-777"
+    (tmp_path / "a.txt").write_text("\n".join(lines) + "\n")
+    record = load_experiment(tmp_path).records[0]
+    assert np.flatnonzero(np.isnan(record.channels["relative_displacement"])).tolist() == [28]
+
+
 def test_the_angle_of_a_tracked_bob_is_the_arctangent_of_two_columns(tmp_path):
     angle = 1.2 * np.cos(7.0 * TIME)
     tracked(tmp_path, angle)
