@@ -40,7 +40,8 @@ class RecorderFilter(AbstractEffect):
 
     integrated exactly from sample to sample for the cubic through the values and rates x' at both. The e_k are the filter's memory, zero
     where the reading has been constant for long. A pause in the samples is one such step: what moved within it is smoothed.
-    Nothing of it is estimated and no diagnosis searches for it; the effects `recorder_low_pass` and `sensor_high_pass` are what a fit estimates where the filter is not known.
+    Nothing of it is estimated and no diagnosis searches for it; the effects `recorder_low_pass` and `sensor_high_pass` are what a fit
+    estimates where the filter is not known.
 
     Arguments:
         of_channel: name of the channel.
