@@ -1,7 +1,7 @@
 """Which motions exist beside the one that a study shows: a few kicked starts at some of its points, and each motion followed from there.
 
-A motion is told from another by its z = p/q; motions without impact are one, called rest. It counts where the orbit has closed to
-a millionth of A0 or no impact is left; what is aperiodic does not in a study of many points, since a long transient cannot be told
+Motions differ by their z = p/q; motions without impact are one, called rest. It counts where the orbit has closed to
+a millionth of A0 or no impact is left; what is aperiodic does not in a study of many points, since a long transient cannot be distinguished
 from it. A motion that is found at one value is started at its neighbours along the study's axis, and so on, until it is lost: a sweep up
 and down from each of them. At a single operating point there is time for more starts and cycles, and whatever strikes after 1500 counts.
 """
