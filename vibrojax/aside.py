@@ -118,10 +118,12 @@ def of_earlier_set(out: Path) -> set[Path]:
 
 
 def remove(path: Path) -> None:
-    """Remove a folder, also while a thread still writes into it."""
-    for _ in range(3):
-        if path.exists():
-            shutil.rmtree(path, ignore_errors=True)
+    """Remove a folder; a thread that still writes into it by its name finds it gone."""
+    renamed = path.with_name(f"{path.name}-removed")
+    with contextlib.suppress(OSError):
+        path.rename(renamed)
+    for place in (renamed, path):
+        shutil.rmtree(place, ignore_errors=True)
 
 
 def _named(target: Path, parent: Path, what: str) -> Path:
