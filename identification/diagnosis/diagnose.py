@@ -27,7 +27,7 @@ from identification.diagnosis.evidence import Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, best_of_each, detail, limit_warning, look, weighed_anew
-from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, search
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
 from identification.estimation.prediction import record_fits
@@ -41,6 +41,7 @@ from identification.trajectory.variances import is_largest
 from identification.windows.clearance import check_clearance
 from identification.windows.declared_model import nominal_model
 from identification.windows.selection import in_part
+from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.base import unit_in
 from vibrojax.errors import NoConvergenceError
@@ -49,6 +50,7 @@ Progress = Callable[[str], None]
 _FORMS = 3
 """Free forms that are weighed anew, the best by score."""
 _AT_LIMIT = "the random force beside it is as large as it may be, so that most of the misfit is still unexplained"
+_TIME = "the budget ended the search before all candidates were fitted"
 _DECIMALS = 4
 """Of a probability."""
 
@@ -61,9 +63,15 @@ class _Course:
         self.progress = progress
         self._deadline = time.monotonic() + 60.0 * budget_minutes
 
-    def spent(self) -> bool:
-        """Whether the budget has been used up."""
-        return time.monotonic() > self._deadline
+    def within_budget(self, line: str) -> None:
+        """Pass on a line of progress.
+
+        Raises:
+            OutOfBudgetError: the budget has been used up.
+        """
+        self.progress(line)
+        if time.monotonic() > self._deadline:
+            raise OutOfBudgetError
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -87,7 +95,7 @@ def diagnose_experiment(
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         among: names of the effects that may be added to the model, all listed ones if left out; `among_effects` checks names.
-        budget_minutes: time after which no further effect is looked for; the verdict is then `UNDECIDED`, with what was found.
+        budget_minutes: time after which nothing further is fitted; the verdict is then `UNDECIDED`, with what was found.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -101,7 +109,7 @@ def diagnose_experiment(
         nominal = fit(problem_of(experiment, law=law), together=False, progress=progress)
     with course.stage("search"):
         judge = Judge(experiment)
-        found = search(nominal, among, judge=judge, progress=progress, spent=course.spent)
+        found = search(nominal, among, judge=judge, progress=course.within_budget)
         last = look(found.final, among) if found.last is None else found.last.look
         final = polished(found.final, progress=progress)
         found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
@@ -134,19 +142,23 @@ class _Weighed(NamedTuple):
 
 def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Weighed:
     """The search, without its last effects where only those are not asserted; whole where its first one is not."""
-    whole = tried = _weigh(found, last, judge, course.progress)
-    dropped: tuple[str, ...] = ()
-    while tried.search.steps[1:] and any(tried.reasons.values()):
-        step, names = tried.search.steps[-1], [one.alternatives[0].name for one in tried.search.steps[:-1]]
-        if [effect.name for effect in step.look.fitted.problem.model.effects] != names:
-            break
-        if course.spent():
-            return whole._replace(search=dataclasses.replace(whole.search, finished=False))
-        name = step.alternatives[0].name
-        dropped = (f"{name} was taken in and left out again: {tried.reasons[name] or 'the effects beside it are not asserted'}", *dropped)
-        final = polished(step.look.fitted, progress=course.progress)
-        found = dataclasses.replace(found, final=final, steps=tried.search.steps[:-1], last=step)
-        tried = _weigh(found, step.look, judge, course.progress)
+    whole, dropped, lesser = None, (), found
+    try:
+        whole = tried = _weigh(found, last, judge, course.within_budget)
+        while tried.search.steps[1:] and any(tried.reasons.values()):
+            step, names = tried.search.steps[-1], [one.alternatives[0].name for one in tried.search.steps[:-1]]
+            if [effect.name for effect in step.look.fitted.problem.model.effects] != names:
+                break
+            name = step.alternatives[0].name
+            reason = tried.reasons[name] or "the effects beside it are not asserted"
+            dropped = (f"{name} was taken in and left out again: {reason}", *dropped)
+            final = polished(step.look.fitted, progress=course.within_budget)
+            lesser = dataclasses.replace(lesser, final=final, steps=tried.search.steps[:-1], last=step)
+            tried = _weigh(lesser, step.look, judge, course.within_budget)
+    except OutOfBudgetError:
+        reasons = {step.alternatives[0].name: _TIME for step in found.steps}
+        whole = whole or _Weighed(search=found, left=_free(last), forms=len(last.free), form=None, reasons=reasons)
+        return whole._replace(search=dataclasses.replace(found, finished=False))
     return whole if any(tried.reasons.values()) else tried._replace(dropped=dropped)
 
 
@@ -384,7 +396,9 @@ def _warnings(found: Search) -> tuple[str, ...]:
     """Warnings beside the verdict: unfinished search, no convergence."""
     said = []
     if not found.finished:
-        said.append(f"{NOT_FINISHED}: the budget ended the search before all candidates were fitted; allow more minutes")
+        open_ones = found.last or (found.steps[-1] if found.steps else None)
+        names = dict.fromkeys(one.name for one in (open_ones.alternatives if open_ones else ()) if one.drop is None and is_significant(one))
+        said.append(f"{NOT_FINISHED}: {_TIME}{f' ({joined(list(names))} not fitted)' if names else ''}; allow more minutes")
     if len(found.steps) == MOST_EFFECTS:
         said.append("the search stopped after as many effects as it adds to one model: more may be missing")
     if not found.final.converged:

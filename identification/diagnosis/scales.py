@@ -65,9 +65,11 @@ def probe_scales(fitted: Fitted, courses: tuple[Course, ...]) -> ProbeScales:
 
 
 def _is_known(experiment: Experiment) -> bool:
-    """Whether a force, a motion of the cart or a length that is stated or recorded sets the size of the motion."""
-    stated = experiment.load.incline or experiment.load.constant_force or experiment.suspension.length
-    return bool(stated) or any(driving_channels(record) & record.channels.keys() or record.base_amplitude for record in experiment.records)
+    """Whether a motion of the cart, gravity or a length sets the size of the motion, or a force does beside a mass that is known."""
+    driven = set().union(*(driving_channels(record) & record.channels.keys() for record in experiment.records))
+    moved = driven - {"applied_force"} or any(record.base_amplitude for record in experiment.records)
+    forced = driven & {"applied_force"} or experiment.load.constant_force
+    return bool(moved or experiment.load.incline or experiment.suspension.length or (forced and experiment.mass_is_known))
 
 
 def _contact_time(law, mass: float, speed: float, force: float) -> float:

@@ -29,6 +29,10 @@ Judging = Callable[[Fitted, "Alternative"], "Alternative"]
 """An alternative beside a model, with what it predicts of the records held back, and why it is not taken in."""
 
 
+class OutOfBudgetError(Exception):
+    """Raised by a caller's `progress` to end a search where it stands."""
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Alternative:
     """A candidate of one step.
@@ -82,11 +86,13 @@ class Step:
         look: beside the model.
         alternatives: that may be taken in, the best first; the first one is, where its gain is significant.
         refused: that were fitted and are significant, and were not taken in.
+        finished: whether all that may be the best were fitted.
     """
 
     look: Look
     alternatives: tuple[Alternative, ...]
     refused: tuple[Alternative, ...] = ()
+    finished: bool = True
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -97,7 +103,7 @@ class Search:
         nominal: fitted.
         final: the last model whose gain is significant.
         steps: by effect taken in, in order.
-        last: step beside the final model, in which nothing was significant.
+        last: step beside the final model, in which nothing was significant, or could be fitted in time.
         finished: whether it came to its end before its budget did.
     """
 
@@ -114,7 +120,6 @@ def search(
     *,
     judge: Judging = lambda model, one: one,
     progress: Progress = lambda line: None,
-    spent: Callable[[], bool] = lambda: False,
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is still needed.
 
@@ -122,22 +127,21 @@ def search(
         nominal: fitted.
         among: names of the effects that are looked for.
         judge: says why an alternative is not taken in; the next one is then asked.
-        progress: called with a line at each stage.
-        spent: whether the budget has been used up; the search then ends with what it has.
+        progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
-    current, steps = nominal, []
-    while True:
-        progress(f"scoring all candidates{_beside(current)}")
-        step = _step(look(current, among), judge, progress)
-        fitted = step.alternatives[0].fitted if step.alternatives else None
-        if fitted is None or not is_significant(step.alternatives[0]):
-            return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=step, finished=True), judge, progress)
-        steps.append(step)
-        current = fitted
-        if len(steps) == MOST_EFFECTS:
-            return _needed(Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=True), judge, progress)
-        if spent():
-            return Search(nominal=nominal, final=current, steps=tuple(steps), last=None, finished=False)
+    found = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True)
+    try:
+        while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
+            progress(f"scoring all candidates{_beside(found.final)}")
+            step = _step(look(found.final, among), judge, progress)
+            taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
+            if taken is None:
+                found = dataclasses.replace(found, last=step, finished=step.finished)
+            else:
+                found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
+        return _needed(found, judge, progress) if found.finished else found
+    except OutOfBudgetError:
+        return dataclasses.replace(found, finished=False)
 
 
 def is_significant(one: Alternative) -> bool:
@@ -147,22 +151,25 @@ def is_significant(one: Alternative) -> bool:
 
 def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     """Weigh the best candidates anew and refit those that may be the best, until one of these is taken in."""
-    found = _weighed(seen)
+    finished, found = True, _weighed(seen)
     waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
     hidden = bool(waiting) and _hides_the_order(seen.fitted, waiting[0][1].variances)
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
-    while waiting and not any(_is_taken(one) for one in asked):
+    while waiting and finished and not any(_is_taken(one) for one in asked):
         tried: list[Alternative] = []
-        for one, weighed in list(waiting):
-            best = max((other.gain for other in tried), default=0.0)
-            contained = {name for other in tried for name in other.candidate.members[0].special_cases}
-            if not hidden and one.gain < 0.5 * best and one.name not in contained:
-                continue
-            waiting.remove((one, weighed))
-            if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
-                tried += _refitted(seen, one, weighed, progress)
-            hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
+        try:
+            for one, weighed in list(waiting):
+                best = max((other.gain for other in tried), default=0.0)
+                contained = {name for other in tried for name in other.candidate.members[0].special_cases}
+                if not hidden and one.gain < 0.5 * best and one.name not in contained:
+                    continue
+                waiting.remove((one, weighed))
+                if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
+                    tried += _refitted(seen, one, weighed, progress)
+                hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
+        except OutOfBudgetError:
+            finished = False
         asked += _ranked([judge(seen.fitted, one) if one.best > 0.0 else one for one in tried], samples)
     asked.sort(key=_is_taken, reverse=True)
     refused = [one for one in asked if one.refused and is_significant(one)]
@@ -170,7 +177,7 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     done = {one.candidate.key for one in asked}
     others = [one for one, _ in found if one.candidate.key not in done]
     without_equations = [tuple(dataclasses.replace(one, fitted=None) for one in part) for part in (kept[1:], refused)]
-    return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1])
+    return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
 
 
 def _leaves_nothing_random(fitted: Fitted | None) -> bool:

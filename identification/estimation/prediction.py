@@ -10,14 +10,13 @@ import dataclasses
 from collections.abc import Collection, Iterator
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
 from identification.result.result import Nuisance, RecordFit
 from identification.trajectory.fit import Fitted
-from identification.trajectory.motion import Estimate, shown, travelled
+from identification.trajectory.motion import Estimate, homes, shown, travelled
 from identification.trajectory.segments import OF_RECORD, Chains, at_ceiling, chains_of
 from identification.trajectory.start import Problem
 from identification.windows.measured_input import driving_channels
@@ -95,7 +94,7 @@ def free_motion(
         count: pieces that it lasts.
         states: at its beginning.
     """
-    model = jax.tree.map(jnp.asarray, problem.model_at(at))
+    model = jax.tree.map(np.asarray, problem.model_at(at))
     where = {int(place): (index, row) for index, group in enumerate(pieces.groups) for row, place in enumerate(group.place)}
     current, running = states.copy(), np.ones(len(begin), bool)
     for step in range(int(count.max(initial=0))):
@@ -112,7 +111,7 @@ def free_motion(
                     [current[runs], np.zeros((_LANES, 2)), np.broadcast_to(at.shared, (_LANES, len(at.shared))), at.own[chunk.record]],
                     axis=1,
                 )
-                found = _free(model, problem.unknowns, problem.chains.files, problem.integrator, chunk, jnp.asarray(vectors))
+                found = _free(model, problem.unknowns, homes(model, problem.chains.files), problem.integrator, chunk, vectors)
                 value, u, v, in_contact, done = jax.tree.map(np.asarray, found)
                 for lane, run in enumerate(mine[first : first + _LANES]):
                     current[run], running[run] = value.end[lane], running[run] and done[lane]

@@ -128,10 +128,10 @@ def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[R
 
 def rest_place(model: Model, record: Record) -> float:
     """Displacement at which the suspension bears the constant forces on the hammer, clear of the stop, m; 0 where nothing bears them."""
-    system = jax.tree.map(jnp.asarray, system_in(model, record))
+    system = jax.tree.map(np.asarray, system_in(model, record))
 
     def acceleration(u: float) -> float:
-        return float(_at_rest(system, jnp.asarray(u)))
+        return float(_at_rest(system, np.asarray(u)))
 
     found = root_scalar(acceleration, x0=0.0, x1=_NUDGE, method="secant") if acceleration(0.0) != 0.0 else None
     return float(found.root) if found is not None and found.converged else 0.0
@@ -151,8 +151,8 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
     ts = np.concatenate([time, time[-1] + interval * np.arange(1, padded - len(time) + 1)])
     state = np.array([one.fit.relative_displacement[first], one.fit.relative_velocity[first]])
     here = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
-    system = system_in(here.as_arrays(), dataclasses.replace(one.record, gap=one.fit.gap))
-    run = _trajectory(_integrator(here, float(ts[-1] - ts[0]), padded), system, jnp.asarray(ts), jnp.asarray(state), jnp.asarray(len(time)))
+    system = jax.tree.map(np.asarray, system_in(here, dataclasses.replace(one.record, gap=one.fit.gap)))
+    run = _trajectory(_integrator(here, float(ts[-1] - ts[0]), padded), system, ts, state, np.asarray(len(time)))
     if int(run.result) != SUCCESS:
         return np.zeros(0)
     touching = np.flatnonzero(np.asarray(run.in_contact)[: len(time)])
@@ -164,9 +164,7 @@ def _integrator(model: Model, duration: float, samples: int) -> Landing:
     f_n = float(model.values().get("f_n", 0.0))
     flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
     steps = 2.0 * duration * (1.0 / flight + 2.0 * f_n * _CONTACT_STEPS)
-    return Landing(
-        contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight), most_steps=1024 * math.ceil(steps / 1024 + 1)
-    )
+    return Landing(contact_steps=np.asarray(_CONTACT_STEPS), flight_step=np.asarray(flight), most_steps=1024 * math.ceil(steps / 1024 + 1))
 
 
 @soon_compiled

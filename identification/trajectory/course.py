@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from identification.trajectory.fit import Fitted
-from identification.trajectory.motion import CHUNK, Estimate, linearise, travelled, vectors_of
+from identification.trajectory.motion import CHUNK, Estimate, homes, linearise, travelled, vectors_of
 from identification.trajectory.remodel import late_channels
 from identification.trajectory.segments import APPROACH_SPEED, Chains, chains_of
 from identification.trajectory.start import Problem
@@ -81,13 +81,13 @@ def _push_rate(system: System, motion: Motion, approach_speed):
 def courses(fitted: Fitted) -> tuple[tuple[Course, ...], "Sampled"]:
     """The motion along every record, all padded to the longest with its last values, and the states at all samples."""
     problem, at = fitted.problem, fitted.at
-    chains, model = problem.chains, jax.tree.map(jnp.asarray, problem.model_at(at))
+    chains, model = problem.chains, jax.tree.map(np.asarray, problem.model_at(at))
     vectors, found = vectors_of(chains, at), []
     for group in chains.groups:
         for begin in range(0, len(group.place), CHUNK):
             rows = np.resize(np.arange(len(group.place))[begin : begin + CHUNK], CHUNK)
             chunk = jax.tree.map(lambda leaf, rows=rows: leaf[rows], group)
-            parts = _along(model, problem.unknowns, chains.files, problem.integrator, chunk, jnp.asarray(vectors[chunk.place]))
+            parts = _along(model, problem.unknowns, homes(model, chains.files), problem.integrator, chunk, vectors[chunk.place])
             found = found or jax.tree.map(lambda leaf: np.zeros((len(chains.left), *leaf.shape[1:]), leaf.dtype), parts)
             for whole, part in zip(jax.tree.leaves(found), jax.tree.leaves(parts), strict=True):
                 whole[chunk.place] = part

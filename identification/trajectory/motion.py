@@ -111,6 +111,11 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
     return model.replace(values).in_record(acts).system(gap=one.gap + mine["gap_error"], base=base, applied=applied)
 
 
+def homes(model: Model, files: tuple[str, ...]) -> tuple[str, ...]:
+    """The files, where an effect acts in the record of one of them alone; else none, so that no program is compiled for their names."""
+    return files if any(effect.record is not None for effect in model.effects) else ()
+
+
 def read(
     unknowns: Unknowns, one: Segments, system: System, along: Trajectory, vector: Float[Array, " columns"]
 ) -> Float[Array, "samples channels"]:
@@ -328,14 +333,14 @@ def linearise(
 
     `sizes` are natural ones of the states; `chunk` segments are integrated side by side.
     """
-    vectors, model = vectors_of(chains, at), jax.tree.map(jnp.asarray, model)
+    vectors, model = vectors_of(chains, at), jax.tree.map(np.asarray, model)
     count, samples, states = len(chains.left), chains.samples, len(unknowns.states)
     residual = np.zeros((count, samples, len(chains.channels)))
     by, end, end_by = np.zeros((*residual.shape, unknowns.columns)), np.zeros((count, states)), np.zeros((count, states, unknowns.columns))
     done = np.zeros(count, bool)
 
     def run(part: Segments):
-        found = _derivatives(model, unknowns, chains.files, integrator, part, jnp.asarray(vectors[part.place]))
+        found = _derivatives(model, unknowns, homes(model, chains.files), integrator, part, vectors[part.place])
         return part.place, jax.tree.map(np.asarray, found)
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
@@ -369,7 +374,7 @@ def unrolled(model: Model, unknowns: Unknowns, chains: Chains, integrator: Landi
 
     With it comes the sum of its squared residuals, over the noise; infinite where a record cannot be integrated.
     """
-    square, states, model = 0.0, at.states.copy(), jax.tree.map(jnp.asarray, model)
+    square, states, model = 0.0, at.states.copy(), jax.tree.map(np.asarray, model)
     beside = vectors_of(chains, dataclasses.replace(at, force=np.zeros_like(at.force)))[:, len(unknowns.states) :]
     for group in chains.groups:
         rows = [np.flatnonzero(group.record == record) for record in np.unique(group.record)]
@@ -378,7 +383,7 @@ def unrolled(model: Model, unknowns: Unknowns, chains: Chains, integrator: Landi
         going = np.stack([np.arange(longest) < len(one) for one in rows], axis=1)
         segments, places = jax.tree.map(lambda leaf, order=order: leaf[order], group), group.place[order]
         begin = states[chains.left[places[0]]]
-        found, done = _in_a_row(model, unknowns, chains.files, integrator, segments, jnp.asarray(beside[places]), jnp.asarray(begin))
+        found, done = _in_a_row(model, unknowns, homes(model, chains.files), integrator, segments, beside[places], begin)
         if not np.all(np.asarray(done) | ~going):
             return at, np.inf
         states[chains.left[places[going]] + 1] = np.asarray(found.end)[going]

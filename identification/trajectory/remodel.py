@@ -89,7 +89,7 @@ def remodelled(
         unknowns=unknowns,
         scales=dataclasses.replace(problem.scales, own=np.array([sizes[name] for name in unknowns.states[2:]])),
         border=_border(problem, unknowns.own, new, kept, per_record, start),
-        integrator=dataclasses.replace(problem.integrator, flight_step=jnp.asarray(step)),
+        integrator=dataclasses.replace(problem.integrator, flight_step=np.asarray(step)),
         start=start,
     )
 

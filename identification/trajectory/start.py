@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jax.numpy as jnp
 import numpy as np
 from scipy.signal import find_peaks
 
@@ -140,7 +139,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         chains=chains,
         border=_border(experiment, parameters, unknowns, chains, zeros, start, stop=not isinstance(model.law, NoContact)),
         scales=scales,
-        integrator=Landing(contact_steps=jnp.asarray(_CONTACT_STEPS), flight_step=jnp.asarray(flight)),
+        integrator=Landing(contact_steps=np.asarray(_CONTACT_STEPS), flight_step=np.asarray(flight)),
         rest=tuple(rest),
         motions=tuple(motions),
         start=start,

@@ -14,7 +14,8 @@ from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.model import Model
 
-_MOST_SAMPLES = 1500
+_SAMPLES = 1500
+"""Of the regression, whatever the records hold, so that it is compiled once."""
 _RECORDS = 30
 """Records whose gaps are estimated beside the law; of more, an even selection."""
 _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
@@ -49,13 +50,12 @@ def contact_start(
     samples = _samples(model, records, motions, load_cell)
     if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
         return None
-    samples = _of_some(samples)
     owners, slot = np.unique(samples["record"], return_inverse=True)
     specs = {p.name: p for p in model.parameters}
     residual, jacobian = _residual(model, names, samples, slot)
     fits = []
     for exponent in _EXPONENTS if "n" in names else (None,):
-        start = np.concatenate([_guess(model, specs, names, samples, exponent), np.zeros(len(owners))])
+        start = np.concatenate([_guess(model, specs, names, samples, exponent), np.zeros(_RECORDS)])
         fit = _fitted(residual, jacobian, start)
         if fit is not None:
             values = {name: _bounded(specs[name], fit.x[i]) for i, name in enumerate(names)}
@@ -64,7 +64,7 @@ def contact_start(
         return None
     _, values, shifts = min(fits, key=lambda fit: fit[0])
     errors = np.zeros(len(records))
-    errors[owners.astype(int)] = _length(samples) * shifts
+    errors[owners.astype(int)] = _length(samples) * shifts[: len(owners)]
     return Loops(values=values, errors=errors)
 
 
@@ -99,10 +99,9 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
 
 def _residual(model: Model, names, samples, slot):
     """Residual as a function of (internal parameters, gap errors over `_length`) for SciPy, and its Jacobian."""
-    data = {key: jnp.asarray(value) for key, value in samples.items()}
-    units = jnp.asarray([_length(samples), _scale(samples)])
-    given = (jax.tree.map(jnp.asarray, model), tuple(names), data, jnp.asarray(slot), units)
-    return lambda x: np.asarray(_misfit(*given, jnp.asarray(x))), lambda x: np.asarray(_misfit_slope(*given, jnp.asarray(x)))
+    units = np.array([_length(samples), _scale(samples)])
+    given = (jax.tree.map(np.asarray, model), tuple(names), samples, slot, units)
+    return lambda x: np.asarray(_misfit(*given, x)), lambda x: np.asarray(_misfit_slope(*given, x))
 
 
 def _off(model: Model, names: tuple[str, ...], data, slot, units, x):
@@ -131,14 +130,6 @@ def _scale(samples: dict[str, np.ndarray]) -> float:
     return 0.02 * float(np.max(samples["force"]))
 
 
-def _of_some(samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Samples of an even selection of the records."""
-    records = np.unique(samples["record"])
-    chosen = records[np.unique(np.linspace(0, len(records) - 1, min(len(records), _RECORDS)).astype(int))]
-    keep = np.isin(samples["record"], chosen)
-    return {name: values[keep] for name, values in samples.items()}
-
-
 @soon_compiled
 def _in_flight(model: Model, u, v, base):
     """Absolute acceleration of the hammer without contact, m/s^2."""
@@ -146,31 +137,25 @@ def _in_flight(model: Model, u, v, base):
 
 
 def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
-    """Force, indentation, its rate, approach speed and record of (an even selection of) all samples in contact."""
+    """Force, indentation, its rate, approach speed and record of an even selection of all samples in contact; of many records, of some."""
     parts = []
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
         if motion is None or not motion.touching.any():
             continue
-        u, v, base = (jnp.asarray(values) for values in (motion.u, motion.v, motion.base_acceleration))
-        free = np.asarray(_in_flight(jax.tree.map(jnp.asarray, model), u, v, base))
-        force = motion.force if load_cell else motion.inertia + model.mass * free
+        force = motion.force if load_cell else motion.inertia
         if force is None:
             continue
         begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])
         last_touch = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
         approach = np.maximum(np.abs(motion.v[np.maximum(last_touch - 1, 0)]), 1e-3)
         keep = motion.touching & (motion.u > record.gap)
-        parts.append(
-            np.stack([force[keep], motion.u[keep] - record.gap, motion.v[keep], approach[keep], np.full(keep.sum(), float(index))])
-        )
+        given = np.full(keep.sum(), record.gap), np.full(keep.sum(), float(index))
+        parts.append(np.stack([force[keep], motion.u[keep], motion.v[keep], motion.base_acceleration[keep], approach[keep], *given]))
     if not parts or sum(part.shape[1] for part in parts) < 10:
         return None
-    force, indentation, rate, approach, owner = np.concatenate(parts, axis=1)
-    chosen = np.unique(np.linspace(0, len(force) - 1, min(len(force), _MOST_SAMPLES)).astype(int))
-    return {
-        "force": force[chosen],
-        "indentation": indentation[chosen],
-        "rate": rate[chosen],
-        "approach_speed": approach[chosen],
-        "record": owner[chosen].astype(int),
-    }
+    some = np.unique(np.linspace(0, len(parts) - 1, min(len(parts), _RECORDS)).astype(int))
+    found = np.concatenate([parts[index] for index in some], axis=1)
+    force, u, v, base, approach, gap, owner = found[:, np.linspace(0, found.shape[1] - 1, _SAMPLES).astype(int)]
+    if not load_cell:
+        force = force + model.mass * np.asarray(_in_flight(jax.tree.map(np.asarray, model), u, v, base))
+    return {"force": force, "indentation": u - gap, "rate": v, "approach_speed": approach, "record": owner.astype(int)}

@@ -8,7 +8,7 @@ import pytest
 from identification.diagnosis import diagnose
 from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
-from identification.diagnosis.search import MOST_EFFECTS, Alternative, Search, Step, is_significant, search
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from tests.effects.start import at_start
@@ -74,7 +74,14 @@ def test_an_effect_that_a_later_one_makes_needless_is_left_out(seen, gains, monk
 
 def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0))
-    found = search(fitted(seen), spent=lambda: True)
+    lines = []
+
+    def progress(line: str) -> None:
+        lines.append(line)
+        if len(lines) == 2:
+            raise OutOfBudgetError
+
+    found = search(fitted(seen), progress=progress)
     assert (names(found), found.finished, found.last) == (["coulomb_friction"], False, None)
 
 
@@ -193,8 +200,12 @@ def test_a_last_effect_that_is_not_asserted_leaves_the_model(seen, monkeypatch, 
         reasons = {"coulomb_friction": "", "gap_drift": "no"} if len(found.steps) == 2 else {"coulomb_friction": alone}
         return diagnose._Weighed(search=found, left=(), forms=1, form=None, reasons=reasons)
 
+    def polished(fitted, progress):
+        progress("a round of a fit")
+        return fitted
+
     monkeypatch.setattr(diagnose, "_weigh", weigh)
-    monkeypatch.setattr(diagnose, "polished", lambda fitted, progress: fitted)
+    monkeypatch.setattr(diagnose, "polished", polished)
     course = diagnose._Course(0.0 if spent else 10.0, lambda line: None)
     kept = diagnose._supported(found, seen, None, course).search
     assert kept.finished == finished
