@@ -259,6 +259,14 @@ def test_the_options_that_each_axis_had_of_its_own_still_work(monkeypatch, tmp_p
     assert new.document() == old.document()
 
 
+def test_a_parameter_alone_is_swept_over_the_range_of_the_preset(monkeypatch, tmp_path):
+    preset = ("--preset", "wires", "--frequency", "7")
+    both = (asked(monkeypatch, tmp_path, "bifurcation", *each, *preset) for each in (("--sweep", "gap"), ("--parameter", "gap")))
+    (one, [new], _), (two, [old], _) = both
+    assert one == two == 0
+    assert new.document() == old.document()
+
+
 def test_stiffnesses_make_a_study_each_or_an_axis(monkeypatch, tmp_path):
     write_model(model(), tmp_path / "model.json")
     rig = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--vary", "f_n=4,5")

@@ -199,7 +199,10 @@ def _swept(
     name: str, shared: Shared, parameter: str | None, followed: str | None, ranges: dict[str, tuple[float, float]]
 ) -> tuple[dict[str, list[float]], str]:
     """Values along the axes, and what is swept."""
-    axes, along = swept(name, with_ranges(name, shared.sweep or [], shared.old, ranges), shared.old, parameter)
+    sweep = list(shared.sweep or [])
+    if parameter is not None and not sweep and canonical(parameter) in ranges and not any(shared.old.values()):
+        sweep, parameter = [parameter], None
+    axes, along = swept(name, with_ranges(name, sweep, shared.old, ranges) if parameter is None else sweep, shared.old, parameter)
     if followed is not None:
         along, listed = one_range("--along", followed)
         axes = {"values": listed} | axes
