@@ -56,10 +56,10 @@ def rms_nrmse(records: tuple[RecordFit, ...]) -> float:
     A prediction that is off by more than the signal itself has failed, and counts as 1: how far off a motion ends up that parts from the
     recorded one, as a chaotic one does, says nothing of the model.
     """
-    errors = [error for record in records for channel, error in record.nrmse.items() if _has_signal(record, channel)]
+    errors = [error for record in records for channel, error in record.nrmse.items() if has_signal(record, channel)]
     return float(np.sqrt(np.mean(np.minimum(np.nan_to_num(errors, nan=1.0), 1.0) ** 2))) if errors else float("nan")
 
 
-def _has_signal(record: RecordFit, channel: str) -> bool:
+def has_signal(record: RecordFit, channel: str) -> bool:
     """Whether a channel's variance exceeds that of its noise by the factor `SIGNAL`."""
     return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)

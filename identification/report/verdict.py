@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from identification.estimation.adequacy import ONE_CHANNEL, OVERALL, chi2_limit
-from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, SensorError, residual
+from identification.estimation.adequacy import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
+from identification.estimation.unseen import has_signal, rms_nrmse
+from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, RecordFit, SensorError, residual
 from identification.wording.names import spoken, symbol_text
-from identification.wording.numbers import joined, percent, significant
+from identification.wording.numbers import chance_text, joined, percent, significant
 
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR, _VARIANCE = 0.15, 0.1
@@ -100,6 +101,14 @@ def judge(result: FitResult) -> Verdict:
     if coloured := not_white(result.reading_error):
         level = PARTLY if level == GOOD else level
         worst_words += f"; {coloured}"
+    if contradiction := contradicting(result):
+        level = PARTLY if level == GOOD else level
+        worst_words += f"; {contradiction}"
+    if result.held_back:
+        unpredicted = [f"{spoken(name)} of {one.file}" for one in result.held_back for name in one.nrmse if not _is_predicted(one, name)]
+        level = POOR if unpredicted else level
+        worst_words += f"; the error on records held back is {percent(rms_nrmse(result.held_back), 1.0)}"
+        worst_words += f", and {unpredicted[0]} is predicted no better than by its mean" if unpredicted else ""
     return Verdict(level=level, sentence=f"{sentence}{worst_words}.", remarks=remarks, worst=worst)
 
 
@@ -114,6 +123,22 @@ def not_white(errors: Mapping[str, SensorError]) -> str:
             text = f"one-step errors of {spoken(name)} are not white (variance {one.variance:.2f}, correlation {one.correlation:.2f})"
             found[text] = max(excess, one.variance, 1.0 / one.variance)
     return f"{max(found, key=found.__getitem__)}: standard errors may be too small" if found else ""
+
+
+def contradicting(result: FitResult) -> str:
+    """The parameter in which records contradict each other most, as a clause; empty where noise could scatter all as much."""
+    found = [one for one in result.between_records if not one.modelled and one.chance * len(result.between_records) < BY_NOISE]
+    if not found:
+        return ""
+    one = min(found, key=lambda each: (each.chance, -each.chi2))
+    symbol = symbol_text(next(each.spec.symbol for each in result.parameters if each.spec.name == one.name))
+    chi2 = f"chi-square {significant(one.chi2, 3)} of {one.degrees}, chance {chance_text(one.chance)}"
+    return f"the records contradict each other in {symbol} ({chi2}): its standard error holds for no further record"
+
+
+def _is_predicted(record: RecordFit, channel: str) -> bool:
+    """Whether a channel held back is predicted better than by its mean, or holds no signal."""
+    return not has_signal(record, channel) or record.nrmse[channel] < 1.0
 
 
 def parts(result: FitResult) -> Iterator[Part]:

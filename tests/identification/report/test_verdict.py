@@ -5,6 +5,8 @@ import pytest
 
 from identification.report.verdict import GOOD, PARTLY, POOR, judge
 from identification.result.result import Nuisance
+from identification.result.variation import Disagreement
+from identification.wording.numbers import percent
 from tests.identification.diagnosis.made_diagnosis import UNREST
 from tests.identification.made_result import made_result
 
@@ -29,6 +31,25 @@ def test_one_step_errors_that_are_not_white_are_in_the_headline(good, variance, 
     verdict = judge(dataclasses.replace(good, reading_error=good.reading_error | {"impact_force": force}))
     assert verdict.level == PARTLY
     assert f"one-step errors of impact force are not white (variance {variance:.2f}, correlation {correlation:.2f})" in verdict.sentence
+
+
+def test_records_that_contradict_each_other_are_in_the_headline(good):
+    apart = Disagreement(name="k_i", chi2=237.0, degrees=3, chance=4e-51, records={})
+    verdict = judge(dataclasses.replace(good, between_records=(apart,)))
+    assert verdict.level == PARTLY
+    assert "the records contradict each other in kᵢ (chi-square 237 of 3, chance 4.0 × 10⁻⁵¹)" in verdict.sentence
+    for agreed in (dataclasses.replace(apart, chance=0.01), dataclasses.replace(apart, modelled=True)):
+        assert judge(dataclasses.replace(good, between_records=(agreed,))).level == GOOD
+
+
+@pytest.mark.parametrize(("error", "level"), [(0.02, GOOD), (1.3, POOR)])
+def test_the_error_on_records_held_back_is_in_the_headline(good, error, level):
+    cart = good.records[1]
+    held_back = dataclasses.replace(cart, file="unseen.csv", nrmse={"impact_force": error})
+    verdict = judge(dataclasses.replace(good, held_back=(held_back,)))
+    assert verdict.level == level
+    assert f"the error on records held back is {percent(min(error, 1.0), 1.0)}" in verdict.sentence
+    assert ("impact force of unseen.csv is predicted no better than by its mean" in verdict.sentence) == (error > 1.0)
 
 
 def test_a_random_force_is_stated_with_the_misfit_that_it_takes_up(good):
