@@ -19,7 +19,7 @@ from identification.trajectory.segments import (
     unknowns_of,
 )
 from identification.trajectory.thinning import thinned
-from identification.windows.declared_model import check_wishes, expected, nominal_model, priors, varying, within_bounds
+from identification.windows.declared_model import check_precision, check_wishes, expected, nominal_model, priors, varying, within_bounds
 from identification.windows.integrated_motion import integrated_motions
 from identification.windows.kinematics import Kinematics, kinematics, relative_displacement
 from identification.windows.measured_input import driving_channels, inputs_of
@@ -85,7 +85,9 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
 
     Raises:
         ExperimentError: the experiment cannot be fitted.
+        InputError: JAX computes in single precision.
     """
+    check_precision()
     experiment = experiment.fitting
     records = [from_release(record) for record in experiment.records]
     model = nominal_model(experiment, law)

@@ -8,7 +8,6 @@ import pytest
 
 from identification.experiment import ExperimentError, ParameterOption
 from identification.trajectory.start import problem_of
-from identification.windows.declared_model import check_precision
 from vibrojax.errors import InputError
 
 
@@ -29,6 +28,6 @@ def test_a_load_cell_with_the_wrong_sign_of_motion_gives_a_finite_start(small):
     assert np.isfinite(problem.start.shared).all()
 
 
-def test_single_precision_is_refused_with_what_to_do():
+def test_single_precision_is_refused_with_what_to_do(small):
     with jax.enable_x64(False), pytest.raises(InputError, match="single precision: expected float64; call .*jax_enable_x64"):
-        check_precision()
+        problem_of(small)
