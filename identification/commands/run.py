@@ -14,17 +14,19 @@ from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance
 from identification.diagnosis.look import among_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
-from identification.experiment import Experiment, load_experiment
+from identification.experiment import Experiment, ExperimentError, load_experiment
 from identification.report import fit_summary, write_report
 from identification.report.base import SCREEN, PageStyle
 from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
-from identification.result.files import StoredFit, provenance, state_files, stored_fit, write_fit_json, write_result
+from identification.report.laws import FILE_NAME as LAWS_FILE
+from identification.report.laws import law_scores, law_summary, write_laws
+from identification.result.files import StoredFit, provenance, read_estimates, state_files, stored_fit, write_fit_json, write_result
 from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
 from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
 from identification.result.store import FILE_NAME, read_stored
-from identification.windows.declared_model import check_smoothing, nominal_model
+from identification.windows.declared_model import check_laws, check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
@@ -41,7 +43,9 @@ def run_fit(
     folder: Path,
     *,
     law: str | None = None,
+    compare: Sequence[str] = (),
     effects: Sequence[str] = (),
+    earlier: Path | None = None,
     reference: Path | None = None,
     seed: int = 0,
     smoothing: float | None = None,
@@ -53,9 +57,11 @@ def run_fit(
 ) -> None:
     """Fit an experiment, show the numbers, and write fit.json, model.json, result.nc, report.html and plots into `folder`.
 
-    `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model; `smoothing` is the
-    width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are written to posterior.nc;
-    `with_profiles` adds profiles of the likelihood.
+    `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model. The laws in
+    `compare` are fitted in place of `law`; a table and comparison.csv rank them, and the best one's result is written. The fit starts from
+    the values of an `earlier` one, a fit.json or its folder, where names and units agree; other parameters keep their first guesses.
+    `smoothing` is the width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are
+    written to posterior.nc; `with_profiles` adds profiles of the likelihood.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
@@ -64,17 +70,51 @@ def run_fit(
     effects = tuple(dict.fromkeys(effects))
     if draws is not None:
         check_extra()
+    if compare:
+        check_laws(compare)
+    known = {} if earlier is None else read_estimates(earlier)
     progress("reading the records")
     loaded = _loaded(experiment, progress)
-    table, model = None if reference is None else read_reference(reference), nominal_model(loaded, law)
-    check_smoothing(model.law, smoothing)
-    if table is not None:
-        check_reference(table, _units(model, effects))
-    options: dict[str, Any] = {"law": law, "effects": effects, "seed": seed, "smoothing": smoothing}
-    result = fit_experiment(loaded, draws=draws, with_profiles=with_profiles, progress=progress, **options)
-    check_converged(result)
-    show(fit_summary(result, table))
+    table = None if reference is None else read_reference(reference)
+    more: dict[str, Any] = {"seed": seed, "smoothing": smoothing, "draws": draws, "with_profiles": with_profiles}
+
+    def fitted(law: str | None, said: Progress) -> FitResult:
+        model = nominal_model(loaded, law)
+        check_smoothing(model.law, smoothing)
+        units = _units(model, effects)
+        if table is not None:
+            check_reference(table, units)
+        start = {name: value for name, (value, unit) in known.items() if units.get(name) == unit}
+        found = fit_experiment(loaded, law=law, effects=effects, earlier=start, progress=said, **more)
+        check_converged(found)
+        return found
+
+    if compare:
+        found, refused = _each(compare, fitted, progress)
+        scores = law_scores(found)
+        show(law_summary(scores, refused))
+        if not scores:
+            raise next(iter(refused.values()))
+        write_laws(scores, refused, folder / LAWS_FILE)
+        result = scores[0].result
+    else:
+        result = fitted(law, progress)
+        show(fit_summary(result, table))
     write_fit(result, folder, table, style, progress)
+
+
+def _each(
+    laws: Sequence[str], fitted: Callable[[str, Progress], FitResult], progress: Progress
+) -> tuple[dict[str, FitResult], dict[str, Exception]]:
+    """Fits with each law by name, and the errors of those that could not be fitted."""
+    found, refused = dict[str, FitResult](), dict[str, Exception]()
+    for law in dict.fromkeys(laws):
+        try:
+            found[law] = fitted(law, lambda line, law=law: progress(f"{law}: {line}"))
+        except (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError) as error:
+            refused[law] = error
+            progress(f"{law} cannot be fitted: {error}")
+    return found, refused
 
 
 def _loaded(experiment: Path, progress: Progress) -> Experiment:

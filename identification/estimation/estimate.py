@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from identification.estimation.parameters import (
     Uncertainty,
     between_records,
     derived,
+    deviance,
     estimates,
     sensor_errors,
     uncertainty,
@@ -20,10 +21,10 @@ from identification.estimation.prediction import record_fits
 from identification.estimation.profiles import profiles
 from identification.estimation.ring_downs import ring_downs
 from identification.estimation.sample import posterior_sample
-from identification.estimation.unseen import held_back_fits, rms_nrmse
+from identification.estimation.unseen import forecasts, held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
 from identification.experiment import Experiment
-from identification.result.result import FitResult, RecordFit
+from identification.result.result import FitResult, Likelihood, RecordFit
 from identification.result.variation import Unrest
 from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.remodel import with_variation
@@ -45,6 +46,7 @@ def fit_experiment(
     *,
     law: str | None = None,
     effects: Sequence[str] = (),
+    earlier: Mapping[str, float] | None = None,
     seed: int = 0,
     smoothing: float | None = None,
     draws: int | None = None,
@@ -57,6 +59,7 @@ def fit_experiment(
         experiment: as loaded; its held-back records are predicted at the end.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         effects: names of effects that are added to the nominal model, in this order.
+        earlier: values of an earlier fit by name, SI: the fit of the nominal model starts there in place of first guesses.
         seed: of every random draw.
         smoothing: width of the contact switch, m, with which Diffrax fits the smoothed law as well; None for the exact contact alone.
         draws: of the posterior; None samples none.
@@ -75,7 +78,7 @@ def fit_experiment(
     check_smoothing(nominal_law, smoothing)
     check_clearance(experiment, nominal_law)
     experiment, limits = in_part(experiment)
-    problem = with_variation(problem_of(experiment, law=law), dict.fromkeys(names, 0.0))
+    problem = with_variation(problem_of(experiment, law=law, earlier=earlier), dict.fromkeys(names, 0.0))
     clock.lap("prepare")
     nominal, between = with_variations(_converged(fit(problem, seed=seed, progress=progress)), names, seed=seed, progress=progress)
     found, added = (nominal, None) if not effects else with_effects(nominal, effects, progress=progress)
@@ -94,7 +97,8 @@ def fit_experiment(
     records = record_fits(found)
     shift = discretisation_shift(found, spread)
     clock.lap("records")
-    held_back = held_back_fits(found, experiment, lambda line: progress(f"held-back records: {line}"))
+    unseen = held_back_chain(found, experiment, lambda line: progress(f"held-back records: {line}"))
+    held_back = forecasts(unseen)
     if added is not None and held_back:
         before = rms_nrmse(held_back_fits(nominal, experiment))
         added = dataclasses.replace(added, held_back=(before, rms_nrmse(held_back)))
@@ -116,7 +120,11 @@ def fit_experiment(
         records=records,
         converged=found.converged,
         discretisation=shift,
-        warnings=(*limits, *_warnings(found, restless, shift, records, () if sample is None else sample.warnings())),
+        warnings=(
+            *limits,
+            *_moved_starts(problem, earlier or {}),
+            *_warnings(found, restless, shift, records, () if sample is None else sample.warnings()),
+        ),
         unrest=restless,
         reading_error=sensor_errors(found),
         force_share=_force_share(found, chi2, restless),
@@ -130,6 +138,25 @@ def fit_experiment(
         smoothed=smoothed,
         posterior=sample,
         profiles=curves,
+        likelihood=_likelihood(found, unseen),
+    )
+
+
+def _likelihood(found: Fitted, unseen: Fitted | None) -> Likelihood:
+    """Likelihood of the contact law; its parameters are not integrated out, since the result would depend on their units.
+
+    The normalisation of the priors of each record's own numbers, which the chain's equations leave out, depends on whether the model has
+    a stop with a gap.
+    """
+    problem, border = found.problem, found.problem.border
+    of_law = np.isin([p.name for p in problem.parameters], [p.name for p in problem.model.law.parameters])
+    there = dataclasses.replace(problem, border=dataclasses.replace(border, strengths=border.strengths | of_law))
+    precision = border.own_precision * border.own_scale**2
+    priors = float(np.log(precision[border.own & (precision > 0)]).sum())
+    return Likelihood(
+        deviance=deviance(dataclasses.replace(found, problem=there), found.variances.force) - priors,
+        samples=found.local.samples,
+        held_back=None if unseen is None else unseen.solution.deviance,
     )
 
 
@@ -175,6 +202,16 @@ def discretisation_shift(found: Fitted, spread: Uncertainty) -> float:
     _, _, solution = equations(dataclasses.replace(found.problem, integrator=finer), found.at, found.variances)
     moved = np.abs(solution.shared - found.solution.shared)[spread.known]
     return float(np.max(moved / spread.stderr[spread.known], initial=0.0))
+
+
+def _moved_starts(problem: Problem, earlier: Mapping[str, float]) -> tuple[str, ...]:
+    """Warnings on values of an earlier fit that lie outside the range of this one."""
+    given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
+    moved = [p for p in problem.parameters if p.name in earlier and p.name not in given and not p.lower <= earlier[p.name] <= p.upper]
+    return tuple(
+        f"{p.name} = {earlier[p.name]:g} of the earlier fit lies outside {p.lower:g} to {p.upper:g}: the fit starts at the edge"
+        for p in moved
+    )
 
 
 def _warnings(

@@ -164,7 +164,11 @@ def _integrator(model: Model, duration: float, samples: int) -> Landing:
     f_n = float(model.values().get("f_n", 0.0))
     flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
     steps = 2.0 * duration * (1.0 / flight + 2.0 * f_n * _CONTACT_STEPS)
-    return Landing(contact_steps=np.asarray(_CONTACT_STEPS), flight_step=np.asarray(flight), most_steps=1024 * math.ceil(steps / 1024 + 1))
+    return Landing(
+        contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)),
+        flight_step=jax.device_put(np.asarray(flight)),
+        most_steps=1024 * math.ceil(steps / 1024 + 1),
+    )
 
 
 @soon_compiled

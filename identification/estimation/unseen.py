@@ -44,7 +44,11 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
 
 def held_back_fits(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> tuple[RecordFit, ...]:
     """Prediction of every held-back record, in their order, with the errors of forecasts."""
-    chain = held_back_chain(fitted, experiment, progress)
+    return forecasts(held_back_chain(fitted, experiment, progress))
+
+
+def forecasts(chain: Fitted | None) -> tuple[RecordFit, ...]:
+    """Records of a held-back chain with their predictions and the errors of forecasts; none without a chain."""
     if chain is None:
         return ()
     return tuple(dataclasses.replace(one, horizons=far) for one, far in zip(record_fits(chain), horizons(chain), strict=True))

@@ -17,7 +17,7 @@ from identification.experiment import Experiment, ParameterOption
 from identification.result.reference import Reference
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit, residual
 from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples, write_dataset
-from vibrojax.json_file import write_json
+from vibrojax.json_file import Table, read_json, write_json
 from vibrojax.model_file import model_document
 
 SCHEMA = 1
@@ -117,6 +117,7 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "smoothed": None if result.smoothing is None else {"smoothing": result.smoothing, "parameters": result.smoothed},
         "posterior": None if result.posterior is None else result.posterior.document(),
         "profiles": None if result.profiles is None else dataclasses.asdict(result.profiles),
+        "likelihood": None if result.likelihood is None else dataclasses.asdict(result.likelihood),
         "unrest": None if result.unrest is None else result.unrest.document(),
         "between_records": {one.name: one.document() for one in result.between_records},
         "ring_downs": result.ring_downs.document(),
@@ -133,6 +134,25 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
 def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any] | None = None) -> None:
     """Write `fit_json` to a file."""
     write_json(fit_json(result, provenance_), path)
+
+
+def read_estimates(path: Path) -> dict[str, tuple[float, str]]:
+    """Value and unit of every parameter of an earlier fit, by name; one whose value was not finite is left out.
+
+    Args:
+        path: of its `fit.json`, or of the folder that holds it.
+
+    Raises:
+        InputError: there is no such file, or it is no result of a fit.
+    """
+    file, expected = path / "fit.json" if path.is_dir() else path, "the fit.json of an earlier fit, or its folder"
+    table = Table(values=read_json(file, expected), where=str(file), expected=expected).table("parameters")
+    found = {name: table.table(name) for name in table.values}
+    return {
+        name: (one.number("value", zero=True, negative=True), one.text("unit"))
+        for name, one in found.items()
+        if one.needed("value") is not None
+    }
 
 
 def state_files(stating: Path, folder: Path) -> None:

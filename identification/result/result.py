@@ -180,6 +180,21 @@ class Added:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Likelihood:
+    """How likely the records are under the fitted contact law, to be compared between laws that were fitted to the same samples.
+
+    Attributes:
+        deviance: -2 log likelihood at the estimated contact parameters, all other unknowns integrated out; up to a constant of the records.
+        samples: count of the readings that it is of.
+        held_back: -2 log predictive density of the records held back, up to a constant of them; None without such records.
+    """
+
+    deviance: float
+    samples: int
+    held_back: float | None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class LikelihoodProfile:
     """Profile of one parameter: its values, in its unit, and twice the fall of the log-likelihood with all else at its optimum."""
 
@@ -236,6 +251,7 @@ class FitResult:
         smoothed: parameters of the smoothed law, SI; None without it.
         posterior: sample of the parameters' posterior; None where none was asked for.
         profiles: of the likelihood; None where none were asked for.
+        likelihood: of the contact law; None where it is not known.
     """
 
     experiment: Experiment
@@ -263,6 +279,7 @@ class FitResult:
     smoothed: dict[str, float] | None = None
     posterior: PosteriorSample | None = None
     profiles: Profiles | None = None
+    likelihood: Likelihood | None = None
 
 
 _MERGED = 3

@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -89,7 +90,7 @@ def remodelled(
         unknowns=unknowns,
         scales=dataclasses.replace(problem.scales, own=np.array([sizes[name] for name in unknowns.states[2:]])),
         border=_border(problem, unknowns.own, new, kept, per_record, start),
-        integrator=dataclasses.replace(problem.integrator, flight_step=np.asarray(step)),
+        integrator=dataclasses.replace(problem.integrator, flight_step=jax.device_put(np.asarray(step))),
         start=start,
     )
 

@@ -1,7 +1,9 @@
 """Where a fit begins: the measured trajectory, and parameters read off the records. Nothing is integrated."""
 
 import dataclasses
+from collections.abc import Mapping
 
+import jax
 import numpy as np
 from scipy.signal import find_peaks
 
@@ -80,15 +82,20 @@ class Problem:
         return self.model.replace(self.values(at))
 
 
-def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
+def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mapping[str, float] | None = None) -> Problem:
     """Chains of an experiment's records that are not held back, with first guesses.
+
+    Args:
+        experiment: as loaded.
+        law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
+        earlier: values of an earlier fit by name, SI, which take the place of first guesses where the experiment gives no start.
 
     Raises:
         ExperimentError: the experiment cannot be fitted.
         InputError: JAX computes in single precision.
     """
     check_precision()
-    experiment = experiment.fitting
+    experiment, earlier = experiment.fitting, dict(earlier or {})
     records = [from_release(record) for record in experiment.records]
     model = nominal_model(experiment, law)
     if isinstance(model.law, NoContact):
@@ -101,14 +108,16 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
     unknowns = unknowns_of(model, parameters, zeros=tuple(zeros), varying=varying(experiment))
 
     bases, motions = _motions(experiment, model)
+    given = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
+    given = {p.name: float(np.clip((earlier | given)[p.name], p.lower, p.upper)) for p in parameters if p.name in earlier | given}
     exponents = [p for p in model.law.parameters if not p.logarithmic and p.name not in experiment.parameters]
-    usual = {p.name: ParameterOption(start=p.start) for p in exponents}  # loops of force over indentation that drift mislead these
-    guided = dataclasses.replace(experiment, parameters=experiment.parameters | usual)
+    usual = {p.name: p.start for p in exponents}  # loops of force over indentation that drift mislead these
+    guided = dataclasses.replace(experiment, parameters={name: ParameterOption(start=at) for name, at in (usual | given).items()})
     values, gap_errors = next(iter(first_guesses(guided, model, motions).values()))
     if isinstance(model.law, AbstractInstantaneousLaw):
         gap_errors = np.array([_furthest(record, motion) for record, motion in zip(records, motions, strict=True)])
         values |= _rebound(records, motions)
-    values |= {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
+    values |= given
     values = {p.name: float(np.clip(values[p.name], max(p.lower, 1e-300), p.upper)) for p in parameters}
     f_n = values.get("f_n", 0.0)
     filters = [state.scale for one in model.recorder for state in one.own_states]
@@ -141,7 +150,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None) -> Problem:
         chains=chains,
         border=_border(experiment, parameters, unknowns, chains, zeros, start, stop=not isinstance(model.law, NoContact)),
         scales=scales,
-        integrator=Landing(contact_steps=np.asarray(_CONTACT_STEPS), flight_step=np.asarray(flight)),
+        integrator=Landing(contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)), flight_step=jax.device_put(np.asarray(flight))),
         rest=tuple(rest),
         motions=tuple(motions),
         start=start,

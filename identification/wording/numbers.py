@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 NONE = "–"
@@ -100,15 +101,13 @@ def chance_text(chance: float) -> str:
 
 
 def compact(text: str) -> str:
-    """The same number as terminals are used to it.
+    """The same numbers as terminals are used to them.
 
     Example:
         >>> compact("(1.2346 ± 0.0012) × 10⁶"), compact("1.0 × 10⁻⁷")
         ('(1.2346 ± 0.0012)e6', '1.0e-7')
     """
-    head, mark, power = text.partition(" × 10")
-    raised = len(power) - len(power.lstrip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻"))
-    return head + "e" + power[:raised].translate(_LOWERED) + power[raised:] if mark else text
+    return re.sub(" × 10([⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)", lambda power: "e" + power[1].translate(_LOWERED), text)
 
 
 def unit_text(unit: str) -> str:

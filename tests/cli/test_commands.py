@@ -62,11 +62,25 @@ def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
     expected = {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "seed": 7, "style": PRINT}
-    assert options == expected | {"smoothing": None, "draws": None, "with_profiles": False}
+    assert options == expected | {"smoothing": None, "draws": None, "with_profiles": False, "compare": [], "earlier": None}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
     assert "working" in captured.err
     assert captured.out == "the numbers\nresults in results; start with results/report.html\n"
+
+
+def test_laws_to_compare_are_listed_or_repeated_and_a_fit_may_begin_at_an_earlier_one(jobs, monkeypatch):
+    given = ("--compare", "hertz,flores", "--compare", "kelvin-voigt", "--from", "before")
+    assert call(monkeypatch, fit.main, "rig", *given) == 0
+    ((_, options),) = jobs.calls
+    assert (options["compare"], options["earlier"]) == (["hertz", "flores", "kelvin-voigt"], Path("before"))
+
+
+@pytest.mark.parametrize("beside", [("--law", "hertz"), ("--reference", "known.json"), ("--posterior",), ("--profiles",)])
+def test_what_does_not_go_with_a_comparison_is_refused(jobs, monkeypatch, capsys, beside):
+    assert call(monkeypatch, fit.main, "rig", "--compare", "hertz,flores", *beside) == 2
+    assert f"{beside[0]} is given beside --compare: expected one of the two; fit the best law again" in capsys.readouterr().err
+    assert not jobs.calls
 
 
 @pytest.mark.parametrize(("given", "width"), [((), 1e-6), (("--smoothing", "3e-5"), 3e-5)])

@@ -9,6 +9,7 @@ from vibrojax.aside import of_earlier_set
 from vibrojax.cli import options
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
+from vibrojax.cli.grammar import listed
 from vibrojax.cli.options import LANDING, Data, Experiment, Integrator, Quiet, Recipe, Smoothing, Style, contact_width
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
@@ -27,7 +28,9 @@ def fit(
     recipe: Recipe = None,
     data: Data = None,
     law: options.Law = None,
+    compare: options.Compare = None,
     effects: options.Effects = None,
+    earlier: options.Earlier = None,
     reference: options.Reference = None,
     seed: options.Seed = 0,
     integrator: Integrator = LANDING,
@@ -47,6 +50,10 @@ def fit(
     width = contact_width(integrator, smoothing)
     if draws is not None and not posterior:
         raise InputError(f"--draws {draws} is given without a posterior: expected --posterior beside it")
+    laws = listed(compare or ())
+    alone = {"--law": law, "--reference": reference, "--posterior": posterior, "--profiles": profiles}
+    if compare and (beside := [name for name, value in alone.items() if value]):
+        raise InputError(f"{beside[0]} is given beside --compare: expected one of the two; fit the best law again with --law NAME")
     if reference is not None:
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
@@ -65,7 +72,9 @@ def fit(
             source,
             folder,
             law=law,
+            compare=laws,
             effects=effects or (),
+            earlier=earlier,
             reference=reference,
             seed=seed,
             smoothing=width,

@@ -79,6 +79,16 @@ def values(option: str, text: str) -> list[float]:
     return [first + step * place for place in range(count)]
 
 
+def listed(texts: Iterable[str]) -> list[str]:
+    """Names of an option that may be repeated and may hold several, `A,B,...`.
+
+    Example:
+        >>> listed(["hertz,flores", "newton"])
+        ['hertz', 'flores', 'newton']
+    """
+    return [name.strip() for text in texts for name in text.split(",")]
+
+
 def ends(option: str, text: str) -> tuple[float, float]:
     """`A:B`, or `A:B:N` whose N is not needed, as two numbers."""
     parts = text.split(":")

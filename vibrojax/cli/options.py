@@ -40,9 +40,25 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless somethi
 
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being the experiment's.")]
 Law = Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")]
+Compare = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--compare",
+        metavar="LAW,LAW,...",
+        help="Contact laws to fit one after the other and rank in a table; the best one's result is written.",
+    ),
+]
 Effects = Annotated[
     list[str] | None,
     typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
+]
+Earlier = Annotated[
+    Path | None,
+    typer.Option(
+        "--from",
+        metavar="FIT",
+        help="Earlier fit, its folder or fit.json, whose values take the place of first guesses; a start in the experiment goes first.",
+    ),
 ]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")]
 Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")]

@@ -1,0 +1,144 @@
+"""Contact laws that were fitted to the same records, side by side: a table for the terminal, and `comparison.csv`."""
+
+import csv
+import dataclasses
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from rich.console import Group
+from rich.text import Text
+
+from identification.estimation.unseen import rms_nrmse
+from identification.report.tables import Table
+from identification.result.result import FIXED, OK, FitResult, ParameterEstimate
+from identification.wording.names import symbol_text
+from identification.wording.numbers import rounded, significant, with_unit
+
+FILE_NAME = "comparison.csv"
+_PREDICTED = ("NRMSE", "2Δln p")
+_LEGEND = (
+    "2Δln L, ΔBIC: twice the log-likelihood and the Bayesian information criterion, less those of the first law; par.: contact parameters "
+    "that were estimated; χ²: reduced chi-square of the free motion"
+)
+_OF_PREDICTED = "; NRMSE, 2Δln p: error, and twice the log predictive density less that of the first law, of the records held back"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class LawScore:
+    """One law's fit beside that of the best law.
+
+    Attributes:
+        law: name.
+        result: of its fit.
+        contact: parameters of the law, with their errors.
+        count: of those that were estimated.
+        gain: twice the log-likelihood less that of the best law; None where it is of other samples.
+        bic: Bayesian information criterion, less that of the best law, 0 or more; None where it is of other samples.
+        nrmse: rms normalised error on the records held back, or None.
+        density_gain: twice the log predictive density of the records held back, less that of the best law; None as for the others.
+    """
+
+    law: str
+    result: FitResult
+    contact: tuple[ParameterEstimate, ...]
+    count: int
+    gain: float | None
+    bic: float | None
+    nrmse: float | None
+    density_gain: float | None
+
+
+def law_scores(results: Mapping[str, FitResult]) -> tuple[LawScore, ...]:
+    """Fits by name of the law, the best first: by the Bayesian information criterion, -2 log-likelihood + count log(samples).
+
+    A law without contact may be fitted to thinned records; it comes last, since its likelihood is not one of the same samples.
+    """
+    most = max((one.likelihood.samples for one in results.values() if one.likelihood is not None), default=0)
+    scores = list[LawScore]()
+    for law, result in results.items():
+        names = {p.name for p in result.model.law.parameters}
+        contact = tuple(p for p in result.parameters if p.spec.name in names)
+        count, known = sum(p.status != FIXED for p in contact), result.likelihood
+        known = known if known is not None and known.samples == most else None
+        scores.append(
+            LawScore(
+                law=law,
+                result=result,
+                contact=contact,
+                count=count,
+                gain=None if known is None else -known.deviance,
+                bic=None if known is None else known.deviance + count * math.log(max(most, 1)),
+                nrmse=rms_nrmse(result.held_back) if result.held_back else None,
+                density_gain=None if known is None or known.held_back is None else -known.held_back,
+            )
+        )
+    scores.sort(key=lambda one: math.inf if one.bic is None else one.bic)
+    return tuple(
+        dataclasses.replace(
+            one,
+            gain=_less(one.gain, scores[0].gain),
+            bic=_less(one.bic, scores[0].bic),
+            density_gain=_less(one.density_gain, scores[0].density_gain),
+        )
+        for one in scores
+    )
+
+
+def _less(number: float | None, best: float | None) -> float | None:
+    return None if number is None or best is None else number - best
+
+
+def law_summary(scores: tuple[LawScore, ...], refused: Mapping[str, Exception]) -> Group:
+    """The table of the laws, the best first; a line for each law that could not be fitted, with the reason; warnings of the best fit."""
+    table = law_table(scores)
+    lines = [_LEGEND + (_OF_PREDICTED if _PREDICTED[0] in table.columns else "")] if scores else []
+    lines += [f"{law} cannot be fitted: {reason}" for law, reason in refused.items()]
+    lines += [f"{one.law}: fitted to fewer samples, so that its likelihood cannot be compared" for one in scores if one.gain is None]
+    lines += [f"{one.law}: warning: {warning}" for one in scores[:1] for warning in one.result.warnings]
+    return Group(*([table.for_terminal()] if scores else []), *map(Text, lines))
+
+
+def law_table(scores: tuple[LawScore, ...]) -> Table:
+    """A row a law, the best first; likelihoods and BIC are differences to the first row."""
+    rows = tuple(
+        (
+            one.result.model.law.title,
+            significant(one.gain),
+            significant(one.bic),
+            str(one.count),
+            significant(one.result.chi2_reduced),
+            significant(one.nrmse, 2),
+            significant(one.density_gain),
+            "\n".join(map(_estimate, one.contact)),
+        )
+        for one in scores
+    )
+    columns = ("law", "2Δln L", "ΔBIC", "par.", "χ²", *_PREDICTED, "contact parameters")
+    table = Table(columns=columns, rows=rows, words=(0, 7), bold=(0,))
+    return table if any(one.nrmse is not None for one in scores) else table.without(*_PREDICTED)
+
+
+def _estimate(one: ParameterEstimate) -> str:
+    """Symbol, value with error and unit of a parameter, and its status where it has no error."""
+    text = f"{symbol_text(one.spec.symbol)} = {with_unit(rounded(one.value, one.stderr).text, one.spec.unit)}"
+    return text if one.status == OK else f"{text} ({one.status})"
+
+
+def write_laws(scores: tuple[LawScore, ...], refused: Mapping[str, Exception], path: Path) -> None:
+    """Write the comparison as CSV, SI: the columns of the table, with a column for each contact parameter and for its standard error.
+
+    Laws that could not be fitted come last, with the reason. A cell stays empty where there is no number.
+    """
+    names = list(dict.fromkeys(p.spec.name for one in scores for p in one.contact))
+    head = ["law", "log_likelihood_twice_difference", "bic_difference", "contact_parameters", "chi2_reduced", "held_back_nrmse"]
+    head += ["held_back_log_density_twice_difference", *(f"{name}{end}" for name in names for end in ("", "_stderr")), "reason"]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(head)
+        for one in scores:
+            found = {p.spec.name: (p.value, p.stderr) for p in one.contact}
+            numbers = [one.gain, one.bic, one.count, one.result.chi2_reduced, one.nrmse, one.density_gain]
+            table.writerow([one.law, *numbers, *(number for name in names for number in found.get(name, (None, None))), ""])
+        for law, reason in refused.items():
+            table.writerow([law, *[None] * (len(head) - 2), reason])

@@ -1,0 +1,119 @@
+"""Several contact laws fitted to the same records, and ranked."""
+
+import csv
+import dataclasses
+import gzip
+import io
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from identification.commands.run import run_fit
+from identification.experiment import ExperimentError
+from identification.report.laws import law_scores, law_summary
+from identification.result.result import Likelihood
+from tests.identification.made_result import MODEL, made_result
+from vibrojax.contact import LAWS
+from vibrojax.data_files import data_path
+from vibrojax.errors import NoConvergenceError
+
+
+def of_law(name: str, deviance: float, *, samples: int = 4000, held_back: float | None = None):
+    """A result of a law, as likely as is said."""
+    result = made_result(samples=600)
+    law = LAWS[name](**{p.field: p.start for p in LAWS[name].parameters})
+    return dataclasses.replace(
+        result,
+        model=dataclasses.replace(MODEL, law=law),
+        held_back=() if held_back is None else result.records[1:],
+        likelihood=Likelihood(deviance=deviance, samples=samples, held_back=held_back),
+    )
+
+
+def printed(results, refused=None) -> str:
+    stream = io.StringIO()
+    Console(file=stream, width=140, force_terminal=False).print(law_summary(law_scores(results), refused or {}))
+    return stream.getvalue()
+
+
+def rows(path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_laws_are_ranked_on_records_that_one_of_them_made(tmp_path):
+    """The example's stop is Hunt-Crossley's; a rigid one cannot be compared with its load cell, and the others go on."""
+    rig, done = tmp_path / "rig", tmp_path / "fit"
+    for folder in (rig, done):
+        folder.mkdir()
+    source = data_path("example")
+    lines = gzip.decompress((source / "drop.csv.gz").read_bytes()).decode().splitlines(keepends=True)
+    (rig / "drop.csv").write_text("".join(lines[:1001]))
+    head, first, *_ = (source / "experiment.toml").read_text(encoding="utf-8").split("[[record]]")
+    (rig / "experiment.toml").write_text(head + "[[record]]" + first.replace("drop.csv.gz", "drop.csv"), encoding="utf-8")
+    said = []
+    run_fit(rig, done, compare=("newton", "hertz", "hunt-crossley"), progress=said.append)
+    best, second, refused = rows(done / "comparison.csv")
+    assert [one["law"] for one in (best, second, refused)] == ["hunt-crossley", "hertz", "newton"]
+    assert (float(best["log_likelihood_twice_difference"]), float(best["bic_difference"])) == (0.0, 0.0)
+    assert float(second["log_likelihood_twice_difference"]) < -50.0
+    assert (best["contact_parameters"], second["contact_parameters"], second["lambda_i"]) == ("3", "2", "")
+    assert abs(float(best["n"]) - 1.5) < 5.0 * float(best["n_stderr"])
+    assert "pushes for no time" in refused["reason"] and not refused["chi2_reduced"]
+    fitted = json.loads((done / "fit.json").read_text(encoding="utf-8"))
+    assert fitted["law"] == "hunt-crossley" and "comparison.csv" in fitted["files"]
+    assert fitted["parameters"]["n"]["value"] == float(best["n"])
+    assert any(line.startswith("hertz: fitting, round 1") for line in said)
+
+
+def test_a_parameter_has_to_pay_for_itself():
+    """An exponent more gains 3 in twice the log-likelihood, and costs log(4000) = 8.3."""
+    names = ("hunt-crossley-separate", "hunt-crossley")
+    more, fewer = (of_law(name, deviance) for name, deviance in zip(names, (97.0, 100.0), strict=True))
+    extra = dataclasses.replace(more.parameters[0], spec=LAWS[names[0]].parameters[-1])
+    scores = law_scores(dict(zip(names, (dataclasses.replace(more, parameters=(*more.parameters, extra)), fewer), strict=True)))
+    assert [(one.law, one.count, one.gain) for one in scores] == [(names[1], 3, 0.0), (names[0], 4, 3.0)]
+    assert scores[1].bic == pytest.approx(np.log(4000.0) - 3.0)
+
+
+def test_a_law_that_was_fitted_to_fewer_samples_comes_last_without_a_likelihood():
+    results = {"none": of_law("none", -5000.0, samples=900), "hunt-crossley": of_law("hunt-crossley", 100.0)}
+    best, last = law_scores(results)
+    assert (best.law, last.law, last.gain, last.bic) == ("hunt-crossley", "none", None, None)
+    assert "none: fitted to fewer samples" in printed(results)
+
+
+def test_errors_on_records_held_back_are_in_the_table_where_there_are_some():
+    likely, unlikely = of_law("hunt-crossley", 100.0, held_back=50.0), of_law("hertz", 400.0, held_back=75.0)
+    scores = law_scores({"hertz": unlikely, "hunt-crossley": likely})
+    assert [one.density_gain for one in scores] == [0.0, -25.0] and all(one.nrmse is not None for one in scores)
+    text = printed({"hertz": unlikely, "hunt-crossley": likely}, {"newton": ValueError("it is rigid")})
+    assert text.index("Hunt–Crossley (1975)") < text.index("Hertz (1882)") < text.index("newton cannot be fitted: it is rigid")
+    for piece in ("NRMSE", "−25.0", "−300", "kᵢ = (2.0000 ± 0.0020)e6 N/mⁿ", "λᵢ = 0.40000 ± 0.00040 s/m"):
+        assert piece in text
+    assert "NRMSE" not in printed({"hertz": of_law("hertz", 1.0)})
+
+
+@pytest.mark.parametrize(
+    ("laws", "message"),
+    [
+        (("hertz", "hook"), r"unknown contact law 'hook': expected one of hunt-crossley, "),
+        (("hertz", ""), r"unknown contact law '': expected one of hunt-crossley, "),
+        (("hertz", "hertz"), r"hertz, hertz is one contact law: expected two or more to compare, of hunt-crossley, "),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_before_anything_is_read(tmp_path, laws, message):
+    with pytest.raises(ExperimentError, match=message):
+        run_fit(tmp_path / "no such rig", tmp_path, compare=laws)
+
+
+def test_where_no_law_can_be_fitted_the_first_reason_counts_and_nothing_is_written(monkeypatch, tmp_path):
+    def fitting(*nouns, law, **options):
+        raise NoConvergenceError(f"{law} stopped")
+
+    monkeypatch.setattr("identification.commands.run.fit_experiment", fitting)
+    with pytest.raises(NoConvergenceError, match="hertz stopped"):
+        run_fit(data_path("example"), tmp_path, compare=("hertz", "flores"))
+    assert not list(tmp_path.iterdir())

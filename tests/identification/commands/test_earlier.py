@@ -1,0 +1,90 @@
+"""A fit that starts from the values of an earlier one."""
+
+import dataclasses
+import json
+
+import pytest
+
+from identification.commands.run import run_fit
+from identification.estimation.estimate import fit_experiment
+from identification.experiment import ParameterOption
+from identification.result.files import write_fit_json
+from identification.trajectory.start import problem_of
+from tests.identification.conftest import cropped
+from tests.identification.made_result import F_N, K_I, LAMBDA_I, ZETA, N, made_result
+from vibrojax.data_files import data_path
+from vibrojax.errors import InputError
+
+FOUND = {"k_i": K_I, "n": N, "lambda_i": LAMBDA_I, "zeta": ZETA, "f_n": F_N}
+
+
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [("hunt-crossley", FOUND), ("hertz", {"k_i", "n", "zeta", "f_n"}), ("kelvin-voigt", {"zeta", "f_n"}), ("none", {"zeta", "f_n"})],
+)
+@pytest.mark.parametrize("file", ["", "fit.json"])
+def test_values_whose_name_and_unit_the_model_has_are_taken(monkeypatch, tmp_path, law, expected, file):
+    """The stiffness of a linear stop is in N/m, that of the others in N/m^n."""
+    write_fit_json(made_result(samples=600), tmp_path / "fit.json")
+    starts = []
+
+    def fitting(*nouns, earlier, **options):
+        starts.append(earlier)
+        return made_result(samples=600)
+
+    monkeypatch.setattr("identification.commands.run.fit_experiment", fitting)
+    monkeypatch.setattr("identification.commands.run.write_fit", lambda *nouns: None)
+    run_fit(data_path("example"), tmp_path, law=law, earlier=tmp_path / file)
+    assert starts == [{name: FOUND[name] for name in expected}]
+
+
+def test_a_start_is_the_experiments_else_the_earlier_fits_else_a_first_guess(small):
+    plain = problem_of(small)
+    experiment = dataclasses.replace(small, parameters={"n": ParameterOption(start=1.7), "f_n": ParameterOption(bounds=(5.0, 5.5))})
+    problem = problem_of(experiment, earlier={"n": 1.4, "k_i": 4e6, "f_n": 7.0, "e": 0.5})
+    values, guesses = problem.values(problem.start), plain.values(plain.start)
+    assert values == pytest.approx({"n": 1.7, "k_i": 4e6, "f_n": 5.5, "lambda_i": values["lambda_i"], "zeta": guesses["zeta"]})
+    assert float(problem.model.law.impact_stiffness) == pytest.approx(4e6)
+
+
+def test_a_start_outside_the_bounds_is_moved_with_a_warning(example):
+    result = fit_experiment(cropped(example, 500, (0,)), earlier={"n": 9.0, "k_i": 2e6})
+    initial = {p.spec.name: p.initial for p in result.parameters}
+    assert (initial["n"], initial["k_i"]) == (4.0, pytest.approx(2e6))
+    assert [line for line in result.warnings if "earlier" in line] == [
+        "n = 9 of the earlier fit lies outside 0.8 to 4: the fit starts at the edge"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, r"fit\.json cannot be read \(No such file or directory\): expected the fit\.json of an earlier fit, or its folder"),
+        ("{", r"fit\.json is not valid JSON"),
+        ("[]", r"fit\.json: a list where an object"),
+        ('{"schema": 1}', r"fit\.json: 'parameters' is missing; expected the fit\.json of an earlier fit, or its folder"),
+        ('{"parameters": {"n": 1.5}}', r"fit\.json, parameters, n: a float where an object"),
+        ('{"parameters": {"n": {"value": "1.5", "unit": "1"}}}', r"fit\.json, parameters, n: value is '1\.5': expected a finite number"),
+        ('{"parameters": {"n": {"value": 1.5}}}', r"fit\.json, parameters, n: 'unit' is missing"),
+    ],
+)
+def test_what_is_no_result_is_refused_before_anything_is_read(tmp_path, content, message):
+    if content is not None:
+        (tmp_path / "fit.json").write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=message) as caught:
+        run_fit(tmp_path / "no such rig", tmp_path, earlier=tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_value_that_was_not_finite_keeps_its_first_guess(monkeypatch, tmp_path):
+    write_fit_json(made_result(samples=600), tmp_path / "fit.json")
+    document = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))
+    document["parameters"]["n"]["value"] = None
+    (tmp_path / "fit.json").write_text(json.dumps(document), encoding="utf-8")
+    starts = []
+    monkeypatch.setattr(
+        "identification.commands.run.fit_experiment", lambda *nouns, earlier, **more: starts.append(earlier) or made_result()
+    )
+    monkeypatch.setattr("identification.commands.run.write_fit", lambda *nouns: None)
+    run_fit(data_path("example"), tmp_path, earlier=tmp_path)
+    assert starts == [{name: value for name, value in FOUND.items() if name != "n"}]
