@@ -118,7 +118,7 @@ def of_earlier_set(out: Path) -> set[Path]:
 
 
 def remove(path: Path) -> None:
-    """Remove a folder; a thread that still writes into it by its name finds it gone."""
+    """Remove a folder; a thread that still writes under its name gets an error."""
     renamed = path.with_name(f"{path.name}-removed")
     with contextlib.suppress(OSError):
         path.rename(renamed)

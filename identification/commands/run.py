@@ -91,10 +91,10 @@ def run_fit(
 
     if compare:
         found, refused = _each(compare, fitted, progress)
+        if not found:
+            raise NoConvergenceError("; ".join(f"{law} cannot be fitted: {reason}" for law, reason in refused.items()))
         scores = law_scores(found)
         show(law_summary(scores, refused))
-        if not scores:
-            raise next(iter(refused.values()))
         write_laws(scores, refused, folder / LAWS_FILE)
         result = scores[0].result
     else:
@@ -111,7 +111,7 @@ def _each(
     for law in dict.fromkeys(laws):
         try:
             found[law] = fitted(law, lambda line, law=law: progress(f"{law}: {line}"))
-        except (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError) as error:
+        except (ExperimentError, NoConvergenceError, np.linalg.LinAlgError) as error:
             refused[law] = error
             progress(f"{law} cannot be fitted: {error}")
     return found, refused

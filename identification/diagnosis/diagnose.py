@@ -50,7 +50,7 @@ Progress = Callable[[str], None]
 _FORMS = 3
 """Free forms that are weighed anew, the best by score."""
 _AT_LIMIT = "the random force beside it is as large as it may be, so that most of the misfit is still unexplained"
-_TIME = "the budget ended the search before all candidates were fitted"
+_TIME = "the budget ended the search before all was fitted and checked"
 _DECIMALS = 4
 """Of a probability."""
 
@@ -64,14 +64,14 @@ class _Course:
         self._deadline = time.monotonic() + 60.0 * budget_minutes
 
     def within_budget(self, line: str) -> None:
-        """Pass on a line of progress.
+        """Pass on the line of a stage or round that begins.
 
         Raises:
             OutOfBudgetError: the budget has been used up.
         """
-        self.progress(line)
         if time.monotonic() > self._deadline:
             raise OutOfBudgetError
+        self.progress(line)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -95,7 +95,7 @@ def diagnose_experiment(
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         among: names of the effects that may be added to the model, all listed ones if left out; `among_effects` checks names.
-        budget_minutes: time after which nothing further is fitted; the verdict is then `UNDECIDED`, with what was found.
+        budget_minutes: time after which no round of a fit is begun; the verdict is then `UNDECIDED`, with what was found.
         progress: called with a line of text at each stage.
 
     Raises:
@@ -396,8 +396,8 @@ def _warnings(found: Search) -> tuple[str, ...]:
     """Warnings beside the verdict: unfinished search, no convergence."""
     said = []
     if not found.finished:
-        open_ones = found.last or (found.steps[-1] if found.steps else None)
-        names = dict.fromkeys(one.name for one in (open_ones.alternatives if open_ones else ()) if one.drop is None and is_significant(one))
+        broken_off = [step for step in (*found.steps, found.last) if step is not None and not step.finished]
+        names = dict.fromkeys(one.name for step in broken_off for one in step.alternatives if one.drop is None and is_significant(one))
         said.append(f"{NOT_FINISHED}: {_TIME}{f' ({joined(list(names))} not fitted)' if names else ''}; allow more minutes")
     if len(found.steps) == MOST_EFFECTS:
         said.append("the search stopped after as many effects as it adds to one model: more may be missing")

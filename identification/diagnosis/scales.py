@@ -65,7 +65,7 @@ def probe_scales(fitted: Fitted, courses: tuple[Course, ...]) -> ProbeScales:
 
 
 def _is_known(experiment: Experiment) -> bool:
-    """Whether a motion of the cart, gravity or a length sets the size of the motion, or a force does beside a mass that is known."""
+    """Whether the size of the motion is known: from the cart, gravity or a length, or from a force beside a known mass."""
     driven = set().union(*(driving_channels(record) & record.channels.keys() for record in experiment.records))
     moved = driven - {"applied_force"} or any(record.base_amplitude for record in experiment.records)
     forced = driven & {"applied_force"} or experiment.load.constant_force

@@ -86,7 +86,7 @@ class Step:
         look: beside the model.
         alternatives: that may be taken in, the best first; the first one is, where its gain is significant.
         refused: that were fitted and are significant, and were not taken in.
-        finished: whether all that may be the best were fitted.
+        finished: whether every candidate that could be the best was fitted.
     """
 
     look: Look
@@ -103,7 +103,7 @@ class Search:
         nominal: fitted.
         final: the last model whose gain is significant.
         steps: by effect taken in, in order.
-        last: step beside the final model, in which nothing was significant, or could be fitted in time.
+        last: step beside the final model, in which no effect was taken in.
         finished: whether it came to its end before its budget did.
     """
 

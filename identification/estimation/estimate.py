@@ -151,13 +151,18 @@ def _likelihood(found: Fitted, unseen: Fitted | None) -> Likelihood:
     problem, border = found.problem, found.problem.border
     of_law = np.isin([p.name for p in problem.parameters], [p.name for p in problem.model.law.parameters])
     there = dataclasses.replace(problem, border=dataclasses.replace(border, strengths=border.strengths | of_law))
-    precision = border.own_precision * border.own_scale**2
-    priors = float(np.log(precision[border.own & (precision > 0)]).sum())
     return Likelihood(
-        deviance=deviance(dataclasses.replace(found, problem=there), found.variances.force) - priors,
+        deviance=deviance(dataclasses.replace(found, problem=there), found.variances.force) - _of_priors(found),
         samples=found.local.samples,
-        held_back=None if unseen is None else unseen.solution.deviance,
+        held_back=None if unseen is None else unseen.solution.deviance - _of_priors(unseen),
     )
+
+
+def _of_priors(found: Fitted) -> float:
+    """Sum of the logarithms of the precisions of each record's own numbers."""
+    border = found.problem.border
+    precision = border.own_precision * border.own_scale**2
+    return float(np.log(precision[border.own & (precision > 0)]).sum())
 
 
 def _smoothed(found: Fitted, smoothing: float, progress: Progress) -> dict[str, float]:

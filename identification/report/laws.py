@@ -54,7 +54,9 @@ def law_scores(results: Mapping[str, FitResult]) -> tuple[LawScore, ...]:
 
     A law without contact may be fitted to thinned records; it comes last, since its likelihood is not one of the same samples.
     """
-    most = max((one.likelihood.samples for one in results.values() if one.likelihood is not None), default=0)
+    known = [one for one in results.values() if one.likelihood is not None]
+    touching = [one for one in known if one.model.law.parameters] or known
+    most = max((one.likelihood.samples for one in touching if one.likelihood is not None), default=0)
     scores = list[LawScore]()
     for law, result in results.items():
         names = {p.name for p in result.model.law.parameters}
@@ -94,7 +96,12 @@ def law_summary(scores: tuple[LawScore, ...], refused: Mapping[str, Exception]) 
     table = law_table(scores)
     lines = [_LEGEND + (_OF_PREDICTED if _PREDICTED[0] in table.columns else "")] if scores else []
     lines += [f"{law} cannot be fitted: {reason}" for law, reason in refused.items()]
-    lines += [f"{one.law}: fitted to fewer samples, so that its likelihood cannot be compared" for one in scores if one.gain is None]
+    samples = {one.law: one.result.likelihood.samples for one in scores if one.result.likelihood is not None}
+    lines += [
+        f"{one.law}: fitted to {samples[one.law]} samples, {scores[0].law} to {samples[scores[0].law]}: likelihoods cannot be compared"
+        for one in scores
+        if one.gain is None and {one.law, scores[0].law} <= samples.keys()
+    ]
     lines += [f"{one.law}: warning: {warning}" for one in scores[:1] for warning in one.result.warnings]
     return Group(*([table.for_terminal()] if scores else []), *map(Text, lines))
 

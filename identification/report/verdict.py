@@ -106,8 +106,9 @@ def judge(result: FitResult) -> Verdict:
         worst_words += f"; {contradiction}"
     if result.held_back:
         unpredicted = [f"{spoken(name)} of {one.file}" for one in result.held_back for name in one.nrmse if not _is_predicted(one, name)]
-        level = POOR if unpredicted else level
-        worst_words += f"; the error on records held back is {percent(rms_nrmse(result.held_back), 1.0)}"
+        level = PARTLY if unpredicted and level == GOOD else level
+        if math.isfinite(error := rms_nrmse(result.held_back)):
+            worst_words += f"; the error on records held back is {percent(error, 1.0)}"
         worst_words += f", and {unpredicted[0]} is predicted no better than by its mean" if unpredicted else ""
     return Verdict(level=level, sentence=f"{sentence}{worst_words}.", remarks=remarks, worst=worst)
 
@@ -133,7 +134,7 @@ def contradicting(result: FitResult) -> str:
     one = min(found, key=lambda each: (each.chance, -each.chi2))
     symbol = symbol_text(next(each.spec.symbol for each in result.parameters if each.spec.name == one.name))
     chi2 = f"chi-square {significant(one.chi2, 3)} of {one.degrees}, chance {chance_text(one.chance)}"
-    return f"the records contradict each other in {symbol} ({chi2}): its standard error holds for no further record"
+    return f"the records contradict each other in {symbol} ({chi2}): its standard error does not cover a new record"
 
 
 def _is_predicted(record: RecordFit, channel: str) -> bool:

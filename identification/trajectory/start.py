@@ -112,8 +112,14 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     given = {p.name: float(np.clip((earlier | given)[p.name], p.lower, p.upper)) for p in parameters if p.name in earlier | given}
     exponents = [p for p in model.law.parameters if not p.logarithmic and p.name not in experiment.parameters]
     usual = {p.name: p.start for p in exponents}  # loops of force over indentation that drift mislead these
-    guided = dataclasses.replace(experiment, parameters={name: ParameterOption(start=at) for name, at in (usual | given).items()})
-    values, gap_errors = next(iter(first_guesses(guided, model, motions).values()))
+
+    def guessed(known: Mapping[str, float]) -> tuple[dict[str, float], np.ndarray]:
+        guided = dataclasses.replace(experiment, parameters={name: ParameterOption(start=at) for name, at in known.items()})
+        return next(iter(first_guesses(guided, model, motions).values()))
+
+    values, gap_errors = guessed(usual | given)
+    if earlier:  # gaps are read off the same loops as a contact law, of which all may be known
+        gap_errors = guessed(usual)[1]
     if isinstance(model.law, AbstractInstantaneousLaw):
         gap_errors = np.array([_furthest(record, motion) for record, motion in zip(records, motions, strict=True)])
         values |= _rebound(records, motions)

@@ -88,3 +88,11 @@ def test_a_value_that_was_not_finite_keeps_its_first_guess(monkeypatch, tmp_path
     monkeypatch.setattr("identification.commands.run.write_fit", lambda *nouns: None)
     run_fit(data_path("example"), tmp_path, earlier=tmp_path)
     assert starts == [{name: value for name, value in FOUND.items() if name != "n"}]
+
+
+def test_gaps_are_read_off_the_records_however_much_an_earlier_fit_knows(small):
+    plain = problem_of(small)
+    known = problem_of(small, earlier={name: value for name, value in plain.values(plain.start).items()})
+    place = plain.unknowns.own.index("gap_error")
+    assert plain.start.own[:, place].any()
+    assert known.start.own[:, place] == pytest.approx(plain.start.own[:, place])

@@ -125,6 +125,21 @@ def test_the_next_one_is_fitted_where_the_best_is_refused(seen, weighed):
     assert [(one.name, one.refused) for one in step.refused] == [("second_mode", "it does not predict")]
 
 
+def test_a_step_that_runs_out_of_time_keeps_what_was_fitted_and_says_so(seen, weighed, monkeypatch):
+    tried, refitted = weighed(second_mode=900.0, coulomb_friction=800.0, quadratic_drag=700.0), module._refitted
+
+    def until_the_second(at, one, weighed, progress):
+        if len(tried) == 1:
+            raise OutOfBudgetError
+        return refitted(at, one, weighed, progress)
+
+    monkeypatch.setattr(module, "_refitted", until_the_second)
+    monkeypatch.setattr(module, "look", lambda at, among: dataclasses.replace(seen, fitted=at))
+    found = search(fitted(seen), judge=refusing())
+    assert (tried, found.finished, names(found)) == (["second_mode"], False, ["second_mode"])
+    assert "(coulomb_friction and quadratic_drag not fitted)" in diagnose._warnings(found)[0]
+
+
 def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(seen, weighed):
     tried = weighed(second_mode=900.0, coulomb_friction=300.0)
     step = module._step(seen, refusing(), lambda line: None)
