@@ -92,7 +92,9 @@ def run_fit(
     if compare:
         found, refused = _each(compare, fitted, progress)
         if not found:
-            raise NoConvergenceError("; ".join(f"{law} cannot be fitted: {reason}" for law, reason in refused.items()))
+            unusable = all(isinstance(reason, ExperimentError | InputError) for reason in refused.values())
+            reasons = "; ".join(f"{law} cannot be fitted: {reason}" for law, reason in refused.items())
+            raise (InputError if unusable else NoConvergenceError)(reasons)
         scores = law_scores(found)
         show(law_summary(scores, refused))
         write_laws(scores, refused, folder / LAWS_FILE)
@@ -111,7 +113,7 @@ def _each(
     for law in dict.fromkeys(laws):
         try:
             found[law] = fitted(law, lambda line, law=law: progress(f"{law}: {line}"))
-        except (ExperimentError, NoConvergenceError, np.linalg.LinAlgError) as error:
+        except (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError) as error:
             refused[law] = error
             progress(f"{law} cannot be fitted: {error}")
     return found, refused

@@ -57,7 +57,7 @@ Earlier = Annotated[
     typer.Option(
         "--from",
         metavar="FIT",
-        help="Earlier fit, its folder or fit.json, whose values take the place of first guesses; a start in the experiment goes first.",
+        help="Earlier fit, its folder or fit.json, whose values replace first guesses; a start in the experiment takes precedence.",
     ),
 ]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")]

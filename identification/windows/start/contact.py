@@ -137,7 +137,7 @@ def _in_flight(model: Model, u, v, base):
 
 
 def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
-    """Force, indentation, its rate, approach speed and record of an even selection of all samples in contact; of many records, of some."""
+    """Force, indentation, its rate, approach speed and record of samples in contact, evenly chosen, of `_RECORDS` records at most."""
     parts = []
     for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
         if motion is None or not motion.touching.any():

@@ -17,7 +17,7 @@ from identification.result.result import Likelihood
 from tests.identification.made_result import MODEL, made_result
 from vibrojax.contact import LAWS
 from vibrojax.data_files import data_path
-from vibrojax.errors import NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError
 
 
 def of_law(name: str, deviance: float, *, samples: int = 4000, held_back: float | None = None):
@@ -109,11 +109,15 @@ def test_what_cannot_be_compared_is_refused_before_anything_is_read(tmp_path, la
         run_fit(tmp_path / "no such rig", tmp_path, compare=laws)
 
 
-def test_where_no_law_can_be_fitted_the_first_reason_counts_and_nothing_is_written(monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("raised", "seen"),
+    [(NoConvergenceError, NoConvergenceError), (np.linalg.LinAlgError, NoConvergenceError), (ExperimentError, InputError)],
+)
+def test_where_no_law_can_be_fitted_all_reasons_are_one_error_and_nothing_is_written(monkeypatch, tmp_path, raised, seen):
     def fitting(*nouns, law, **options):
-        raise NoConvergenceError(f"{law} stopped")
+        raise raised(f"{law} stopped")
 
     monkeypatch.setattr("identification.commands.run.fit_experiment", fitting)
-    with pytest.raises(NoConvergenceError, match="hertz stopped"):
+    with pytest.raises(seen, match="hertz cannot be fitted: hertz stopped; flores cannot be fitted: flores stopped"):
         run_fit(data_path("example"), tmp_path, compare=("hertz", "flores"))
     assert not list(tmp_path.iterdir())
