@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identification.trajectory.chain_equations import Border, Weighed
+from identification.trajectory.chain_equations import Weighed
 from identification.trajectory.elimination import Solution, moved
 from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
 from identification.trajectory.random_force import RandomForce
@@ -26,6 +26,7 @@ from identification.trajectory.variances import (
     annealed,
     coloured,
     force_if_it_pays,
+    is_no_mode,
     likeliest,
     reweighed,
     solved,
@@ -39,7 +40,8 @@ Progress = Callable[[str], None]
 _COLOURED_FROM = 6
 """Round from which reading errors are autocorrelated: before, they would explain a contact that is still wrong."""
 _LONGEST_STEP = 0.7
-"""Largest change of a logarithm or of a scaled parameter in one step; a quarter of its range where that is less."""
+"""Largest change of a logarithm in one step, or of a parameter over its size, its first or its present one; a quarter of its range where
+that is less."""
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
 _TURNS_BACK = 3.0
@@ -48,8 +50,8 @@ _NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
-_BACK = 0.5
-"""Part of the random force of the first end at which the other one comes to the same place."""
+_BACK, _NEAR = 0.5, 3.0
+"""Part of the random force of the first end, and standard errors of its parameters, at which the other one comes to the same place."""
 _ROUNDS, _LAST_ROUNDS = 24, 6
 """Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
 _PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
@@ -110,6 +112,8 @@ def fit(
     What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
     and where the model is complete they agree.
 
+    Where the first end comes to a force that is no mode of the likelihood (`is_no_mode`), the other end counts if it comes to one that is.
+
     Args:
         problem: of an experiment.
         seed: of the samples by which expectations are taken.
@@ -160,11 +164,12 @@ def fit(
                 coloured_from=0,
                 held=_HELD_ROUNDS,
                 together=together,
-                below=np.inf if gone else _BACK * found.variances.force.std,
+                first=None if gone else found,
             )
         except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
-    if other.converged and (not found.converged or other.solution.deviance < found.solution.deviance):
+    likelier = not found.converged or other.solution.deviance < found.solution.deviance
+    if other.converged and (likelier or (is_no_mode(problem, found.variances.force) and not is_no_mode(problem, other.variances.force))):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
 
@@ -228,7 +233,7 @@ def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[E
     at, square = unforced(at)
     for _ in range(_ROUNDS):
         *_, solution = equations(problem, at, small)
-        share, before = _Stride(problem.border).share(solution), square
+        share, before = _Stride(problem).share(at, solution), square
         while share > _SHORTEST_SHARE:
             tried, there = unforced(moved(problem.border, at, solution, share))
             if there < square:
@@ -250,25 +255,24 @@ def _converged(
     coloured_from: int,
     held: int = 1,
     together: bool = True,
-    below: float = np.inf,
+    first: Fitted | None = None,
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds.
 
     Raises:
-        _SamePlace: the force does not stay below a size, N.
+        _SamePlace: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
     """
-    border = problem.border
-    force, readings, count, stride = variances.force, variances.readings, 0, _Stride(border)
+    force, readings, count, stride = variances.force, variances.readings, 0, _Stride(problem)
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
-        share, change, before = stride.share(solution), _change(problem, at, solution), force
+        share, change, before = stride.share(at, solution), _change(problem, at, solution), force
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from:
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
-        at = moved(border, at, solution, share)
+        at = moved(problem.border, at, solution, share)
         progress(_line(count, problem, at, force))
-        if force.std > below:
+        if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
             raise _SamePlace
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= max(coloured_from, held % _ROUNDS) + 2 and stays and change < _SMALL_STEP:
@@ -280,7 +284,7 @@ def _with_likeliest(
     problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, together: bool
 ) -> Fitted:
     """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
-    force, readings, stride = variances.force, variances.readings, _Stride(problem.border)
+    force, readings, stride = variances.force, variances.readings, _Stride(problem)
     linear, local, solution = equations(problem, at, variances)
     for last in range(_LAST_ROUNDS):
         if together and not vanishes(problem, force) and any(one.order for one in readings):
@@ -293,7 +297,7 @@ def _with_likeliest(
         progress(_line(rounds - 1, problem, at, force))
         if last == _LAST_ROUNDS - 1 or (last and _change(problem, at, solution) < _SMALL_STEP):
             break
-        there = moved(problem.border, at, solution, stride.share(solution))
+        there = moved(problem.border, at, solution, stride.share(at, solution))
         try:
             linear, local, solution = equations(problem, there, Variances(force=force, readings=readings))
         except np.linalg.LinAlgError:  # without the force that was taken away the motion diverges
@@ -314,12 +318,12 @@ def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line:
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
     """The mode under given variances, by Gauss-Newton steps from an estimate; at most so many."""
-    free, count, stride = problem.border.shared.any(), 0, _Stride(problem.border)
+    free, count, stride = problem.border.shared.any(), 0, _Stride(problem)
     for count in range(steps):
         linear, local, solution = equations(problem, at, variances)
         if count + 1 == steps or (free and _change(problem, at, solution) < _NO_STEP):
             break
-        at = moved(problem.border, at, solution, stride.share(solution))
+        at = moved(problem.border, at, solution, stride.share(at, solution))
     return _ended(problem, at, variances, linear, local, solution, rounds=count + 1)
 
 
@@ -355,14 +359,18 @@ class _Stride:
     share / (1 + r) of it, with r the ratio of their lengths (secant rule).
     """
 
-    def __init__(self, border: Border) -> None:
-        self._longest = np.minimum(_LONGEST_STEP, 0.25 * (border.upper - border.lower) / border.shared_scale)
+    def __init__(self, problem: Problem) -> None:
+        border = problem.border
+        self._scale, self._plain = border.shared_scale, np.array([not logarithmic for _, logarithmic in problem.unknowns.shared], bool)
+        self._range = 0.25 * (border.upper - border.lower) / border.shared_scale
         self._last, self._taken = np.zeros(len(border.shared)), 1.0
 
-    def share(self, solution: Solution) -> float:
-        """Of a step, in 0 to 1."""
+    def share(self, at: Estimate, solution: Solution) -> float:
+        """Of a step from an estimate, in 0 to 1."""
         step, last = solution.shared, self._last
-        share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / self._longest, initial=0.0)), 1e-300))
+        size = np.where(self._plain, np.maximum(1.0, np.abs(at.shared) / self._scale), 1.0)
+        longest = np.minimum(_LONGEST_STEP * size, self._range)
+        share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / longest, initial=0.0)), 1e-300))
         least = _NO_STEP * np.sqrt(np.diag(solution.covariance))
         back = (step * last < 0) & (np.minimum(np.abs(step), np.abs(last)) > least)
         if back.any():
@@ -378,6 +386,11 @@ def _change(problem: Problem, at: Estimate, solution: Solution) -> float:
     step = np.clip(at.shared + solution.shared * border.shared_scale, border.lower, border.upper) - at.shared
     free = error > 0
     return float(np.max(np.abs(step[free]) / error[free], initial=0.0))
+
+
+def _is_near(first: Fitted, at: Estimate) -> bool:
+    """Whether the shared parameters of an estimate are those of a fit, to within some of its standard errors."""
+    return bool(np.all(np.abs(at.shared - first.at.shared) <= _NEAR * first.stderr + 1e-12))
 
 
 def _line(count: int, problem: Problem, at: Estimate, force: RandomForce) -> str:

@@ -62,6 +62,16 @@ def is_largest(problem: Problem, force: RandomForce) -> bool:
     return force.std >= 0.99 * LARGEST_FORCE * problem.scales.force
 
 
+def is_no_mode(problem: Problem, force: RandomForce) -> bool:
+    """Whether a random force says more of its limits than of the records, so that it hardly determines the parameters beside it.
+
+    One that is as large as it may be explains any motion. A white one, of the shortest memory, has no finite acceleration: where that is
+    read, it takes the place of an error of the reading, whatever that is, and moves the hammer with it.
+    """
+    white = np.log(force.memory) <= _force_range(problem)[0][1] + 0.01
+    return is_largest(problem, force) or (white and "hammer_acceleration" in problem.chains.channels)
+
+
 def reweighed(problem: Problem, at: Estimate, linear: Linearised, readings: tuple[ReadingError, ...]) -> Weighed:
     """Local systems of a linearisation under other reading errors."""
     return weighed(problem.chains, problem.unknowns, problem.border, linear, at, whitenings(problem.chains, linear, readings))

@@ -11,7 +11,7 @@ from identification.trajectory.fit import _Stride, fit
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import problem_of
-from identification.trajectory.variances import SMALLEST_FORCE
+from identification.trajectory.variances import SMALLEST_FORCE, is_no_mode
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
 from tests.identification.trajectory.dense import solved
@@ -91,16 +91,48 @@ def test_samples_at_a_ceiling_do_not_count():
 @pytest.mark.parametrize(("too_long", "rounds"), [(1.9, 8), (4.0, 20)])
 def test_steps_that_are_too_long_come_to_rest(vibrating, too_long, rounds):
     """Of one parameter, each as many times too long: whole steps would go back and forth, further and further."""
-    stride, x = _Stride(vibrating.border), np.array([0.35, 0.0])
+    stride, x = _Stride(vibrating), np.array([0.35, 0.0])
     *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
     for _ in range(rounds):
         step = np.array([-too_long * x[0], 0.0])
-        x = x + stride.share(dataclasses.replace(solution, shared=step, covariance=1e-12 * np.eye(2))) * step
+        x = x + stride.share(vibrating.start, dataclasses.replace(solution, shared=step, covariance=1e-12 * np.eye(2))) * step
     assert abs(x[0]) < 1e-3
 
 
 def test_a_step_that_goes_on_is_taken_whole(vibrating):
-    stride = _Stride(vibrating.border)
+    stride = _Stride(vibrating)
     *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
     steps = [dataclasses.replace(solution, shared=np.array([one, -0.2]), covariance=np.eye(2)) for one in (0.1, 0.3, 1.4)]
-    assert [stride.share(one) for one in steps] == [1.0, 1.0, pytest.approx(0.5)]
+    assert [stride.share(vibrating.start, one) for one in steps] == [1.0, 1.0, pytest.approx(0.5)]
+
+
+def test_a_parameter_that_has_grown_may_go_on_in_proportion(vibrating):
+    """A plain number at four times its first size may move four times as far; a logarithm may not."""
+    *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
+    step = dataclasses.replace(solution, shared=np.array([2.8, 0.0]), covariance=np.eye(2))
+    (first, *others), scale = vibrating.unknowns.shared, vibrating.border.shared_scale
+    free = dataclasses.replace(vibrating.border, lower=np.full(2, -1e6), upper=np.full(2, 1e6))
+    plain = dataclasses.replace(vibrating.unknowns, shared=((first[0], False), *others))
+    at = dataclasses.replace(vibrating.start, shared=np.array([4.0, 1.0]) * scale)
+    shares = [_Stride(dataclasses.replace(vibrating, border=free, unknowns=one)).share(at, step) for one in (plain, vibrating.unknowns)]
+    assert shares == [pytest.approx(1.0), pytest.approx(0.25)]
+
+
+@pytest.mark.parametrize(("rate", "decay"), [(500.0, 0.01), (1000.0, 0.05)])
+def test_a_further_mode_in_the_acceleration_is_no_random_force(rate, decay):
+    """Free decays of which only the acceleration is read, with a ringing of another mode of a third of its size: a force as large as it may
+    be explains them too, and would leave the damping ratio six times too large."""
+    rng, time, omega, noise = np.random.default_rng(3), np.arange(200) / rate, 2.0 * np.pi * 40.0, 1.0
+    rates, records = Linear(omega=omega).rates, []
+    for index in range(4):
+        motion = np.array([expm(rates * t) @ [5e-3 + 1e-3 * index, 0.0] for t in time])
+        acceleration = motion @ rates[1]
+        ringing = 0.35 * np.abs(acceleration).max() * np.exp(-decay * 2.3 * omega * time) * np.cos(2.3 * omega * time + index)
+        record = dataclasses.replace(shaken(1).records[0], file=f"decay{index}.csv", time=time, noise={"hammer_acceleration": noise})
+        read = acceleration + ringing + noise * rng.standard_normal(len(time))
+        records.append(dataclasses.replace(record, channels={"hammer_acceleration": read}))
+    found = fit(problem_of(dataclasses.replace(shaken(1), records=tuple(records))))
+    assert found.converged
+    assert not is_no_mode(found.problem, found.variances.force)
+    for place, truth in enumerate((ZETA, 40.0)):
+        assert abs(found.at.shared[place] - np.log(truth)) < max(3.0 * found.stderr[place], 0.05) < 0.5
