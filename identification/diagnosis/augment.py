@@ -55,7 +55,7 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
             found = first if first.converged else None
     if found is not None:
         force = found.variances.force
-        if vanishes(problem, force) or (found.solution.deviance <= expected and not is_largest(problem, force)):
+        if vanishes(problem, force) or (found.deviance <= expected and not is_largest(problem, force)):
             return found
     try:
         anew = fit(problem, together=False, progress=progress)
@@ -63,7 +63,7 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
         if found is None:
             raise
         return found
-    if found is not None and (not anew.converged or found.solution.deviance < anew.solution.deviance):
+    if found is not None and (not anew.converged or found.deviance < anew.deviance):
         return found
     return polished(anew, progress=progress) if beside.of_readings else anew
 

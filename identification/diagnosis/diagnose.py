@@ -215,7 +215,7 @@ def _with_prediction(
         if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = polished(refitted(*form, final, progress, expected=final.solution.deviance - gain), progress=progress)
+                fitted = polished(refitted(*form, final, progress, expected=final.deviance - gain), progress=progress)
                 gain += judge.held_back_gain(final, fitted)
                 evidence = judge.evidence(final, fitted, gain, len(scored.candidate.signals), forms, in_turn=False)
                 gain = 0.0 if decide(evidence) else evidence.gain

@@ -102,9 +102,14 @@ class Judge:
 
 
 def strength(fitted: Fitted, effect: AbstractEffect) -> float:
-    """Strength of an effect over its standard error, of the part or record in which that is largest."""
+    """Strength of an effect over its standard error, of the part or record in which that is largest.
+
+    The effect's other parameters are held: without it they mean nothing, and a coefficient of N/m^n has the error of n a metre deep.
+    """
     problem, unknowns = fitted.problem, fitted.problem.unknowns
-    nothing, twice, errors, found = effect.scaled(0.0), effect.scaled(2.0), fitted.stderr, []
+    nothing, twice, found = effect.scaled(0.0), effect.scaled(2.0), []
+    covariance, scale = fitted.solution.covariance, problem.border.shared_scale
+    own = [unknowns.index(f"{effect.name}.{p.name}") for p in effect.parameters if not p.per_record]
     for p in effect.parameters:
         full, value = f"{effect.name}.{p.name}", float(getattr(effect, p.field))
         if p.per_record:
@@ -114,5 +119,8 @@ def strength(fitted: Fitted, effect: AbstractEffect) -> float:
         elif not p.searched and float(getattr(twice, p.field)) != value:
             index = unknowns.index(full)
             moved = 1.0 if p.logarithmic else abs(float(fitted.at.shared[index])) - abs(float(getattr(nothing, p.field)))
-            found.append(abs(moved) / max(float(errors[index]), 1e-300))
+            others = [other for other in own if other != index]
+            across = covariance[index, others]
+            variance = covariance[index, index] - across @ np.linalg.pinv(covariance[np.ix_(others, others)]) @ across
+            found.append(abs(moved) / max(float(np.sqrt(max(variance, 0.0)) * scale[index]), 1e-300))
     return max(found, default=np.inf)

@@ -52,7 +52,7 @@ def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
             return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong model may leave no motion that comes near what it has not seen
         return LeftOut(fitted=fitted, density=np.inf, in_turn=(), held_back=())
-    return LeftOut(fitted=fitted, density=chain.solution.deviance, in_turn=(), held_back=record_fits(chain))
+    return LeftOut(fitted=fitted, density=chain.deviance, in_turn=(), held_back=record_fits(chain))
 
 
 def folds(fitted: Fitted) -> tuple[Bool[np.ndarray, " segments"], ...]:

@@ -228,11 +228,11 @@ def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Prog
     """An alternative with its model iterated to the end; none where no such model can be fitted."""
     progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
     try:
-        expected = seen.fitted.solution.deviance - one.gain
+        expected = seen.fitted.deviance - one.gain
         fitted = augmented(seen, one.candidate, weighed.strengths, expected=expected, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
-    return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.solution.deviance - fitted.solution.deviance)]
+    return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.deviance - fitted.deviance)]
 
 
 def _numbers(candidate: Candidate, records: int) -> int:
@@ -275,7 +275,7 @@ def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
             lesser = refitted(*without(final, one.name), final, progress)
         except (np.linalg.LinAlgError, NoConvergenceError):  # without it the motion cannot be followed
             continue
-        rise = lesser.solution.deviance - final.solution.deviance
+        rise = lesser.deviance - final.deviance
         again = judge(lesser, dataclasses.replace(one, fitted=final, drop=rise))
         if not is_significant(again) and lesser.converged:
             final, steps = lesser, [other for other in steps if other is not step]

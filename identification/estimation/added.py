@@ -34,7 +34,7 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, progress: Callable[[s
         possibilities *= len(seen.listed) * EFFECTS[name].probe.searched
         progress(f"fitting the model with {name}")
         found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
-    gain = 0.5 * (nominal.solution.deviance - found.solution.deviance)
+    gain = 0.5 * (nominal.deviance - found.deviance)
     numbers = max(_unknowns(found) - _unknowns(nominal), 1)
     return found, Added(
         names=tuple(names),

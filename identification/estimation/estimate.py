@@ -154,7 +154,7 @@ def _likelihood(found: Fitted, unseen: Fitted | None) -> Likelihood:
     return Likelihood(
         deviance=deviance(dataclasses.replace(found, problem=there), found.variances.force) - _of_priors(found),
         samples=found.local.samples,
-        held_back=None if unseen is None else unseen.solution.deviance - _of_priors(unseen),
+        held_back=None if unseen is None else unseen.deviance - _of_priors(unseen),
     )
 
 

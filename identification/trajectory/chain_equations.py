@@ -97,6 +97,7 @@ class Weighed:
         gap: z_(k+1) - phi_k; (segments, states).
         linked: whether the segment was integrated, so that it links its knots; (segments,).
         samples: count of weighed readings.
+        of_channels: weighed readings of each channel, and their share of the deviance; (channels, 2).
     """
 
     gram: np.ndarray
@@ -107,6 +108,7 @@ class Weighed:
     gap: np.ndarray
     linked: np.ndarray
     samples: int
+    of_channels: np.ndarray
     _sums: list["Sums"] = dataclasses.field(default_factory=list, init=False, repr=False, compare=False)
 
     def sums(self, chains: Chains, size: int, shared: int) -> "Sums":
@@ -213,7 +215,9 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     alone = [c for c, one in enumerate(white) if not one.lags.shape[-1]]  # white: nothing reaches back, and many columns stay empty
     scale = np.stack([white[c].scale for c in alone], axis=-1) if alone else np.zeros((segments, chains.samples, 0))
     rows = (by[:, :, alone] * scale[..., None]).reshape(segments, -1, len(own))
-    residual = (linear.residual[:, :, alone] * scale).reshape(segments, -1)
+    residual = linear.residual[:, :, alone] * scale
+    squares = dict(zip(alone, (residual**2).sum(axis=(0, 1)), strict=True))
+    residual = residual.reshape(segments, -1)
     gram[:, own[:, None], own] = rows.swapaxes(1, 2) @ rows
     right[:, own] = (rows.swapaxes(1, 2) @ residual[..., None])[..., 0]
     square += float((residual**2).sum())
@@ -223,7 +227,8 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
             turned = rows.swapaxes(1, 2)
             gram += turned @ rows
             right += (turned @ residual[..., None])[..., 0]
-            square += float((residual**2).sum())
+            squares[c] = float((residual**2).sum())
+            square += squares[c]
     defect = np.zeros((segments, states, columns))
     defect[..., _own_columns(size, columns)] = -_scaled(chains, border, linear.end_by, states)
     defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0
@@ -239,6 +244,7 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
         gap=gap,
         linked=linear.done,
         samples=sum(int((one.scale > 0).sum()) for one in white),
+        of_channels=np.array([[(one.scale > 0).sum(), squares[c] + one.log_determinant] for c, one in enumerate(white)]),
     )
 
 

@@ -21,6 +21,8 @@ from identification.trajectory.segments import Chains, Unknowns
 
 _ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
 """Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
+_SMALLEST_EIGENVALUE = 1e-15
+"""Of an information matrix with a diagonal of one: a few times the rounding error."""
 _UNKNOWN = 1e8
 """Variance, in the natural scale, of what the records say nothing of."""
 
@@ -290,9 +292,12 @@ def _factorised(band: np.ndarray) -> np.ndarray:
 
 
 def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
-    """Inverse of an information matrix; what it says nothing of gets a variance of `_UNKNOWN`."""
-    values, vectors = np.linalg.eigh(0.5 * (information + information.T))
-    return (vectors / np.maximum(values, 1.0 / _UNKNOWN)) @ vectors.T
+    """Inverse of an information matrix, of a diagonal of one first; what it says nothing of gets a variance of `_UNKNOWN`."""
+    known = 0.5 * (information + information.T) + np.eye(len(information)) / _UNKNOWN
+    size = np.sqrt(np.maximum(np.diag(known), 1.0 / _UNKNOWN))
+    values, vectors = np.linalg.eigh(known / np.outer(size, size))
+    root = vectors / np.sqrt(np.maximum(values, _SMALLEST_EIGENVALUE)) / size[:, None]
+    return root @ root.T
 
 
 def _root(covariance: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:

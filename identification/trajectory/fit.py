@@ -88,6 +88,16 @@ class Fitted:
     of_readings: bool = False
 
     @property
+    def deviance(self) -> float:
+        """-2 log marginal likelihood of all usable readings, by which models compare.
+
+        Those that nothing is compared with, because their channel is late or their segment could not be integrated, count as the others of
+        their channel do on average: no model gains by comparing fewer.
+        """
+        compared, parts = self.local.of_channels.T
+        return self.solution.deviance + float(np.sum((self.problem.chains.readings - compared) * parts / np.maximum(compared, 1)))
+
+    @property
     def stderr(self) -> np.ndarray:
         """Of the shared unknowns, in their coordinate; 0 where held."""
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
@@ -168,7 +178,7 @@ def fit(
             )
         except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
-    likelier = not found.converged or other.solution.deviance < found.solution.deviance
+    likelier = not found.converged or other.deviance < found.deviance
     if other.converged and (likelier or (is_no_mode(problem, found.variances.force) and not is_no_mode(problem, other.variances.force))):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found

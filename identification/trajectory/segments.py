@@ -110,6 +110,7 @@ class Chains:
         files: of the records.
         channels: compared with the model, in the order of all arrays.
         measured, weight: (segments, samples, channels).
+        readings: usable ones by channel, those too that nothing is compared with because the channel is late.
     """
 
     groups: tuple[Segments, ...]
@@ -122,6 +123,7 @@ class Chains:
     channels: tuple[str, ...]
     measured: np.ndarray
     weight: np.ndarray
+    readings: np.ndarray
 
     @property
     def samples(self) -> int:
@@ -188,14 +190,15 @@ def chains_of(
     channel, s.
     """
     lanes: dict[tuple[bool, ...], list[Segments]] = {}
-    place, knot, owner, left, first, knots = 0, 0, [], [], [], []
+    place, knot, owner, left, first, knots, readings = 0, 0, [], [], [], [], []
     compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
     channels = tuple(name for name in EVERY_CHANNEL if name in compared)
     for index, record in enumerate(records):
-        one = _segments(index, record, samples, channels, place, (np.inf, np.inf) if rest is None else rest[index], late)
+        one, usable = _segments(index, record, samples, channels, place, (np.inf, np.inf) if rest is None else rest[index], late)
         count = len(one.record)
         lanes.setdefault(tuple(each is None for each in (one.motion, one.applied, one.prescribed)), []).append(one)
         owner.append(np.full(count, index))
+        readings.append(usable)
         left.append(knot + np.arange(count))
         first.append(np.arange(count) == 0)
         knots.append(slice(knot, knot + count + 1))
@@ -218,6 +221,7 @@ def chains_of(
         channels=channels,
         measured=joined("measured"),
         weight=joined("weight"),
+        readings=np.sum(readings, axis=0),
     )
 
 
@@ -256,8 +260,8 @@ def _segments(
     place: int,
     rest: tuple[float, float],
     late: Mapping[str, Lateness],
-) -> Segments:
-    """The segments of one record."""
+) -> tuple[Segments, np.ndarray]:
+    """The segments of one record, and its usable readings by channel."""
     time = record.time
     count = -(-len(time) // samples)
     dt = float(np.median(np.diff(time)))
@@ -266,12 +270,14 @@ def _segments(
     driving = driving_channels(record)
     measured, weight = np.zeros((count * samples, len(channels))), np.zeros((count * samples, len(channels)))
     ahead = {name: np.zeros(count * samples) for name in late}
+    lost = np.zeros(len(channels), int)
     for column, name in enumerate(channels):
         if name in record.channels and name not in driving:
             values = record.channels[name]
             usable = np.isfinite(values) & ~at_ceiling(values)
             read, there = shown_at(time, late.get(name))
-            usable = usable[read] & there
+            all_usable, usable = usable, usable[read] & there
+            lost[column] = max(int(all_usable.sum()) - int(usable.sum()), 0)
             measured[: len(time), column] = np.where(usable, values[read], 0.0)
             weight[: len(time), column] = usable / record.noise[name]
             if name in late:
@@ -283,7 +289,7 @@ def _segments(
     weight = weight.reshape(count, samples, -1) * (displacements | ~resting[:, None, None])
     inputs = inputs_of(record)
     driven = record.kind == "cart-excitation" and inputs.cart is None
-    return Segments(
+    segments = Segments(
         place=place + np.arange(count),
         record=np.full(count, index),
         ts=padded[rows],
@@ -298,6 +304,7 @@ def _segments(
         resting=resting,
         channels=channels,
     )
+    return segments, lost + (weight > 0).sum(axis=(0, 1))
 
 
 def _motion_parts(motion: SampledMotion | None, samples: int, count: int) -> SampledMotion | None:

@@ -138,8 +138,12 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
         own[index, : len(OF_RECORD)] = amplitude * np.cos(phase), amplitude * np.sin(phase), error
     shared = np.array([np.log(values[p.name]) if p.logarithmic else values[p.name] for p in parameters])
     states = np.zeros((chains.knot_count, len(unknowns.states)))
-    for knots, motion in zip(chains.knots, motions, strict=True):
-        if motion is not None:
+    for index, (knots, motion) in enumerate(zip(chains.knots, motions, strict=True)):
+        guided = inputs_of(records[index]).prescribed
+        if guided is not None:  # as the segments have it: what it differs by at the knots would count as an error of the motion
+            times = records[index].time[0] + np.concatenate([[0.0], np.cumsum(chains.duration[chains.of_record(index)])])
+            states[knots, 0], states[knots, 1] = guided.displacement(times), guided.velocity(times)
+        elif motion is not None:
             rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(motion.u) - 1)
             states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
             if unknowns.states[-1] == APPROACH_SPEED:
