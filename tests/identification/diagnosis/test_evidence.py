@@ -14,7 +14,7 @@ from identification.diagnosis.search import Alternative
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.remodel import remodelled
-from vibrojax.effects import CoulombFriction
+from vibrojax.effects import CoulombFriction, PowerLawDamping
 
 
 @pytest.fixture
@@ -124,3 +124,20 @@ def test_a_free_form_counts_where_it_predicts_what_was_held_back(seen, predicted
     weighed = Reestimated(deviance=0.0, strengths=np.zeros(16), stderr=np.ones(16), variances=one.variances, at=one.at)
     left, best = diagnose._with_prediction(((scored, weighed, 200.0),), 8, seen, one, judge, lambda line: None)
     assert (left[0][2], best is not None) == (gain, gain > 0.0)
+
+
+def test_the_exponent_of_a_strength_is_held(seen):
+    """A coefficient known to a factor of twenty with its exponent free, and to a tenth with it held."""
+    one, effect = seen.fitted, PowerLawDamping(0.2, 1.5)
+    problem = remodelled(one.problem, one.at, dataclasses.replace(one.problem.model_at(one.at), effects=(effect,)))
+    (coefficient, exponent), scale = (
+        [problem.unknowns.index(f"{effect.name}.{p.name}") for p in effect.parameters],
+        problem.border.shared_scale,
+    )
+    errors, covariance = np.array([3.0, 0.5]), np.eye(len(scale))
+    errors[0] *= 1.0 if problem.parameters[coefficient].logarithmic else 0.2
+    correlation = np.sqrt(1.0 - (0.1 / 3.0) ** 2)
+    found = errors[:, None] * np.array([[1.0, correlation], [correlation, 1.0]]) * errors
+    covariance[np.ix_([coefficient, exponent], [coefficient, exponent])] = found / np.outer(*[scale[[coefficient, exponent]]] * 2)
+    fitted = dataclasses.replace(one, problem=problem, at=problem.start, solution=dataclasses.replace(one.solution, covariance=covariance))
+    assert strength(fitted, effect) == pytest.approx(10.0)

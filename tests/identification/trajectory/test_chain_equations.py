@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identification.trajectory.chain_equations import residuals_after
-from identification.trajectory.elimination import deviance, moved, solve
+from identification.trajectory.elimination import _inverse, deviance, moved, solve
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import Problem
@@ -131,3 +131,10 @@ def test_a_segment_that_was_not_integrated_counts_nothing(vibrating):
     problem = vibrating
     found = solve(problem.chains, problem.unknowns, problem.border, problem.scales, problem.start, local, FORCES[0], MASS)
     assert np.isfinite(found.deviance)
+
+
+def test_an_information_matrix_of_very_different_sizes_is_inverted():
+    size = np.diag([1e7, 1.0])
+    plain = np.array([[1.0, 0.999], [0.999, 1.0]])
+    expected = np.linalg.inv(size) @ np.linalg.inv(plain) @ np.linalg.inv(size)
+    assert np.allclose(_inverse(size @ plain @ size), expected, rtol=1e-4)

@@ -7,11 +7,12 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from identification.trajectory.fit import _Stride, fit
+from identification.trajectory.fit import _Stride, fit, settled
 from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import problem_of
-from identification.trajectory.variances import SMALLEST_FORCE, is_no_mode
+from identification.trajectory.variances import SMALLEST_FORCE, Variances, is_no_mode
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
 from tests.identification.trajectory.dense import solved
@@ -136,3 +137,18 @@ def test_a_further_mode_in_the_acceleration_is_no_random_force(rate, decay):
     assert not is_no_mode(found.problem, found.variances.force)
     for place, truth in enumerate((ZETA, 40.0)):
         assert abs(found.at.shared[place] - np.log(truth)) < max(3.0 * found.stderr[place], 0.05) < 0.5
+
+
+def test_a_model_does_not_gain_by_comparing_fewer_readings(vibrating):
+    """The noise is ten times the declared one, so that each reading costs 4.6 and more; the last tenth of them is not compared."""
+    chains = vibrating.chains
+    kept = np.arange(len(chains.left)) % (len(chains.left) // 2) < 0.9 * (len(chains.left) // 2)
+    groups = tuple(dataclasses.replace(one, weight=one.weight * kept[one.place][:, None, None]) for one in chains.groups)
+    fewer = dataclasses.replace(chains, groups=groups, weight=chains.weight * kept[:, None, None])
+    variances = Variances(force=RandomForce(std=FORCE, memory=MEMORY), readings=(ReadingError(innovation=10.0),))
+    whole, part = (settled(dataclasses.replace(vibrating, chains=one), vibrating.start, variances) for one in (chains, fewer))
+    assert part.local.samples < whole.local.samples
+    assert whole.deviance == whole.solution.deviance
+    lost = whole.local.samples - part.local.samples
+    assert whole.solution.deviance - part.solution.deviance > 3.0 * lost
+    assert abs(whole.deviance - part.deviance) < 0.5 * lost

@@ -11,10 +11,13 @@ from statsmodels.tsa.arima_process import arma_acovf
 
 from identification.experiment import Experiment, Record, Suspension
 from identification.trajectory.course import Signal, by_sample, courses, responses
-from identification.trajectory.fit import fit
+from identification.trajectory.fit import equations, fit
 from identification.trajectory.innovations import whiteness
 from identification.trajectory.motion import linearise
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import problem_of
+from identification.trajectory.variances import SMALLEST_FORCE, Variances
 
 MASS, ZETA, F_N = 2.0, 0.1, 3.0
 RATE, SAMPLES, NOISE, POLE = 200.0, 600, 0.05, 0.8
@@ -92,3 +95,11 @@ def test_no_random_force_acts_on_a_prescribed_motion(led):
         for at in (problem.start, pushed)
     ]
     assert np.array_equal(*ends)
+
+
+def test_its_knots_begin_on_the_motion(led):
+    """Nothing is left between the segments at the first estimate, so that no defect enters the likelihood."""
+    problem = problem_of(led)
+    white = Variances(force=RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=0.1), readings=(ReadingError(),))
+    _, local, _ = equations(problem, problem.start, white)
+    assert np.abs(local.gap).max() < 1e-12 * np.abs(problem.start.states).max()
