@@ -234,7 +234,8 @@ def _warnings(
         if not np.isfinite(record.relative_displacement).all()
     ]
     if restless is not None:
-        warnings.append(f"{restless.sentence()} The errors allow for it; `vibrojax diagnose` looks for a cause")
+        allowed = "It hardly leaves the parameters anything to explain" if restless.at_limit else "The errors allow for it"
+        warnings.append(f"{restless.sentence()} {allowed}; `vibrojax diagnose` looks for a cause")
     if shift > 0.1:
         warnings.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
     return (*warnings, *_implausible_gaps(found.problem), *of_sample)

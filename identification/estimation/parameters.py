@@ -16,7 +16,7 @@ from identification.trajectory.innovations import whiteness
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import weighable
-from identification.trajectory.variances import SMALLEST_FORCE, reweighed
+from identification.trajectory.variances import SMALLEST_FORCE, is_largest, reweighed
 from vibrojax.channels import UNITS
 from vibrojax.parameters import Parameter
 
@@ -279,7 +279,14 @@ def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:
         return None
     of_force, of_memory = _force_errors(fitted)
     size, reference = _reference(fitted)
-    return Unrest(force_rms=(force.std, of_force), memory=(force.memory, of_memory), share=force.std / size, reference=reference, gain=gain)
+    return Unrest(
+        force_rms=(force.std, of_force),
+        memory=(force.memory, of_memory),
+        share=force.std / size,
+        reference=reference,
+        gain=gain,
+        at_limit=is_largest(fitted.problem, force),
+    )
 
 
 def _force_errors(fitted: Fitted) -> tuple[float | None, float | None]:

@@ -85,6 +85,11 @@ def judge(result: FitResult) -> Verdict:
     if result.unrest is not None:
         sentence = f"Beside the model a random force of {result.unrest.size} acts on the hammer; without it the misfit is "
         sentence, level, worst = f"{sentence}{_times(times)} the noise ({overall})", PARTLY, None
+        if result.unrest.at_limit:
+            sentence = (
+                f"The model does NOT explain the records. {sentence}; the force is as large as a fit allows, do not trust the parameters"
+            )
+            level = POOR
     elif not result.chi2_reduced <= chi2_limit(result.degrees, OVERALL):
         sentence = f"The model does NOT explain the records: the misfit is {_times(times)} the noise ({overall})"
         level = POOR

@@ -75,6 +75,7 @@ class Unrest:
         share: of the reference force.
         reference: that force: the spring's at the amplitude of the drive, k A0; without spring or drive, the rms inertia in flight.
         gain: twice the restricted log-likelihood gain over no force.
+        at_limit: whether it is as large as a fit allows: it then explains any motion, and hardly determines the parameters beside it.
     """
 
     force_rms: tuple[float, float | None]
@@ -82,6 +83,7 @@ class Unrest:
     share: float
     reference: str
     gain: float
+    at_limit: bool = False
 
     def document(self) -> dict[str, Any]:
         """The random force as plain data: `unrest` in `fit.json` and `diagnosis.json`."""
@@ -100,4 +102,5 @@ class Unrest:
 
     def sentence(self) -> str:
         """Sentence on the random force for a report."""
-        return f"The random force on the hammer is {self.size} with a correlation time of {significant(1e3 * self.memory[0], 2)} ms."
+        limit = ", as large as a fit allows," if self.at_limit else ""
+        return f"The random force on the hammer is {self.size}{limit} with a correlation time of {significant(1e3 * self.memory[0], 2)} ms."

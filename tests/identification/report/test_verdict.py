@@ -5,7 +5,7 @@ import pytest
 
 from identification.report.verdict import GOOD, PARTLY, POOR, judge
 from identification.result.result import Nuisance
-from identification.result.variation import Disagreement
+from identification.result.variation import Disagreement, Unrest
 from identification.wording.numbers import percent
 from tests.identification.diagnosis.made_diagnosis import UNREST
 from tests.identification.made_result import made_result
@@ -59,6 +59,14 @@ def test_a_random_force_is_stated_with_the_misfit_that_it_takes_up(good):
         "Beside the model a random force of 0.021 N rms (1.2 % of the spring's force) acts on the hammer; "
         "without it the misfit is 6.0 times the noise (reduced chi-square 36.0)."
     )
+
+
+def test_a_random_force_at_its_limit_is_no_fit(good):
+    force = Unrest(force_rms=(0.5, 0.1), memory=(8e-3, 1e-3), share=0.3, reference="the spring's force", gain=40.0, at_limit=True)
+    found = judge(dataclasses.replace(good, unrest=force))
+    assert found.level == POOR
+    assert "does NOT explain" in found.sentence
+    assert "do not trust the parameters" in found.sentence
 
 
 def test_a_record_that_alone_misfits_is_named_with_what_it_alone_has(poor, good):
