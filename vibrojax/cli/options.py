@@ -71,6 +71,18 @@ Profiles = Annotated[
 Draws = Annotated[int | None, typer.Option(min=50, metavar="N", help="Weighted draws of the posterior. Left out: 400.", show_default=False)]
 
 
+Batch = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER",
+        help="Fit every experiment in this folder and below it; with --out the same as before, go on where that ended.",
+    ),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, metavar="N", help="Processes that fit experiments; with --batch. Left out: 1.", show_default=False)
+]
+
+
 LANDING, SMOOTHED = "landing", "smoothed"
 WIDTH = 1e-6
 """Width of the smoothed contact switch where none is given, m."""
