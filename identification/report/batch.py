@@ -10,6 +10,7 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from rich.console import Group
 from rich.text import Text
 
@@ -52,6 +53,7 @@ def batch_table(rows: Rows, *, linked: bool = False) -> Table:
     for number, row in enumerate(rows, start=1):
         found = {(one.name, one.unit): one for one in row.parameters}
         estimates = (_estimate(found.get(key)) for key in columns)
+        estimates = estimates if linked else (cell.replace(" ± ", "±") for cell in estimates)  # so that no terminal breaks one there
         first = _link(row) if linked else row.experiment
         cells.append((first, str(number), row.status, *estimates, significant(row.chi2_reduced), significant(row.seconds, 2)))
     return Table(columns=("experiment", "no.", "verdict", *columns.values(), "χ²", "s"), rows=tuple(cells), words=(0, 2))
@@ -131,8 +133,7 @@ def _heading(one: BatchParameter) -> str:
 
 
 def _estimate(one: BatchParameter | None) -> str:
-    """Value and error without a blank around the sign, so that a narrow terminal does not break it."""
-    return NONE if one is None or one.value is None else rounded(one.value, one.stderr).text.replace(" ± ", "±")
+    return NONE if one is None or one.value is None else rounded(one.value, one.stderr).text
 
 
 def _link(row: BatchRow) -> str:
@@ -163,6 +164,7 @@ def _parameters(rows: Rows, style: PageStyle) -> Iterator[Picture]:
         _estimates(axes, [(number, one) for number, one in placed if one.value is not None], style)
         axes.set_ylabel(heading)
     grid[-1, 0].set_xlim(0.5, len(rows) + 0.5)
+    grid[-1, 0].xaxis.set_major_locator(MaxNLocator(8, integer=True))
     grid[-1, 0].set_xlabel("number of the experiment")
     headings = joined(list(columns.values()))
     yield Picture(
@@ -179,4 +181,4 @@ def _estimates(axes: Axes, placed: list[tuple[int, BatchParameter]], style: Page
     without = np.array([(number, one.value) for number, one in placed if one.stderr is None], dtype=float).reshape(-1, 2)
     axes.errorbar(*known.T[:2], yerr=known[:, 2], fmt=".", color=style.model, ecolor=style.measured, elinewidth=0.8, markersize=4.0)
     axes.plot(*without.T, "o", markerfacecolor="none", markeredgecolor=style.model, markersize=3.0, linewidth=0.0)
-    few_ticks(axes, x=8, y=3)
+    few_ticks(axes, y=3)
