@@ -166,7 +166,7 @@ def framed(
     filters: Mapping[str, Callable[..., Any]] | None = None,
     **content: Any,
 ) -> str:
-    """A page without any address outside itself, from a template that extends `frame.html`.
+    """A page that loads nothing from outside itself, from a template that extends `frame.html`.
 
     What is not marked as HTML is escaped, and a misspelt name is an error. `next_steps` are sentences with commands between back quotes;
     `seconds` has wall time by stage, s, or under "total" as one.

@@ -17,9 +17,10 @@ import pytest
 from identification.commands import run
 from identification.result.files import state_files, write_fit_json
 from tests.identification.made_result import made_result
-from vibrojax.cli import fit
+from vibrojax.cli import batch, fit
+from vibrojax.cli.batch import FitJob
 from vibrojax.data_files import data_path
-from vibrojax.errors import NoConvergenceError
+from vibrojax.errors import InputError, NoConvergenceError
 
 RIG = """schema = 1
 [experiment]
@@ -218,6 +219,19 @@ def test_several_processes_give_the_same_rows(week, monkeypatch, capsys):
     assert list(found.items()) == list(table(Path("one")).items()) and list(found) == NAMES
     assert {row["status"] for row in found.values()} == {"bad input"} and all(row["failure"] for row in found.values())
     assert "4 of 4 experiments, 0 s left" in err
+
+
+class Fatal:
+    """Ends the process that unpickles it, as the system does where memory is short."""
+
+    def __reduce__(self):
+        return os._exit, (9,)
+
+
+def test_a_worker_that_is_killed_ends_the_batch_with_what_to_do(week, tmp_path):
+    jobs = [FitJob(name, week / name, tmp_path / name, "", {"law": Fatal()}) for name in NAMES]
+    with pytest.raises(InputError, match=r"a process of --workers 2 was ended from outside.*call the same command again with fewer"):
+        list(batch._fitted(jobs, workers=2))
 
 
 def test_killed_in_the_middle_of_a_real_fit_it_ends_with_what_a_single_fit_writes(tmp_path, monkeypatch):

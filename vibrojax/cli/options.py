@@ -38,7 +38,12 @@ Style = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")]
 
 
-Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being the experiment's.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being that of the experiment, or of the batch's folder."
+    ),
+]
 Law = Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")]
 Compare = Annotated[
     list[str] | None,
