@@ -91,7 +91,7 @@ def write_batch(rows: Rows, folder: Path, *, name: str, options: Mapping[str, An
         images,
         style,
         next_steps=_next_steps(fitted, failed),
-        provenance={key: value for key, value in options.items() if value not in (None, [], False)},
+        provenance={key: value for key, value in options.items() if value is not None and value is not False and value != []},
         seconds={"all fits together": spent},
         name=name,
         rows=rows,

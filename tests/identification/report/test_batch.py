@@ -51,7 +51,7 @@ def test_a_page_links_what_was_fitted_and_escapes_names(tmp_path):
     assert "<b>" not in page and page.count("<a href") == 2
     assert "<li>&lt;b&gt;: no [mass] &amp; no &lt;force&gt;</li>" in page
     assert 'class="verdict poor"' in page and "<code>vibrojax diagnose</code>" in page and "begin with c, 2" in page
-    assert page.count('src="data:image/png') == 1
+    assert page.count('src="data:image/png') == 1 and "<dt>seed</dt><dd>0</dd>" in page and "<dt>law</dt>" not in page
     assert {path.name for path in tmp_path.iterdir()} == {"batch.csv", "batch.html", "batch-parameters.png", "batch-parameters.pdf"}
 
 
