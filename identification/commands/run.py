@@ -26,7 +26,7 @@ from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult
 from identification.result.store import FILE_NAME, read_stored
-from identification.windows.declared_model import check_laws, check_smoothing, nominal_model
+from identification.windows.declared_model import check_law, check_laws, check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS
@@ -36,6 +36,8 @@ from vibrojax.model_file import read_model, write_model
 
 Progress = Callable[[str], None]
 Show = Callable[[RenderableType], None]
+FAILURES = (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError)
+"""What a fit raises where an experiment, or the law or effects chosen for it, cannot be fitted."""
 
 
 def run_fit(
@@ -54,14 +56,14 @@ def run_fit(
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
     show: Show = lambda summary: None,
-) -> None:
+) -> FitResult:
     """Fit an experiment, show the numbers, and write fit.json, model.json, result.nc, report.html and plots into `folder`.
 
     `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model. The laws in
     `compare` are fitted in place of `law`; a table and comparison.csv rank them, and the best one's result is written. The fit starts from
     the values of an `earlier` one, a fit.json or its folder, where names and units agree; other parameters keep their first guesses.
     `smoothing` is the width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are
-    written to posterior.nc; `with_profiles` adds profiles of the likelihood.
+    written to posterior.nc; `with_profiles` adds profiles of the likelihood. Returns the result that is written.
 
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
@@ -103,6 +105,30 @@ def run_fit(
         result = fitted(law, progress)
         show(fit_summary(result, table))
     write_fit(result, folder, table, style, progress)
+    return result
+
+
+def check_choices(
+    *,
+    law: str | None,
+    compare: Sequence[str],
+    effects: Sequence[str],
+    earlier: Path | None,
+    reference: Path | None,
+    draws: int | None,
+) -> None:
+    """Raise `ExperimentError` or `InputError` where the options of `run_fit` suit no experiment at all: names and files."""
+    among_effects(only=effects)
+    if draws is not None:
+        check_extra()
+    if law is not None:
+        check_law(law)
+    if compare:
+        check_laws(compare)
+    if earlier is not None:
+        read_estimates(earlier)
+    if reference is not None:
+        read_reference(reference)
 
 
 def _each(
@@ -113,7 +139,7 @@ def _each(
     for law in dict.fromkeys(laws):
         try:
             found[law] = fitted(law, lambda line, law=law: progress(f"{law}: {line}"))
-        except (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError) as error:
+        except FAILURES as error:
             refused[law] = error
             progress(f"{law} cannot be fitted: {error}")
     return found, refused

@@ -2,13 +2,14 @@
 
 import hashlib
 import math
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from identification.experiment.channels import SI_UNITS, factor_to_si
-from identification.experiment.errors import ExperimentError, listed, shown, suggestion
+from identification.experiment.errors import ExperimentError, check_printable, listed, shown, suggestion
 from identification.experiment.limits import MAX_BYTES, parse_limited
 
 FILE_NAME = "experiment.toml"
@@ -27,6 +28,28 @@ def find_experiment_file(path: Path) -> Path:
     if file.suffix.lower() != ".toml":
         raise ExperimentError(f"{path} is not a .toml file: expected an experiment's folder or its {FILE_NAME}; check the path")
     return file
+
+
+def experiments_below(folder: Path) -> dict[str, Path]:
+    """Folders of all experiments in a folder and below it, by their path from there, such as "monday/drop-3", in alphabetical order.
+
+    Hidden folders, and links to folders, are not searched.
+
+    Raises:
+        ExperimentError: there is no such folder, it holds no experiment, or the path of one is not printable.
+    """
+    if not folder.is_dir():
+        what = "is no folder" if folder.exists() else "does not exist"
+        raise ExperimentError(f"{folder} {what}: expected a folder with experiments below it; check the path")
+    found = {}
+    for where, names, files in os.walk(folder):
+        names[:] = [name for name in names if not name.startswith(".")]
+        if FILE_NAME in files:
+            path = Path(where)
+            found[check_printable(path.relative_to(folder).as_posix(), "the folder of an experiment")] = path
+    if not found:
+        raise ExperimentError(f"there is no {FILE_NAME} in {folder} or below it: expected a folder for each experiment; check the path")
+    return dict(sorted(found.items()))
 
 
 def parse_toml(file: Path) -> tuple[dict[str, object], str]:

@@ -120,22 +120,33 @@ def rendered(
     progress: Progress,
 ) -> list[Image]:
     """Draw the pictures of what was found, state below each what it is about, and render each once."""
+    return rendered_over(drawers, found, lambda picture: subject(experiment, records, picture.record), style, progress)
+
+
+def rendered_over(
+    drawers: Sequence[Callable[[Any, PageStyle], Iterator[Picture]]],
+    found: Any,
+    note: Callable[[Picture], str],
+    style: PageStyle,
+    progress: Progress,
+) -> list[Image]:
+    """Draw the pictures of what was found, write the note on each below it, and render each once."""
     images = []
     with drawing_style():
         progress("drawing the report")
         drawn = [picture for drawer in drawers for picture in drawer(found, style)]
         for number, one in enumerate(drawn, start=1):
             progress(f"drawing the report: {number} of {len(drawn)} figures")
-            footnote(one.figure, subject(experiment, records, one.record))
+            footnote(one.figure, note(one))
             files = {"png": png(one.figure)} | ({"pdf": pdf(one.figure)} if style.pdf else {})
             width = round(float(one.figure.get_figwidth() * one.figure.dpi) / PAGE_SCALE)
             images.append(Image(picture=one, width=width, files=files))
     return images
 
 
-def write_page(html: str, images: list[Image], folder: Path) -> list[Path]:
-    """Write `report.html`, and the files of its images beside it; returns the paths, the page first."""
-    written = [folder / "report.html"]
+def write_page(html: str, images: list[Image], folder: Path, name: str = "report.html") -> list[Path]:
+    """Write the page, and the files of its images beside it; returns the paths, the page first."""
+    written = [folder / name]
     written[0].write_text(html, encoding="utf-8")
     for image in images:
         for suffix, content in image.files.items():
@@ -155,7 +166,7 @@ def framed(
     filters: Mapping[str, Callable[..., Any]] | None = None,
     **content: Any,
 ) -> str:
-    """A page without any address outside itself, from a template that extends `frame.html`.
+    """A page that loads nothing from outside itself, from a template that extends `frame.html`.
 
     What is not marked as HTML is escaped, and a misspelt name is an error. `next_steps` are sentences with commands between back quotes;
     `seconds` has wall time by stage, s, or under "total" as one.

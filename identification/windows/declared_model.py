@@ -28,7 +28,7 @@ def check_precision() -> None:
 def nominal_model(experiment: Experiment, law: str | None) -> Model:
     """Nominal model that the experiment names, with every parameter at its start value."""
     name = law or experiment.law or DEFAULT_LAW
-    _check_law(name)
+    check_law(name)
     felt = [record.file for record in experiment.records if "impact_force" in record.channels]
     if issubclass(LAWS[name], AbstractInstantaneousLaw) and felt:
         raise ExperimentError(
@@ -55,12 +55,13 @@ def nominal_model(experiment: Experiment, law: str | None) -> Model:
 def check_laws(names: Sequence[str]) -> None:
     """Raise `ExperimentError` unless these are the names of two or more contact laws, for a comparison."""
     for name in names:
-        _check_law(name)
+        check_law(name)
     if len(set(names)) < 2:
         raise ExperimentError(f"{', '.join(names)} is one contact law: expected two or more to compare, of {', '.join(LAWS)}")
 
 
-def _check_law(name: str) -> None:
+def check_law(name: str) -> None:
+    """Raise `ExperimentError` unless this is the name of a contact law."""
     if name not in LAWS:
         raise ExperimentError(f"unknown contact law {name!r}: expected one of {', '.join(LAWS)}")
 

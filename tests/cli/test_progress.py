@@ -42,3 +42,30 @@ def test_results_go_to_standard_output_between_two_stages(monkeypatch, capsys, t
         say.show("k = 1")
         say("drawing the report")
         assert "k = 1" in capsys.readouterr().out, "at once"
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_experiments_are_counted_from_those_done_before_and_failures_stay(monkeypatch, capsys, terminal):
+    monkeypatch.setattr(progress, "Console", functools.partial(Console, force_terminal=terminal, width=100))
+    with progress.experiments_done(5, 2, quiet=False) as say:
+        say("a: good")
+        say(WarningLine("b [2]: mass is missing"))
+        time.sleep(0.3)  # the bar is drawn by a thread
+    err = capsys.readouterr().err
+    assert err.startswith("2 of 5 experiments are fitted already\n")
+    if terminal:
+        assert "4/5" in err and "b [2]: mass is missing\n" in err and "a: good\n" not in err
+    else:
+        lines = err.splitlines()[1:]
+        assert lines[0].endswith(" s left  a: good") and "3 of 5 experiments, " in lines[0]
+        assert lines[1].endswith(" s left  b [2]: mass is missing") and "4 of 5 experiments, " in lines[1]
+
+
+def test_time_left_is_the_mean_of_this_run(monkeypatch, capsys):
+    """Three of ten were there before; two take 10 s each, so that the last five take 50 s."""
+    clock = iter([0.0, 10.0, 20.0])
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: next(clock))
+    with progress.experiments_done(10, 3, quiet=False) as say:
+        say("a: good")
+        say("b: good")
+    assert "5 of 10 experiments, 50 s left  b: good" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 """`fit-parameters`, also `vibrojax fit`: experiment in; parameters, a model that runs, and a report out."""
 
+from pathlib import Path
 from typing import NoReturn
 
 import typer
@@ -7,6 +8,7 @@ from rich.console import Console
 
 from vibrojax.aside import of_earlier_set
 from vibrojax.cli import options
+from vibrojax.cli.batch import fit_batch
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.grammar import listed
@@ -38,14 +40,18 @@ def fit(
     posterior: options.Posterior = False,
     profiles: options.Profiles = False,
     draws: options.Draws = None,
+    batch: options.Batch = None,
+    workers: options.Workers = None,
     style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:
     """Fit the parameters of the impact model to recorded experiments.
 
-    Writes fit.json, model.json, result.nc, report.html and plots into the results folder, all of them or none.
-    Exit status: 0 fitted, 2 bad input, 3 no convergence.
+    Writes fit.json, model.json, result.nc, report.html and plots into the results folder, all of them or none. With --batch such a set for
+    each experiment, and batch.csv, batch.html and batch.json.
+    Exit status: 0 fitted, 2 bad input, 3 no convergence; with --batch 3 where any experiment could not be fitted, for whatever reason.
     """
+    _check_batch(batch, workers, {"EXPERIMENT": experiment, "--recipe": recipe, "--data": data})
     check_source(experiment, recipe, data)
     width = contact_width(integrator, smoothing)
     if draws is not None and not posterior:
@@ -56,6 +62,11 @@ def fit(
         raise InputError(f"{beside[0]} is given beside --compare: expected one of the two; fit the best law again with --law NAME")
     if reference is not None:
         check_file(reference, "a table of reference values")
+    chosen = {"law": law, "compare": laws, "effects": effects or (), "earlier": earlier, "reference": reference, "seed": seed}
+    chosen |= {"smoothing": width, "with_profiles": profiles}
+    if batch is not None:
+        fit_batch(batch, out, chosen, posterior=posterior, draws=draws, style=style, workers=workers or 1, quiet=quiet)
+        return
     out = default_folder("fit", experiment, recipe) if out is None else out
     with (
         output_folder(out, outdated=of_earlier_set) as folder,
@@ -68,23 +79,17 @@ def fit(
         from identification.estimation.sample import DRAWS
         from identification.report.base import STYLES
 
-        run_fit(
-            source,
-            folder,
-            law=law,
-            compare=laws,
-            effects=effects or (),
-            earlier=earlier,
-            reference=reference,
-            seed=seed,
-            smoothing=width,
-            with_profiles=profiles,
-            draws=(draws or DRAWS) if posterior else None,
-            style=STYLES[style],
-            progress=say,
-            show=say.show,
-        )
+        chosen |= {"draws": (draws or DRAWS) if posterior else None, "style": STYLES[style]}
+        run_fit(source, folder, **chosen, progress=say, show=say.show)
     Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
+
+
+def _check_batch(batch: Path | None, workers: int | None, alone: dict[str, object]) -> None:
+    """Refuse what names one experiment beside many, and workers for one."""
+    if batch is None and workers is not None:
+        raise InputError(f"--workers {workers} is given without --batch: expected many experiments to share out; add --batch FOLDER")
+    if batch is not None and (given := [name for name, value in alone.items() if value is not None]):
+        raise InputError(f"{given[0]} is given beside --batch {batch}: expected one of the two; leave one out")
 
 
 def main() -> NoReturn:

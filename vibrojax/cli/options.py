@@ -38,7 +38,12 @@ Style = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")]
 
 
-Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being the experiment's.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being that of the experiment, or of the batch's folder."
+    ),
+]
 Law = Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")]
 Compare = Annotated[
     list[str] | None,
@@ -69,6 +74,18 @@ Profiles = Annotated[
     bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
 ]
 Draws = Annotated[int | None, typer.Option(min=50, metavar="N", help="Weighted draws of the posterior. Left out: 400.", show_default=False)]
+
+
+Batch = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER",
+        help="Fit every experiment in this folder and below it; with --out the same as before, go on where that ended.",
+    ),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, metavar="N", help="Processes that fit experiments; with --batch. Left out: 1.", show_default=False)
+]
 
 
 LANDING, SMOOTHED = "landing", "smoothed"

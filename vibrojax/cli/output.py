@@ -2,7 +2,7 @@
 
 import errno
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -40,7 +40,7 @@ def output_folder(out: Path, *, outdated: Callable[[Path], set[Path]] = lambda o
         with interrupt.removed_at_end(lent), filled(out, commit=interrupt.held, made=lent.append, outdated=outdated) as folder:
             yield folder
     except OSError as error:
-        raise _explained(error, out, lent) from error
+        raise explained(error, out, lent) from error
 
 
 @contextmanager
@@ -64,11 +64,11 @@ def output_file(out: Path) -> Iterator[Path]:
             yield aside.path / target.name
             os.replace(aside.path / target.name, target)
     except OSError as error:
-        raise _explained(error, out, lent) from error
+        raise explained(error, out, lent) from error
 
 
-def _explained(error: OSError, out: Path, lent: list[Path]) -> Exception:
-    """A fault of the place that results go to, in one line; any other error as it is."""
+def explained(error: OSError, out: Path, lent: Sequence[Path] = ()) -> Exception:
+    """A fault of the place that results go to, in one line; any other error as it is. `lent` are folders that stand for it meanwhile."""
     out = out.absolute()
     place = str(error.filename2 or error.filename or "")
     for path in lent:

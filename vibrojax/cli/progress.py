@@ -17,6 +17,8 @@ from vibrojax.errors import WarningLine
 Progress = Callable[[str], None]
 _EVERY = 10.0
 """s between two lines in a log file."""
+_LONG = 900.0
+"""s, over which the rate of experiments is averaged."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,6 +93,39 @@ def points_done(total: int, *, quiet: bool) -> Iterator[Callable[[int, int], Non
             if before and not bar.tasks[0].completed:
                 bar.reset(task, total=total, completed=before)
             bar.update(task, completed=done)
+
+        yield shown
+
+
+@contextmanager
+def experiments_done(total: int, before: int, *, quiet: bool) -> Iterator[Callable[[str], None]]:
+    """A function to call with a line on each experiment as it ends; `before` of the `total` had ended before this run.
+
+    On a terminal a bar with the time left, above which warnings stay; elsewhere a line an experiment, with the time left.
+    """
+    console, start, done = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter(), before
+
+    def line(said: str) -> None:
+        nonlocal done
+        done += 1
+        seconds = time.perf_counter() - start
+        left = seconds * (total - done) / (done - before)
+        console.print(f"{seconds:7.1f} s  {done} of {total} experiments, {left:.0f} s left  {said}", soft_wrap=True, markup=False)
+
+    if before:
+        console.print(f"{before} of {total} experiments are fitted already", soft_wrap=True)
+    if not console.is_terminal:
+        yield line
+        return
+    columns = TextColumn("experiments"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}")
+    bar = Bar(*columns, console=console, transient=True, speed_estimate_period=_LONG)
+    with at_end(console.show_cursor), bar:
+        task = bar.add_task("", total=total, completed=before)
+
+        def shown(said: str) -> None:
+            if isinstance(said, WarningLine):
+                console.print(said, soft_wrap=True, markup=False)
+            bar.update(task, advance=1, description=escape(said))
 
         yield shown
 

@@ -84,7 +84,7 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
     from identification.experiment.limits import MAX_BYTES, parse_limited
 
     if recipe is not None:
-        return Path(f"{job}-{_plain(recipe) or 'recipe'}")
+        return Path(f"{job}-{plain_name(recipe) or 'recipe'}")
     experiment = data_path("example") if experiment is None else experiment
     file = experiment / "experiment.toml" if experiment.is_dir() else experiment
     try:
@@ -92,11 +92,11 @@ def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Pat
             name = str(parse_limited(stream.read(MAX_BYTES).decode("utf-8-sig"))["experiment"]["name"])
     except (OSError, ValueError, KeyError, TypeError):
         name = file.absolute().parent.name
-    return Path(f"{job}-{_plain(name) or 'experiment'}")
+    return Path(f"{job}-{plain_name(name) or 'experiment'}")
 
 
-def _plain(name: str) -> str:
-    """A name as part of a folder's name."""
+def plain_name(name: str) -> str:
+    """A name as part of a folder's name; empty where no letter of it can be."""
     return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:_LONGEST].strip("-.")
 
 
