@@ -122,7 +122,8 @@ def fit(
     What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
     and where the model is complete they agree.
 
-    Where the first end comes to a force that is no mode of the likelihood (`is_no_mode`), the other end counts if it comes to one that is.
+    An end whose force is no mode of the likelihood (`is_no_mode`) counts for nothing beside one that has come to a mode; where neither has,
+    the first one, which begins at the measured trajectory, is the better place to look from.
 
     Args:
         problem: of an experiment.
@@ -178,8 +179,11 @@ def fit(
             )
         except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
-    likelier = not found.converged or other.deviance < found.deviance
-    if other.converged and (likelier or (is_no_mode(problem, found.variances.force) and not is_no_mode(problem, other.variances.force))):
+    if (
+        other.converged
+        and not is_no_mode(problem, other.variances.force)
+        and (not found.converged or is_no_mode(problem, found.variances.force) or other.deviance < found.deviance)
+    ):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
 
@@ -371,14 +375,15 @@ class _Stride:
 
     def __init__(self, problem: Problem) -> None:
         border = problem.border
-        self._scale, self._plain = border.shared_scale, np.array([not logarithmic for _, logarithmic in problem.unknowns.shared], bool)
+        self._plain = np.array([not logarithmic for _, logarithmic in problem.unknowns.shared], bool)
+        self._first = np.maximum(border.shared_scale, np.abs(problem.start.shared))
         self._range = 0.25 * (border.upper - border.lower) / border.shared_scale
         self._last, self._taken = np.zeros(len(border.shared)), 1.0
 
     def share(self, at: Estimate, solution: Solution) -> float:
         """Of a step from an estimate, in 0 to 1."""
         step, last = solution.shared, self._last
-        size = np.where(self._plain, np.maximum(1.0, np.abs(at.shared) / self._scale), 1.0)
+        size = np.where(self._plain, np.maximum(1.0, np.abs(at.shared) / self._first), 1.0)
         longest = np.minimum(_LONGEST_STEP * size, self._range)
         share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / longest, initial=0.0)), 1e-300))
         least = _NO_STEP * np.sqrt(np.diag(solution.covariance))

@@ -114,8 +114,9 @@ def test_a_parameter_that_has_grown_may_go_on_in_proportion(vibrating):
     (first, *others), scale = vibrating.unknowns.shared, vibrating.border.shared_scale
     free = dataclasses.replace(vibrating.border, lower=np.full(2, -1e6), upper=np.full(2, 1e6))
     plain = dataclasses.replace(vibrating.unknowns, shared=((first[0], False), *others))
+    begun = dataclasses.replace(vibrating, border=free, start=dataclasses.replace(vibrating.start, shared=scale))
     at = dataclasses.replace(vibrating.start, shared=np.array([4.0, 1.0]) * scale)
-    shares = [_Stride(dataclasses.replace(vibrating, border=free, unknowns=one)).share(at, step) for one in (plain, vibrating.unknowns)]
+    shares = [_Stride(dataclasses.replace(begun, unknowns=one)).share(at, step) for one in (plain, vibrating.unknowns)]
     assert shares == [pytest.approx(1.0), pytest.approx(0.25)]
 
 
