@@ -7,6 +7,7 @@ Levels, each set once:
 - `IDENTIFIED`: a strength is further from nothing than so many of its standard errors.
 - `LEFT_OVER`: what a free form may gain over the effect, as a share of what the effect gains. True causes left up to 0.09, wrong ones
   at least 1.8; the geometric middle.
+- `BEYOND_NOISE`: a reading error of so many times the noise declared is not the sensor's. Stated noise is good to some ten per cent.
 """
 
 import dataclasses
@@ -16,6 +17,7 @@ from identification.result.evidence import chance
 LEVEL = 1e-4
 IDENTIFIED = 3.0
 LEFT_OVER = 0.4
+BEYOND_NOISE = 1.5
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

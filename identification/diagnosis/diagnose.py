@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from identification.diagnosis.augment import learned, refitted
-from identification.diagnosis.decide import LEVEL, decide
+from identification.diagnosis.decide import BEYOND_NOISE, LEVEL, decide
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
     MISSING,
@@ -193,7 +193,15 @@ def _verdict(found: Search, reasons: dict[str, str], *, unexplained: bool) -> st
         return MISSING
     if reasons or unexplained or is_largest(found.final.problem, found.final.variances.force):
         return UNLISTED
-    return RESTLESS if unrest(found.final, alpha=LEVEL) else ADEQUATE
+    return RESTLESS if unrest(found.final, alpha=LEVEL) or _beyond_noise(found.final) else ADEQUATE
+
+
+def _beyond_noise(fitted: Fitted) -> dict[str, float]:
+    """Channels whose readings are off by more than the noise that is declared for them, with the factor; the farthest first."""
+    records, chains = fitted.problem.experiment.records, fitted.problem.chains
+    guessed = {name for record in records for name in record.noise_estimated}
+    found = {name: one.std for name, one in zip(chains.channels, fitted.variances.readings, strict=True) if name not in guessed}
+    return {name: times for name, times in sorted(found.items(), key=lambda pair: -pair[1]) if times > BEYOND_NOISE}
 
 
 def _is_unexplained(left: Free, forms: int) -> bool:
@@ -270,6 +278,7 @@ def _concluded(
             shown_after,
             formula,
             restless,
+            _beyond_noise(after.fitted),
             reasons={name: reason for name, reason in reasons.items() if reason},
             finished=finished,
             limited=len(among) < len(EFFECTS),

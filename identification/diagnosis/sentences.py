@@ -19,6 +19,7 @@ def sentences(
     after: Side,
     formula: str,
     unrest: Unrest | None = None,
+    beyond: Mapping[str, float] = {},
     *,
     reasons: Mapping[str, str] = {},
     finished: bool = True,
@@ -26,15 +27,15 @@ def sentences(
 ) -> tuple[str, ...]:
     """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
-    `unrest`: random force beside the final model. `reasons`: why the best listed effects are not asserted, by name. `limited`: not all
-    listed effects were looked for.
+    `unrest`: random force beside the final model. `beyond`: errors of readings over the noise declared, by channel, where they are larger.
+    `reasons`: why the best listed effects are not asserted, by name. `limited`: not all listed effects were looked for.
     """
     unseen = "records left out in turn" if len(before.records) > 1 else "the later half of the record, left out"
     if before.held_back:
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     restless = () if unrest is None else (unrest.sentence(),)
     if verdict in (ADEQUATE, RESTLESS):
-        return (_nothing_missing(verdict, before, after), *restless, _error_of_nominal(before, unseen), *_varying(after))
+        return (_nothing_missing(verdict, before, after, unrest, beyond), *restless, _error_of_nominal(before, unseen), *_varying(after))
     where = (location.sentence,) if location is not None else ()
     falls = (
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; nothing could be left out of the fit."
@@ -60,16 +61,17 @@ def sentences(
     return (first, *best, *where, *learned, *restless, *_varying(after))
 
 
-def _nothing_missing(verdict: str, before: Side, after: Side) -> str:
+def _nothing_missing(verdict: str, before: Side, after: Side, unrest: Unrest | None, beyond: Mapping[str, float]) -> str:
     """First sentence where no deterministic effect is missing; it names the parameters that need a value for each record."""
     chi2 = f"reduced chi-square {before.chi2_reduced:.3f}"
     each = joined([p.symbol for p in after.parameters if p.name in after.varying])
     if verdict == RESTLESS:
         beside = f" beside a separate value of {each} in each record" if each else ""
-        return (
-            f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}:"
-            f" a random force acts on the hammer ({chi2} without it)."
-        )
+        cause = f"a random force acts on the hammer ({chi2} without it)"
+        if unrest is None and beyond:
+            channel, times = next(iter(beyond.items()))
+            cause = f"the error of {spoken(channel)} is {times:.2g} times its noise ({chi2})"
+        return f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}: {cause}."
     if each:
         return f"With a separate value of {each} in each record, the nominal model explains the records to the noise ({chi2})."
     return f"Nothing beyond the noise: the nominal model explains the records ({chi2})."

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from identification.diagnosis import decide as module
-from identification.diagnosis.decide import IDENTIFIED, LEFT_OVER, LEVEL, Evidence, decide
+from identification.diagnosis.decide import BEYOND_NOISE, IDENTIFIED, LEFT_OVER, LEVEL, Evidence, decide
 
 SOUND = Evidence(gain=300.0, degrees=1, tried=200, strength=12.0, held_out=40.0, errors=(0.2, 0.1), left=20.0, left_degrees=16, forms=3)
 """An effect that is asserted."""
@@ -43,13 +43,14 @@ def test_every_condition_refuses_alone(changed, reason):
 
 
 def test_no_other_number_decides():
-    """Levels are those three; a comparison is with one of them, with nothing, or between two numbers of the evidence."""
+    """Levels are those four, three of them of the rule on effects; it compares with one of them, with nothing, or two numbers of the evidence."""
     tree = ast.parse(inspect.getsource(module))
     assigned = {target.id: node.value for node in tree.body if isinstance(node, ast.Assign) for target in node.targets}
     assert {name: ast.literal_eval(value) for name, value in assigned.items()} == {
         "LEVEL": LEVEL,
         "IDENTIFIED": IDENTIFIED,
         "LEFT_OVER": LEFT_OVER,
+        "BEYOND_NOISE": BEYOND_NOISE,
     }
     (rule,) = (node for node in tree.body if isinstance(node, ast.FunctionDef))
     numbers = [node.value for node in ast.walk(rule) if isinstance(node, ast.Constant) and isinstance(node.value, int | float)]

@@ -7,13 +7,17 @@ import pytest
 
 from identification.diagnosis import diagnose
 from identification.diagnosis import evidence as module
+from identification.diagnosis.diagnosis import ADEQUATE, RESTLESS
 from identification.diagnosis.evidence import Judge, strength
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.look import Candidate, Look, Scored
-from identification.diagnosis.search import Alternative
+from identification.diagnosis.search import Alternative, Search
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.remodel import remodelled
+from identification.trajectory.variances import SMALLEST_FORCE, Variances
 from vibrojax.effects import CoulombFriction, PowerLawDamping
 
 
@@ -141,3 +145,16 @@ def test_the_exponent_of_a_strength_is_held(seen):
     covariance[np.ix_([coefficient, exponent], [coefficient, exponent])] = found / np.outer(*[scale[[coefficient, exponent]]] * 2)
     fitted = dataclasses.replace(one, problem=problem, at=problem.start, solution=dataclasses.replace(one.solution, covariance=covariance))
     assert strength(fitted, effect) == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(("innovation", "guessed", "verdict"), [(1.2, False, ADEQUATE), (2.0, False, RESTLESS), (2.0, True, ADEQUATE)])
+def test_readings_that_are_off_by_more_than_the_noise_declared_are_not_adequate(seen, innovation, guessed, verdict):
+    one = seen.fitted
+    readings = tuple(ReadingError(innovation=innovation) for _ in one.variances.readings)
+    none = RandomForce(std=SMALLEST_FORCE * one.problem.scales.force, memory=0.01)
+    names = frozenset(one.problem.chains.channels if guessed else ())
+    records = tuple(dataclasses.replace(record, noise_estimated=names) for record in one.problem.experiment.records)
+    problem = dataclasses.replace(one.problem, experiment=dataclasses.replace(one.problem.experiment, records=records))
+    fitted = dataclasses.replace(one, problem=problem, variances=Variances(force=none, readings=readings))
+    found = Search(nominal=fitted, final=fitted, steps=(), last=None, finished=True)
+    assert diagnose._verdict(found, {}, unexplained=False) == verdict

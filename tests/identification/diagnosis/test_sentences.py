@@ -38,6 +38,12 @@ def test_the_random_force_of_a_restless_rig_is_stated(made):
     assert "random force on the hammer is 0.021 N rms (1.2 % of the spring's force) with a correlation time of 8.2 ms." in text
 
 
+def test_readings_that_are_off_by_more_than_their_noise_are_stated_where_no_force_acts(made):
+    of = (RESTLESS, (), (), None, made[RESTLESS].nominal, made[RESTLESS].augmented, "", None, {"impact_force": 66.2})
+    assert "drive, time or record: the error of impact force is 66 times its noise (reduced chi-square" in " ".join(sentences(*of))
+    assert headline(dataclasses.replace(made[RESTLESS], unrest=None)) == "Nothing is missing, but readings are off by more than their noise"
+
+
 @pytest.mark.parametrize("verdict", [MISSING, UNLISTED])
 def test_a_random_force_is_stated_beside_a_cause_as_well(made, verdict):
     assert "random force on the hammer is 0.021 N rms" in said(made[verdict], unrest=UNREST)
