@@ -1,7 +1,7 @@
 """What the commands do, from paths to files; nothing here prints."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from rich.console import RenderableType
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
-from identification.diagnosis.look import among_effects
+from identification.diagnosis.look import among_effects, known_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
 from identification.experiment import Experiment, ExperimentError, load_experiment
@@ -29,7 +29,8 @@ from identification.result.store import FILE_NAME, read_stored
 from identification.windows.declared_model import check_laws, check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.numbers import joined
-from vibrojax.effects import EFFECTS
+from vibrojax.effects.formula import Formula
+from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError, NoConvergenceError, WarningLine
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
@@ -45,6 +46,8 @@ def run_fit(
     law: str | None = None,
     compare: Sequence[str] = (),
     effects: Sequence[str] = (),
+    terms: Sequence[str] = (),
+    starts: Mapping[str, float] | None = None,
     earlier: Path | None = None,
     reference: Path | None = None,
     seed: int = 0,
@@ -57,7 +60,8 @@ def run_fit(
 ) -> None:
     """Fit an experiment, show the numbers, and write fit.json, model.json, result.nc, report.html and plots into `folder`.
 
-    `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model. The laws in
+    `show` is called with the tables for a terminal before anything is drawn. `effects` and `terms`, forces as
+    formulas with first values `starts` of their parameters, are added to the nominal model. The laws in
     `compare` are fitted in place of `law`; a table and comparison.csv rank them, and the best one's result is written. The fit starts from
     the values of an `earlier` one, a fit.json or its folder, where names and units agree; other parameters keep their first guesses.
     `smoothing` is the width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are
@@ -67,7 +71,7 @@ def run_fit(
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
     among_effects(only=effects)
-    effects = tuple(dict.fromkeys(effects))
+    effects, own = tuple(dict.fromkeys(effects)), read_terms(terms, starts)
     if draws is not None:
         check_extra()
     if compare:
@@ -81,11 +85,11 @@ def run_fit(
     def fitted(law: str | None, said: Progress) -> FitResult:
         model = nominal_model(loaded, law)
         check_smoothing(model.law, smoothing)
-        units = _units(model, effects)
+        units = _units(model, effects, own)
         if table is not None:
             check_reference(table, units)
         start = {name: value for name, (value, unit) in known.items() if units.get(name) == unit}
-        found = fit_experiment(loaded, law=law, effects=effects, earlier=start, progress=said, **more)
+        found = fit_experiment(loaded, law=law, effects=effects, terms=own, earlier=start, progress=said, **more)
         check_converged(found)
         return found
 
@@ -161,6 +165,8 @@ def run_diagnose(
     *,
     only: Sequence[str] = (),
     without: Sequence[str] = (),
+    terms: Sequence[str] = (),
+    starts: Mapping[str, float] | None = None,
     budget_minutes: float = 5.0,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
@@ -168,12 +174,14 @@ def run_diagnose(
 ) -> None:
     """Diagnose an experiment, show the numbers; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots.
 
-    `show` is called with the tables for a terminal before anything is drawn. Raises `ExperimentError` or `InputError` before any fitting
-    where the input cannot be used, `NoConvergenceError` where the nominal model cannot be fitted.
+    `terms` are forces as formulas, each looked for like a listed effect, with first values `starts` of their parameters. `show` is called
+    with the tables for a terminal before anything is drawn. Raises `ExperimentError` or `InputError` before any fitting where the input
+    cannot be used, `NoConvergenceError` where the nominal model cannot be fitted.
     """
-    among = among_effects(only, without)
+    own = read_terms(terms, starts)
+    among = among_effects(only, without, own)
     progress("reading the records")
-    diagnosis = diagnose_experiment(_loaded(experiment, progress), among=among, budget_minutes=budget_minutes, progress=progress)
+    diagnosis = diagnose_experiment(_loaded(experiment, progress), among=among, terms=own, budget_minutes=budget_minutes, progress=progress)
     show(diagnosis_summary(diagnosis))
     write_diagnosed(diagnosis, folder, style, progress)
 
@@ -189,10 +197,11 @@ def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREE
     state_files(folder / "diagnosis.json", folder)
 
 
-def _units(model: Model, effects: Sequence[str]) -> dict[str, str]:
-    """Unit by name of every number that a fit of the model with these effects gives, those derived from others included."""
+def _units(model: Model, effects: Sequence[str], terms: Sequence[Formula] = ()) -> dict[str, str]:
+    """Unit by name of every number that a fit of the model with these effects and terms gives, those derived from others included."""
+    known, names = known_effects(terms), (*(term.name for term in terms), *effects)
     units = {p.name: p.unit for p in (*model.parameters, MASS)}
-    units |= {f"{name}.{p.name}": p.unit for name in effects for p in EFFECTS[name].parameters}
+    units |= {f"{name}.{p.name}": p.unit for name in names for p in known[name].parameters}
     return units | DERIVED if "f_n" in units else units
 
 

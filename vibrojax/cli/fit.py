@@ -9,7 +9,7 @@ from vibrojax.aside import of_earlier_set
 from vibrojax.cli import options
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
-from vibrojax.cli.grammar import listed
+from vibrojax.cli.grammar import first_values, listed
 from vibrojax.cli.options import LANDING, Data, Experiment, Integrator, Quiet, Recipe, Smoothing, Style, contact_width
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
@@ -30,6 +30,8 @@ def fit(
     law: options.Law = None,
     compare: options.Compare = None,
     effects: options.Effects = None,
+    term: options.Term = None,
+    start: options.Start = None,
     earlier: options.Earlier = None,
     reference: options.Reference = None,
     seed: options.Seed = 0,
@@ -50,7 +52,7 @@ def fit(
     width = contact_width(integrator, smoothing)
     if draws is not None and not posterior:
         raise InputError(f"--draws {draws} is given without a posterior: expected --posterior beside it")
-    laws = listed(compare or ())
+    laws, starts = listed(compare or ()), first_values(start or (), term or ())
     alone = {"--law": law, "--reference": reference, "--posterior": posterior, "--profiles": profiles}
     if compare and (beside := [name for name, value in alone.items() if value]):
         raise InputError(f"{beside[0]} is given beside --compare: expected one of the two; fit the best law again with --law NAME")
@@ -74,6 +76,8 @@ def fit(
             law=law,
             compare=laws,
             effects=effects or (),
+            terms=term or (),
+            starts=starts,
             earlier=earlier,
             reference=reference,
             seed=seed,
