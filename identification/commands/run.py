@@ -1,6 +1,9 @@
 """What the commands do, from paths to files; nothing here prints."""
 
 import contextlib
+import dataclasses
+import hashlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,13 +23,22 @@ from identification.report.base import SCREEN, PageStyle
 from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.report.laws import FILE_NAME as LAWS_FILE
 from identification.report.laws import law_scores, law_summary, write_laws
-from identification.result.files import StoredFit, provenance, read_estimates, state_files, stored_fit, write_fit_json, write_result
+from identification.result.files import (
+    StoredFit,
+    estimates_file,
+    provenance,
+    read_estimates,
+    state_files,
+    stored_fit,
+    write_fit_json,
+    write_result,
+)
 from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
 from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
-from identification.result.result import FitResult
+from identification.result.result import FitResult, StartedFrom
 from identification.result.store import FILE_NAME, read_stored
-from identification.windows.declared_model import check_laws, check_smoothing, nominal_model
+from identification.windows.declared_model import check_compared_wishes, check_laws, check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
@@ -79,6 +91,8 @@ def run_fit(
     known = {} if earlier is None else read_estimates(earlier)
     progress("reading the records")
     loaded = _loaded(experiment, progress)
+    if compare:
+        check_compared_wishes(loaded, compare)
     table = None if reference is None else read_reference(reference)
     more: dict[str, Any] = {"seed": seed, "smoothing": smoothing, "draws": draws, "with_profiles": with_profiles}
 
@@ -88,10 +102,13 @@ def run_fit(
         units = _units(model, effects, own)
         if table is not None:
             check_reference(table, units)
-        start = {name: value for name, (value, unit) in known.items() if units.get(name) == unit}
+        begin = None if earlier is None else _started_from(estimates_file(earlier), known, units, loaded)
+        if begin is not None:
+            said(begin.sentence())
+        start = {} if begin is None else begin.taken
         found = fit_experiment(loaded, law=law, effects=effects, terms=own, earlier=start, progress=said, **more)
         check_converged(found)
-        return found
+        return dataclasses.replace(found, started_from=begin)
 
     if compare:
         found, refused = _each(compare, fitted, progress)
@@ -107,6 +124,32 @@ def run_fit(
         result = fitted(law, progress)
         show(fit_summary(result, table))
     write_fit(result, folder, table, style, progress)
+
+
+def _started_from(file: Path, known: Mapping[str, tuple[float, str]], units: Mapping[str, str], experiment: Experiment) -> StartedFrom:
+    """Values of an earlier fit, with their units, that the nominal model takes: `units` by name.
+
+    A number whose unit holds an exponent, N/m^n, means something only beside that exponent: both are taken or neither.
+    """
+    options = experiment.parameters
+    taken = {name: value for name, (value, unit) in known.items() if units.get(name) == unit and "." not in name}
+    left_out = {name: f"in {unit} there, {units[name]} here" for name, (_, unit) in known.items() if units.get(name, unit) != unit}
+    wished = {name: option.start for name, option in options.items() if option.start is not None}
+    for name in list(taken):
+        for exponent in re.findall(r"\bn(?:_2)?\b", units[name]):
+            if name not in taken:
+                continue
+            if exponent not in taken:
+                left_out[name] = f"the earlier fit has no {exponent} to it"
+            elif wished.get(exponent, taken[exponent]) != taken[exponent]:
+                left_out[name] = f"its {exponent} is {taken[exponent]:.4g} there, and {wished[exponent]:g} in [parameters]"
+            else:
+                continue
+            del taken[name]
+    left_out |= {name: "given in [parameters]" for name in wished if name in taken}
+    taken = {name: value for name, value in taken.items() if name not in wished}
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    return StartedFrom(file=str(file), sha256=digest, taken=taken, left_out=left_out)
 
 
 def _each(

@@ -56,6 +56,8 @@ def fit(
     alone = {"--law": law, "--reference": reference, "--posterior": posterior, "--profiles": profiles}
     if compare and (beside := [name for name, value in alone.items() if value]):
         raise InputError(f"{beside[0]} is given beside --compare: expected one of the two; fit the best law again with --law NAME")
+    if earlier is not None:
+        check_file(earlier / "fit.json" if earlier.is_dir() else earlier, "the fit.json of an earlier fit, or its folder")
     if reference is not None:
         check_file(reference, "a table of reference values")
     out = default_folder("fit", experiment, recipe) if out is None else out
