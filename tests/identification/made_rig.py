@@ -11,7 +11,7 @@ NOISE = {"hammer_displacement": (5e-6, "m"), "cart_displacement": (5e-6, "m"), "
 """Standard deviation and unit by channel."""
 
 
-def write_made_rig(folder: Path, extra: Callable[[float, float, float, np.ndarray], float], *, seconds: float = 0.8) -> None:
+def write_made_rig(folder: Path, extra: Callable[[float, float, float, np.ndarray], float], *, seconds: float = 0.5) -> None:
     """A drop test and a driven record, with `extra(t, u, u', z)` in N on the hammer."""
     rng, ts = np.random.default_rng(1), np.arange(0.0, seconds, 5e-4)
     lines = ["schema = 1", "[experiment]", 'name = "made rig"', "[hammer]", f"mass = {M}", "[suspension]", 'kind = "linear"']

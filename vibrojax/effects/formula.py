@@ -136,6 +136,8 @@ def _checked(text: str, tree: ast.expr) -> Iterator[str]:
                 if any(isinstance(one, ast.Starred) for one in arguments) or (len(arguments) < 2) == (wanted != "one"):
                     _refuse(text, node.col_offset, f"{name} has {len(arguments)} arguments", f"expected {wanted}; correct it")
                 waiting += [(one, depth + 1) for one in reversed(arguments)]
+            case ast.Call(func=ast.Name(id=name)) if name in _FUNCTIONS:
+                _refuse(text, node.col_offset, f"{name} has an argument with a name", "expected values alone; leave the name out")
             case ast.Call(func=ast.Name(id=name)):
                 near = get_close_matches(name, _FUNCTIONS, n=1)
                 known = f"did you mean {near[0]}?" if near else f"expected one of {', '.join(_FUNCTIONS)}; for a product write {name}*(...)"
