@@ -20,7 +20,7 @@ FILE_NAME = "comparison.csv"
 _PREDICTED = ("NRMSE", "2Δln p")
 _LEGEND = (
     "2Δln L, ΔBIC: twice the log-likelihood and the Bayesian information criterion, less those of the first law; par.: contact parameters "
-    "that were estimated; χ²: reduced chi-square of the free motion"
+    "that were estimated; samples: readings that were fitted; χ²: reduced chi-square of the free motion"
 )
 _OF_PREDICTED = "; NRMSE, 2Δln p: error, and twice the log predictive density less that of the first law, of the records held back"
 

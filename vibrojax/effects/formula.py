@@ -285,7 +285,7 @@ def _power(base: Any, exponent: Any, xp: Any) -> Any:
 def _value(node: Any, at: Point, xp: Any, of_velocity: frozenset[Place]) -> Any:
     """A formula at a point of the motion, or at many, with NumPy or JAX."""
     match node:
-        case ast.Constant(value=value):
+        case ast.Constant(value=int() | float() as value):
             return float(value)
         case ast.Name(id=name):
             return math.pi if name == "pi" else at[name]

@@ -87,7 +87,7 @@ def test_a_law_that_was_fitted_to_fewer_samples_comes_last_without_a_likelihood(
     text = printed(results)
     assert "none: fitted to 900 samples, hunt-crossley to 4000: likelihoods cannot be compared" in " ".join(text.split())
     head, *_ = [line.split() for line in text.splitlines() if "ΔBIC" in line]
-    counts = [line.split() for line in text.splitlines() if line.startswith(("Hunt", "no contact"))]
+    counts = [line.split() for line in text.splitlines() if line.strip().startswith(("Hunt", "no contact"))]
     assert "samples" in head and ["4000" in counts[0], "900" in counts[-1]] == [True, True]
     write_laws(law_scores(results), {}, tmp_path / "comparison.csv")
     assert [one["samples"] for one in rows(tmp_path / "comparison.csv")] == ["4000", "900"]

@@ -15,7 +15,7 @@ from tests.effects.rig import F_N, K_I, LAMBDA, N_I, ZETA
 from tests.identification.made_rig import write_made_rig
 from vibrojax.cli import main
 from vibrojax.effects import EFFECTS
-from vibrojax.effects.formula import terms
+from vibrojax.effects.formula import Formula, terms
 from vibrojax.errors import InputError
 from vibrojax.model_file import read_model
 
@@ -45,11 +45,11 @@ def test_a_term_is_fitted_beside_the_nominal_parameters(dragging):
     parameters = {p.spec.name: p for p in found.parameters}
     assert parameters.keys() == known.keys()
     for name, one in parameters.items():
-        assert one.status == OK and abs(one.value - known[name]) < 4.0 * one.stderr, name
-    assert parameters["drag.p"].stderr < 0.05
+        assert one.status == OK and one.stderr is not None and abs(one.value - known[name]) < 4.0 * one.stderr, name
+        assert name != "drag.p" or one.stderr < 0.05
     assert found.converged and found.chi2_reduced == pytest.approx(1.0, abs=0.06)
     assert found.added is not None and found.added.names == ("drag",) and found.added.bic < -100.0
-    assert found.model.effects[0].formula == "-a*abs(u_dot)**p*sign(u_dot)"
+    assert found.model.effects[0].equation == "force = -a*abs(u_dot)^p*sign(u_dot)"
 
 
 @pytest.mark.thorough
@@ -87,7 +87,7 @@ def test_a_force_on_no_list_is_found_where_it_was_concealed(tmp_path):
     assert (found["verdict"], effect["name"], a["unit"]) == ("missing", "-a*u**2*u_dot", "N s/m^3")
     assert abs(a["value"] - ON_NO_LIST) < 4.0 * a["stderr"] < 0.02 * ON_NO_LIST
     (back,) = read_model(tmp_path / "out" / "model.json").effects
-    assert (back.name, float(back.p1)) == ("-a*u**2*u_dot", a["value"])
+    assert back == Formula("-a*u**2*u_dot", p1=a["value"])
     assert "the force -a*u**2*u_dot" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
