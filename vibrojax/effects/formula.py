@@ -42,6 +42,10 @@ _MOST_CANDIDATES = 64
 _REFERENCE = {"amplitude": 1e-3, "speed": 0.1, "force": 1.0, "time": 10.0}
 """m, m/s, N, s: a motion on which a formula is tried when it is read, before any record."""
 
+_STEP, _ALIKE = 1e-4, 1e-7
+"""Relative step of central differences by the parameters, and the least singular value of their directions below which two are one:
+differences leave 1e-8, and a tanh over its hundredth part 1e-5."""
+
 Point = Mapping[str, Any]
 Place = tuple[int, int]
 
@@ -531,13 +535,11 @@ def _check_on_a_motion(term: Formula) -> None:
         place = ", ".join(f"{name} = {points[name][wrong[0]]:g}" for name in _MOTION if re.search(rf"\b{name}\b", term.formula))
         remedy = "guard it, as in abs(u_dot)**p for a power and log(abs(u) + 1e-6) for a logarithm"
         raise InputError(f"formula {shown(term.formula)} is no finite number at {place}: expected one wherever the hammer moves; {remedy}")
-    step = 1e-4
-    slopes = [(force(**{n: v * (1 + step)}) - force(**{n: v * (1 - step)})) / (2 * step) for n, v in values.items()]
+    slopes = [force(**{n: v * (1 + _STEP)}) - force(**{n: v * (1 - _STEP)}) for n, v in values.items()]
     norms = np.array([float(np.linalg.norm(one)) for one in slopes])
     if len(values) > 1 and np.isfinite(norms).all() and (norms > 0).all():
-        *_, directions = np.linalg.svd(np.array(slopes).T / norms, full_matrices=False)
-        least = np.linalg.svd(np.array(slopes).T / norms, compute_uv=False)[-1]
-        if least < 1e-7:
+        _, sizes, directions = np.linalg.svd(np.array(slopes).T / norms, full_matrices=False)
+        if sizes[-1] < _ALIKE:
             alike = [name for name, part in zip(values, np.abs(directions[-1]), strict=True) if part > 0.1]
             raise InputError(
                 f"formula {shown(term.formula)}: no motion tells {' and '.join(alike)} apart; expected each to act in a way of its own; "
