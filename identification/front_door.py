@@ -6,7 +6,7 @@ The first needs no JAX; the others compute in double precision, which is the cal
 import abc
 import dataclasses
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from identification.result.result import FitResult, ParameterEstimate
 from identification.windows.declared_model import check_precision
 from identification.windows.simulate import simulate_record
 from vibrojax.aside import filled, of_earlier_set
+from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 
@@ -150,6 +151,8 @@ def fit(
     *,
     law: str | None = None,
     effects: Sequence[str] = (),
+    terms: Sequence[str] = (),
+    starts: Mapping[str, float] | None = None,
     seed: int = 0,
     smoothing: float | None = None,
     posterior: bool = False,
@@ -163,6 +166,9 @@ def fit(
         experiment: loaded, or the path of its folder or `experiment.toml`.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         effects: names of those that are added to the nominal model and fitted with it; `diagnose` looks for effects.
+        terms: forces on the hammer as formulas, or NAME=formula, which are fitted with it: "-a*u_dot*abs(u_dot)", N, positive towards the
+            stop; symbols as in `vibrojax.effects.formula.Formula`.
+        starts: first values by name, SI, of parameters of the terms that are no strengths.
         seed: of every random draw.
         smoothing: width of the contact switch, m, with which Diffrax fits the smoothed law as well; None for the exact contact alone.
         posterior: whether to sample the posterior of the parameters; needs the extra `bayes`.
@@ -171,8 +177,8 @@ def fit(
         progress: called with a line of text at each stage.
 
     Raises:
-        InputError: JAX computes in single precision, the experiment cannot be used, a name is unknown, or the smoothed contact does not
-            go with the law or the effects.
+        InputError: JAX computes in single precision, the experiment or a formula cannot be used, a name is unknown, or the smoothed contact
+            does not go with the law or the effects.
         NoConvergenceError: the fit did not converge.
     """
     check_precision()
@@ -182,6 +188,7 @@ def fit(
         check_extra()
     among_effects(only=effects)
     options: dict[str, Any] = {"law": law, "effects": tuple(dict.fromkeys(effects)), "seed": seed, "smoothing": smoothing}
+    options |= {"terms": read_terms(terms, starts)}
     options |= {"draws": draws if posterior else None, "with_profiles": profiles}
     found = Fit(fit_experiment(_loaded(experiment), progress=progress, **options))
     check_converged(found.result)
@@ -194,6 +201,8 @@ def diagnose(
     law: str | None = None,
     only: Sequence[str] = (),
     without: Sequence[str] = (),
+    terms: Sequence[str] = (),
+    starts: Mapping[str, float] | None = None,
     budget_minutes: float = 5.0,
     progress: Progress = lambda stage: None,
 ) -> Diagnosed:
@@ -202,20 +211,24 @@ def diagnose(
     Args:
         experiment: loaded, or the path of its folder or `experiment.toml`.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        only: names of effects; no others are looked for. Left out: all that are listed.
+        only: names of effects or terms; no others are looked for. Left out: all that are listed, and the terms.
         without: names of effects that are not looked for.
+        terms: forces on the hammer as formulas, or NAME=formula, each looked for like a listed effect; as for `fit`.
+        starts: first values by name, SI, of parameters of the terms that are no strengths; several values are tried where none is given.
         budget_minutes: no new search step is begun after so long; the verdict is then "undecided".
         progress: called with a line of text at each stage.
 
     Raises:
-        InputError: JAX computes in single precision, the experiment cannot be used, or a name is unknown.
+        InputError: JAX computes in single precision, the experiment or a formula cannot be used, or a name is unknown.
         NoConvergenceError: the nominal model cannot be fitted at all.
     """
     check_precision()
     if not budget_minutes > 0.0:
         raise InputError(f"budget_minutes is {budget_minutes:g}: expected minutes, above 0")
-    among = among_effects(only, without)
-    return Diagnosed(diagnose_experiment(_loaded(experiment), law=law, among=among, budget_minutes=budget_minutes, progress=progress))
+    own = read_terms(terms, starts)
+    among = among_effects(only, without, own)
+    options: dict[str, Any] = {"law": law, "among": among, "terms": own, "budget_minutes": budget_minutes, "progress": progress}
+    return Diagnosed(diagnose_experiment(_loaded(experiment), **options))
 
 
 def simulate(model: Model, experiment: Experiment | Path | str, *, as_recorded: bool = False) -> dict[str, xr.Dataset]:

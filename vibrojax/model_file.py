@@ -13,9 +13,10 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import unit_in
+from vibrojax.effects.formula import Formula
 from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm
 from vibrojax.effects.recorder_filter import BANDS, MOST_ORDER, RecorderFilter
-from vibrojax.errors import shown
+from vibrojax.errors import InputError, shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
 from vibrojax.parameters import Parameter
@@ -49,8 +50,9 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
     """What `model.json` holds: mass in kg, suspension by field, law and effects by parameter name, and the unit of each number.
 
     An effect that acts in one record or on one channel names it (`record`, `channel`), and a free form its `coordinate`, its `knots`
-    and whether it differs `by_direction`. A parameter of which every record has its own value is written as the model holds it, zero unless
-    it was set. `effects` is left out where there are none; so are `load`, known constant forces, and `recorder`, known filters.
+    and whether it differs `by_direction`; a term of the user has its `formula`. A parameter of which every record has its own value is
+    written as the model holds it, zero unless it was set. `effects` is left out where there are none; so are `load`, known constant forces,
+    and `recorder`, known filters.
 
     Example:
         >>> from vibrojax.suspension import Linear
@@ -157,6 +159,8 @@ def effect_document(effect: AbstractEffect) -> dict[str, Any]:
     if isinstance(effect, FreeForm):
         places = {"channel": effect.of_channel} if effect.of_channel else {}
         places |= {"coordinate": effect.coordinate, "knots": list(effect.knots), "by_direction": effect.by_direction}
+    elif isinstance(effect, Formula):
+        places = {"formula": effect.formula}
     else:
         places = {key: getattr(effect, field) for field, key in _places(type(effect))}
     if places.get("channel", EVERY_CHANNEL[0]) not in EVERY_CHANNEL:
@@ -173,6 +177,8 @@ def effect_from_document(document: Any, where: str) -> AbstractEffect:
 
 def _effect(table: Table) -> AbstractEffect:
     """One effect from its object in the file."""
+    if "formula" in table.values:
+        return _formula(table)
     name = table.choice("name", [*EFFECTS, FreeForm.name])
     if name == FreeForm.name:
         return _free_form(table)
@@ -181,6 +187,18 @@ def _effect(table: Table) -> AbstractEffect:
     table.allow(["name", *(key for _, key in places), *(p.name for p in kind.parameters)])
     named = {field: table.choice(key, EVERY_CHANNEL) if key == "channel" else table.text(key) for field, key in places}
     return kind(**named, **{p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in kind.parameters})
+
+
+def _formula(table: Table) -> Formula:
+    """A term of the user from its object in the file."""
+    name, formula = table.text("name"), table.text("formula")
+    try:
+        blank = Formula(formula, "" if name == formula else name)
+    except InputError as error:
+        table.refuse(str(error))
+    table.allow(["name", "formula", *(p.name for p in blank.parameters)])
+    numbers = {p.field: table.number(p.name, zero=p.lower < 0, negative=p.lower < 0) for p in blank.parameters}
+    return dataclasses.replace(blank, **numbers)
 
 
 def _free_form(table: Table) -> FreeForm:

@@ -1,7 +1,10 @@
 """What the commands do, from paths to files; nothing here prints."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+import dataclasses
+import hashlib
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,7 @@ from rich.console import RenderableType
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
-from identification.diagnosis.look import among_effects
+from identification.diagnosis.look import among_effects, known_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
 from identification.experiment import Experiment, ExperimentError, load_experiment
@@ -20,16 +23,26 @@ from identification.report.base import SCREEN, PageStyle
 from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.report.laws import FILE_NAME as LAWS_FILE
 from identification.report.laws import law_scores, law_summary, write_laws
-from identification.result.files import StoredFit, provenance, read_estimates, state_files, stored_fit, write_fit_json, write_result
+from identification.result.files import (
+    StoredFit,
+    estimates_file,
+    provenance,
+    read_estimates,
+    state_files,
+    stored_fit,
+    write_fit_json,
+    write_result,
+)
 from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
 from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
-from identification.result.result import FitResult
+from identification.result.result import FitResult, StartedFrom
 from identification.result.store import FILE_NAME, read_stored
-from identification.windows.declared_model import check_law, check_laws, check_smoothing, nominal_model
+from identification.windows.declared_model import check_compared_wishes, check_law, check_laws, check_smoothing, nominal_model
 from identification.windows.simulate import simulate_record
 from identification.wording.numbers import joined
-from vibrojax.effects import EFFECTS
+from vibrojax.effects.formula import Formula
+from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError, NoConvergenceError, WarningLine
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
@@ -47,6 +60,8 @@ def run_fit(
     law: str | None = None,
     compare: Sequence[str] = (),
     effects: Sequence[str] = (),
+    terms: Sequence[str] = (),
+    starts: Mapping[str, float] | None = None,
     earlier: Path | None = None,
     reference: Path | None = None,
     seed: int = 0,
@@ -59,7 +74,8 @@ def run_fit(
 ) -> FitResult:
     """Fit an experiment, show the numbers, and write fit.json, model.json, result.nc, report.html and plots into `folder`.
 
-    `show` is called with the tables for a terminal before anything is drawn. `effects` are added to the nominal model. The laws in
+    `show` is called with the tables for a terminal before anything is drawn. `effects` and `terms`, forces as
+    formulas with first values `starts` of their parameters, are added to the nominal model. The laws in
     `compare` are fitted in place of `law`; a table and comparison.csv rank them, and the best one's result is written. The fit starts from
     the values of an `earlier` one, a fit.json or its folder, where names and units agree; other parameters keep their first guesses.
     `smoothing` is the width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are
@@ -69,7 +85,7 @@ def run_fit(
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
     among_effects(only=effects)
-    effects = tuple(dict.fromkeys(effects))
+    effects, own = tuple(dict.fromkeys(effects)), read_terms(terms, starts)
     if draws is not None:
         check_extra()
     if compare:
@@ -77,19 +93,24 @@ def run_fit(
     known = {} if earlier is None else read_estimates(earlier)
     progress("reading the records")
     loaded = _loaded(experiment, progress)
+    if compare:
+        check_compared_wishes(loaded, compare)
     table = None if reference is None else read_reference(reference)
     more: dict[str, Any] = {"seed": seed, "smoothing": smoothing, "draws": draws, "with_profiles": with_profiles}
 
     def fitted(law: str | None, said: Progress) -> FitResult:
         model = nominal_model(loaded, law)
         check_smoothing(model.law, smoothing)
-        units = _units(model, effects)
+        units = _units(model, effects, own)
         if table is not None:
             check_reference(table, units)
-        start = {name: value for name, (value, unit) in known.items() if units.get(name) == unit}
-        found = fit_experiment(loaded, law=law, effects=effects, earlier=start, progress=said, **more)
+        begin = None if earlier is None else _started_from(estimates_file(earlier), known, units, loaded)
+        if begin is not None:
+            said(begin.sentence())
+        start = {} if begin is None else begin.taken
+        found = fit_experiment(loaded, law=law, effects=effects, terms=own, earlier=start, progress=said, **more)
         check_converged(found)
-        return found
+        return dataclasses.replace(found, started_from=begin)
 
     if compare:
         found, refused = _each(compare, fitted, progress)
@@ -113,12 +134,15 @@ def check_choices(
     law: str | None,
     compare: Sequence[str],
     effects: Sequence[str],
+    terms: Sequence[str],
+    starts: Mapping[str, float],
     earlier: Path | None,
     reference: Path | None,
     draws: int | None,
 ) -> None:
     """Raise `ExperimentError` or `InputError` where the options of `run_fit` suit no experiment at all: names and files."""
     among_effects(only=effects)
+    read_terms(terms, starts)
     if draws is not None:
         check_extra()
     if law is not None:
@@ -129,6 +153,32 @@ def check_choices(
         read_estimates(earlier)
     if reference is not None:
         read_reference(reference)
+
+
+def _started_from(file: Path, known: Mapping[str, tuple[float, str]], units: Mapping[str, str], experiment: Experiment) -> StartedFrom:
+    """Values of an earlier fit, with their units, that the nominal model takes: `units` by name.
+
+    A number whose unit holds an exponent, N/m^n, means something only beside that exponent: both are taken or neither.
+    """
+    options = experiment.parameters
+    taken = {name: value for name, (value, unit) in known.items() if units.get(name) == unit and "." not in name}
+    left_out = {name: f"in {unit} there, {units[name]} here" for name, (_, unit) in known.items() if units.get(name, unit) != unit}
+    wished = {name: option.start for name, option in options.items() if option.start is not None}
+    for name in list(taken):
+        for exponent in re.findall(r"\bn(?:_2)?\b", units[name]):
+            if name not in taken:
+                continue
+            if exponent not in taken:
+                left_out[name] = f"the earlier fit has no {exponent} to it"
+            elif wished.get(exponent, taken[exponent]) != taken[exponent]:
+                left_out[name] = f"its {exponent} is {taken[exponent]:.4g} there, and {wished[exponent]:g} in [parameters]"
+            else:
+                continue
+            del taken[name]
+    left_out |= {name: "given in [parameters]" for name in wished if name in taken}
+    taken = {name: value for name, value in taken.items() if name not in wished}
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    return StartedFrom(file=str(file), sha256=digest, taken=taken, left_out=left_out)
 
 
 def _each(
@@ -187,6 +237,8 @@ def run_diagnose(
     *,
     only: Sequence[str] = (),
     without: Sequence[str] = (),
+    terms: Sequence[str] = (),
+    starts: Mapping[str, float] | None = None,
     budget_minutes: float = 5.0,
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
@@ -194,12 +246,14 @@ def run_diagnose(
 ) -> None:
     """Diagnose an experiment, show the numbers; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots.
 
-    `show` is called with the tables for a terminal before anything is drawn. Raises `ExperimentError` or `InputError` before any fitting
-    where the input cannot be used, `NoConvergenceError` where the nominal model cannot be fitted.
+    `terms` are forces as formulas, each looked for like a listed effect, with first values `starts` of their parameters. `show` is called
+    with the tables for a terminal before anything is drawn. Raises `ExperimentError` or `InputError` before any fitting where the input
+    cannot be used, `NoConvergenceError` where the nominal model cannot be fitted.
     """
-    among = among_effects(only, without)
+    own = read_terms(terms, starts)
+    among = among_effects(only, without, own)
     progress("reading the records")
-    diagnosis = diagnose_experiment(_loaded(experiment, progress), among=among, budget_minutes=budget_minutes, progress=progress)
+    diagnosis = diagnose_experiment(_loaded(experiment, progress), among=among, terms=own, budget_minutes=budget_minutes, progress=progress)
     show(diagnosis_summary(diagnosis))
     write_diagnosed(diagnosis, folder, style, progress)
 
@@ -215,10 +269,11 @@ def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREE
     state_files(folder / "diagnosis.json", folder)
 
 
-def _units(model: Model, effects: Sequence[str]) -> dict[str, str]:
-    """Unit by name of every number that a fit of the model with these effects gives, those derived from others included."""
+def _units(model: Model, effects: Sequence[str], terms: Sequence[Formula] = ()) -> dict[str, str]:
+    """Unit by name of every number that a fit of the model with these effects and terms gives, those derived from others included."""
+    known, names = known_effects(terms), (*(term.name for term in terms), *effects)
     units = {p.name: p.unit for p in (*model.parameters, MASS)}
-    units |= {f"{name}.{p.name}": p.unit for name in effects for p in EFFECTS[name].parameters}
+    units |= {f"{name}.{p.name}": p.unit for name in names for p in known[name].parameters}
     return units | DERIVED if "f_n" in units else units
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ from identification.diagnosis.diagnosis import (
 from identification.diagnosis.evidence import Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
-from identification.diagnosis.look import Look, best_of_each, detail, limit_warning, look, weighed_anew
+from identification.diagnosis.look import Look, best_of_each, detail, known_effects, limit_warning, look, weighed_anew
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
@@ -42,8 +42,8 @@ from identification.windows.clearance import check_clearance
 from identification.windows.declared_model import nominal_model
 from identification.windows.selection import in_part
 from identification.wording.numbers import joined
-from vibrojax.effects import EFFECTS
 from vibrojax.effects.base import unit_in
+from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
@@ -85,7 +85,8 @@ def diagnose_experiment(
     experiment: Experiment,
     *,
     law: str | None = None,
-    among: Collection[str] = EFFECTS,
+    among: Collection[str] | None = None,
+    terms: Sequence[Formula] = (),
     budget_minutes: float = 5.0,
     progress: Progress = lambda stage: None,
 ) -> Diagnosis:
@@ -94,7 +95,8 @@ def diagnose_experiment(
     Arguments:
         experiment: as loaded.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
-        among: names of the effects that may be added to the model, all listed ones if left out; `among_effects` checks names.
+        among: names of the effects that may be added to the model, all listed ones and the terms if left out; `among_effects` checks names.
+        terms: of the user, each a candidate like the listed effects.
         budget_minutes: time after which no round of a fit is begun; the verdict is then `UNDECIDED`, with what was found.
         progress: called with a line of text at each stage.
 
@@ -102,6 +104,7 @@ def diagnose_experiment(
         NoConvergenceError: the nominal model cannot be fitted at all.
     """
     course = _Course(budget_minutes, progress)
+    among = tuple(known_effects(terms)) if among is None else among
     check_clearance(experiment, nominal_model(experiment, law).law)
     experiment, partly = in_part(experiment)
     with course.stage("nominal"):
@@ -109,8 +112,8 @@ def diagnose_experiment(
         nominal = fit(problem_of(experiment, law=law), together=False, progress=progress)
     with course.stage("search"):
         judge = Judge(experiment)
-        found = search(nominal, among, judge=judge, progress=course.within_budget)
-        last = look(found.final, among) if found.last is None else found.last.look
+        found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
+        last = look(found.final, among, terms) if found.last is None else found.last.look
         final = polished(found.final, progress=progress)
         found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
     with course.stage("evidence"):
@@ -281,7 +284,7 @@ def _concluded(
             _beyond_noise(after.fitted),
             reasons={name: reason for name, reason in reasons.items() if reason},
             finished=finished,
-            limited=len(among) < len(EFFECTS),
+            limited=bool(limit_warning(among)),
         ),
         effects=named,
         free_form=formula,

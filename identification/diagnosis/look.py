@@ -19,6 +19,7 @@ from identification.trajectory.segments import Chains
 from identification.trajectory.variances import Variances, vanishes
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
+from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
 _COLUMNS = 24
@@ -83,8 +84,8 @@ class Look:
     free: tuple[Scored, ...]
 
 
-def look(fitted: Fitted, among: Collection[str] = EFFECTS) -> Look:
-    """Score every listed effect that the model does not hold, and the free forms.
+def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:
+    """Score every listed effect and every term of the user that the model does not hold, and the free forms.
 
     Scores hold the variances, which what is missing may have made too large: every candidate is scored under those of the fit, under
     white reading errors, and under a tenth of the random force, and its largest gain counts. They only choose what is estimated anew.
@@ -93,7 +94,7 @@ def look(fitted: Fitted, among: Collection[str] = EFFECTS) -> Look:
     by, scales = by_sample(fitted, sampled), probe_scales(fitted, along)
     held = {effect.name for effect in fitted.problem.model.effects}
     candidates = []
-    for name, kind in EFFECTS.items():
+    for name, kind in known_effects(terms).items():
         if name in among and name not in held:
             candidates += _of_kind(kind, scales, along, fitted.problem.chains)
     listed = _scored(fitted, by, candidates)
@@ -119,8 +120,13 @@ def detail(candidate: Candidate) -> str:
     return ", ".join([text for text in (effect.channel, effect.record) if text] + own)
 
 
-def among_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the effects that may be added: `only` these, or all listed ones, `without` those.
+def known_effects(terms: Sequence[Formula] = ()) -> dict[str, type[AbstractEffect] | Formula]:
+    """Every effect that may be looked for by name: the listed ones, and terms of the user."""
+    return {**EFFECTS, **{term.name: term for term in terms}}
+
+
+def among_effects(only: Sequence[str] = (), without: Sequence[str] = (), terms: Sequence[Formula] = ()) -> tuple[str, ...]:
+    """Names of the effects that may be added: `only` these, or all listed ones and the terms, `without` those.
 
     Raises:
         InputError: an unknown name, a single text in place of several names, or no effect is left.
@@ -129,15 +135,16 @@ def among_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> tupl
         >>> among_effects(only=["hysteresis", "quadratic_drag"], without=["hysteresis"])
         ('quadratic_drag',)
     """
+    known = known_effects(terms)
     for given in (only, without):
         if isinstance(given, str):
             raise InputError(f"{given!r} is one text: expected a list of names of effects, such as [{given!r}]")
         for name in given:
-            if name not in EFFECTS:
-                near = get_close_matches(name, EFFECTS, n=1)
-                expected = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(EFFECTS)}"
+            if name not in known:
+                near = get_close_matches(name, known, n=1)
+                expected = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(known)}"
                 raise InputError(f"no effect is called {name!r}: {expected}")
-    found = tuple(name for name in EFFECTS if (name in only or not only) and name not in without)
+    found = tuple(name for name in known if (name in only or not only) and name not in without)
     if not found:
         raise InputError(f"without {joined(list(without))} no effect is left to look for: exclude fewer of them")
     return found
@@ -149,6 +156,8 @@ def limit_warning(among: Collection[str]) -> tuple[str, ...]:
     if not absent:
         return ()
     names = [name for name in EFFECTS if name in among]
+    if not names:
+        return (f"{LIMITED}: none of the listed effects could be named",)
     text = f"only {joined(names)} could be named" if len(names) < len(absent) else f"{joined(absent)} could not be named"
     return (f"{LIMITED}: of the listed effects, {text}",)
 
@@ -159,7 +168,7 @@ def weighed_anew(seen: Look, one: Candidate | None) -> Reestimated:
     return reestimated(seen.fitted, *columns, seen.fitted.variances)
 
 
-def _of_kind(kind: type[AbstractEffect], scales: ProbeScales, along: tuple[Course, ...], chains: Chains) -> list[Candidate]:
+def _of_kind(kind: type[AbstractEffect] | Formula, scales: ProbeScales, along: tuple[Course, ...], chains: Chains) -> list[Candidate]:
     """Candidates of one effect with their signals."""
     by_place: dict[tuple, list[tuple[AbstractEffect, ...]]] = {}
     for members in kind.probe.candidates(scales):

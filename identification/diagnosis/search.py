@@ -1,7 +1,7 @@
 """Forward selection of effects: a look, the best few with variances estimated anew, the best of these refitted; until nothing is left."""
 
 import dataclasses
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.variances import Variances, vanishes
 from vibrojax.effects import EFFECTS
+from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
 
 _WEIGHED = 6
@@ -118,6 +119,7 @@ def search(
     nominal: Fitted,
     among: Collection[str] = EFFECTS,
     *,
+    terms: Sequence[Formula] = (),
     judge: Judging = lambda model, one: one,
     progress: Progress = lambda line: None,
 ) -> Search:
@@ -126,6 +128,7 @@ def search(
     Args:
         nominal: fitted.
         among: names of the effects that are looked for.
+        terms: those of the user; of these, too, the ones that `among` names.
         judge: says why an alternative is not taken in; the next one is then asked.
         progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
@@ -133,7 +136,7 @@ def search(
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
-            step = _step(look(found.final, among), judge, progress)
+            step = _step(look(found.final, among, terms), judge, progress)
             taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
             if taken is None:
                 found = dataclasses.replace(found, last=step, finished=step.finished)

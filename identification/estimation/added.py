@@ -5,19 +5,22 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from identification.diagnosis.augment import augmented
-from identification.diagnosis.look import look, weighed_anew
+from identification.diagnosis.look import known_effects, look, weighed_anew
 from identification.result.evidence import chance
 from identification.result.result import Added
 from identification.trajectory.fit import Fitted, polished
 from identification.wording.numbers import joined
-from vibrojax.effects import EFFECTS
+from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
 
-def with_effects(nominal: Fitted, names: Sequence[str], *, progress: Callable[[str], None]) -> tuple[Fitted, Added]:
+def with_effects(
+    nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formula] = (), progress: Callable[[str], None]
+) -> tuple[Fitted, Added]:
     """The fitted model with effects, added in the order of `names`, each fitted anew with everything else, and what they gain.
 
-    Of the candidates of an effect (frequencies, channels, records), that with the largest expected gain is the start.
+    Names are those of listed effects or of `terms`, forces of the user. Of the candidates of an effect (frequencies, channels, records,
+    first values), that with the largest expected gain is the start.
 
     Raises:
         InputError: an effect has nothing to act on in these records.
@@ -25,13 +28,13 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, progress: Callable[[s
     found, possibilities, places = nominal, 1, []
     for name in names:
         progress(f"choosing where {name} begins")
-        seen = look(found, [name])
+        seen = look(found, [name], terms)
         if not seen.listed:
             channels = joined(list(found.problem.chains.channels))
             raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
         best = seen.listed[0].candidate
         places.append(best.channel or best.members[0].record or "")
-        possibilities *= len(seen.listed) * EFFECTS[name].probe.searched
+        possibilities *= len(seen.listed) * known_effects(terms)[name].probe.searched
         progress(f"fitting the model with {name}")
         found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
     gain = 0.5 * (nominal.deviance - found.deviance)

@@ -32,6 +32,7 @@ from identification.trajectory.start import Problem, problem_of
 from identification.windows.clearance import check_clearance
 from identification.windows.declared_model import check_smoothing, nominal_model, varying
 from identification.windows.selection import in_part
+from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
 Progress = Callable[[str], None]
@@ -46,6 +47,7 @@ def fit_experiment(
     *,
     law: str | None = None,
     effects: Sequence[str] = (),
+    terms: Sequence[Formula] = (),
     earlier: Mapping[str, float] | None = None,
     seed: int = 0,
     smoothing: float | None = None,
@@ -59,6 +61,7 @@ def fit_experiment(
         experiment: as loaded; its held-back records are predicted at the end.
         law: contact law by name; the experiment's own, else Hunt-Crossley, if None.
         effects: names of effects that are added to the nominal model, in this order.
+        terms: forces of the user, which are added before them.
         earlier: values of an earlier fit by name, SI: the fit of the nominal model starts there in place of first guesses.
         seed: of every random draw.
         smoothing: width of the contact switch, m, with which Diffrax fits the smoothed law as well; None for the exact contact alone.
@@ -69,6 +72,7 @@ def fit_experiment(
     Raises:
         InputError: the smoothed contact does not go with this law or with effects.
     """
+    effects = (*(term.name for term in terms), *effects)
     if smoothing is not None and effects:
         raise InputError("the smoothed integrator integrates no effects: expected none beside it; fit them with the landing integrator")
     clock = _Clock()
@@ -81,7 +85,7 @@ def fit_experiment(
     problem = with_variation(problem_of(experiment, law=law, earlier=earlier), dict.fromkeys(names, 0.0))
     clock.lap("prepare")
     nominal, between = with_variations(_converged(fit(problem, seed=seed, progress=progress)), names, seed=seed, progress=progress)
-    found, added = (nominal, None) if not effects else with_effects(nominal, effects, progress=progress)
+    found, added = (nominal, None) if not effects else with_effects(nominal, effects, terms=terms, progress=progress)
     found = _converged(found)
     clock.lap("fit")
     smoothed = None if smoothing is None else _smoothed(found, smoothing, progress)

@@ -12,7 +12,7 @@ from identification.experiment import Experiment
 from identification.report.base import DASHED, DASHES, PageStyle, Picture, panels
 from identification.result.result import FitResult
 from identification.result.ring_down import RingDown, RingDowns
-from identification.wording.names import label
+from identification.wording.names import label, plain_name
 from identification.wording.numbers import joined
 from vibrojax.drawing import few_ticks, literal
 
@@ -29,7 +29,7 @@ def ring_downs(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     found = result.ring_downs
     lines: list[Line] = [("nominal model", found.models.get("nominal", ()), style.nominal, DASHED)]
     if result.added is not None and "augmented" in found.models:
-        named = joined([name.replace("_", " ") for name in result.added.names])
+        named = joined([plain_name(name) for name in result.added.names])
         lines.append((f"with {named}", found.models["augmented"], style.model, "-"))
     yield from _picture(found, lines, result.experiment, style)
 
@@ -42,9 +42,9 @@ def ring_downs_of_both(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pictu
     others = {name: curve for name, curve in found.models.items() if name not in ("nominal", "augmented")}
     others = {name: curve for name, curve in others.items() if _differs(curve, nominal, found.measured)}
     for (name, curve), colour, dashes in zip(others.items(), style.series[2:], DASHES[2:], strict=False):
-        lines.append((f"nominal with {name.replace('_', ' ')}", curve, colour, dashes))
+        lines.append((f"nominal with {plain_name(name)}", curve, colour, dashes))
     if "augmented" in found.models:
-        names = joined([effect.name.replace("_", " ") for effect in diagnosis.model.effects])
+        names = joined([plain_name(effect.name) for effect in diagnosis.model.effects])
         named = f"with {names}" if diagnosis.verdict == MISSING else "with the learned term"
         lines.append((named, found.models["augmented"], style.model, "-"))
     yield from _picture(found, lines, diagnosis.experiment, style)

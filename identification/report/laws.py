@@ -11,15 +11,16 @@ from rich.text import Text
 
 from identification.estimation.unseen import rms_nrmse
 from identification.report.tables import Table
+from identification.report.verdict import GOOD, judge
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate
 from identification.wording.names import symbol_text
-from identification.wording.numbers import rounded, significant, with_unit
+from identification.wording.numbers import NONE, rounded, significant, with_unit
 
 FILE_NAME = "comparison.csv"
 _PREDICTED = ("NRMSE", "2Δln p")
 _LEGEND = (
     "2Δln L, ΔBIC: twice the log-likelihood and the Bayesian information criterion, less those of the first law; par.: contact parameters "
-    "that were estimated; χ²: reduced chi-square of the free motion"
+    "that were estimated; samples: readings that were fitted; χ²: reduced chi-square of the free motion"
 )
 _OF_PREDICTED = "; NRMSE, 2Δln p: error, and twice the log predictive density less that of the first law, of the records held back"
 
@@ -33,6 +34,7 @@ class LawScore:
         result: of its fit.
         contact: parameters of the law, with their errors.
         count: of those that were estimated.
+        samples: readings to which it was fitted; None where that is not known.
         gain: twice the log-likelihood less that of the best law; None where it is of other samples.
         bic: Bayesian information criterion, less that of the best law, 0 or more; None where it is of other samples.
         nrmse: rms normalised error on the records held back, or None.
@@ -43,6 +45,7 @@ class LawScore:
     result: FitResult
     contact: tuple[ParameterEstimate, ...]
     count: int
+    samples: int | None
     gain: float | None
     bic: float | None
     nrmse: float | None
@@ -62,6 +65,7 @@ def law_scores(results: Mapping[str, FitResult]) -> tuple[LawScore, ...]:
         names = {p.name for p in result.model.law.parameters}
         contact = tuple(p for p in result.parameters if p.spec.name in names)
         count, known = sum(p.status != FIXED for p in contact), result.likelihood
+        samples = None if known is None else known.samples
         known = known if known is not None and known.samples == most else None
         scores.append(
             LawScore(
@@ -69,6 +73,7 @@ def law_scores(results: Mapping[str, FitResult]) -> tuple[LawScore, ...]:
                 result=result,
                 contact=contact,
                 count=count,
+                samples=samples,
                 gain=None if known is None else -known.deviance,
                 bic=None if known is None else known.deviance + count * math.log(max(most, 1)),
                 nrmse=rms_nrmse(result.held_back) if result.held_back else None,
@@ -92,18 +97,25 @@ def _less(number: float | None, best: float | None) -> float | None:
 
 
 def law_summary(scores: tuple[LawScore, ...], refused: Mapping[str, Exception]) -> Group:
-    """The table of the laws, the best first; a line for each law that could not be fitted, with the reason; warnings of the best fit."""
+    """How good the best law's fit is; the table of the laws, the best first; laws that could not be fitted; warnings of the best fit."""
     table = law_table(scores)
     lines = [_LEGEND + (_OF_PREDICTED if _PREDICTED[0] in table.columns else "")] if scores else []
     lines += [f"{law} cannot be fitted: {reason}" for law, reason in refused.items()]
-    samples = {one.law: one.result.likelihood.samples for one in scores if one.result.likelihood is not None}
     lines += [
-        f"{one.law}: fitted to {samples[one.law]} samples, {scores[0].law} to {samples[scores[0].law]}: likelihoods cannot be compared"
+        f"{one.law}: fitted to {one.samples} samples, {scores[0].law} to {scores[0].samples}: likelihoods cannot be compared"
         for one in scores
-        if one.gain is None and {one.law, scores[0].law} <= samples.keys()
+        if one.gain is None and one.samples is not None and scores[0].samples is not None
     ]
     lines += [f"{one.law}: warning: {warning}" for one in scores[:1] for warning in one.result.warnings]
-    return Group(*([table.for_terminal()] if scores else []), *map(Text, lines))
+    return Group(*([_headline(scores[0]), table.for_terminal()] if scores else []), *map(Text, lines))
+
+
+def _headline(best: LawScore) -> Text:
+    """The verdict on the fit of the best law, as a fit by itself opens with."""
+    verdict = judge(best.result)
+    text = Text(f"Best: {best.result.model.law.title}. {verdict.sentence}", style="bold" if verdict.level != GOOD else "")
+    begin = best.result.started_from
+    return text.append("" if begin is None else f"\n{begin.sentence()}", "not bold")
 
 
 def law_table(scores: tuple[LawScore, ...]) -> Table:
@@ -114,6 +126,7 @@ def law_table(scores: tuple[LawScore, ...]) -> Table:
             significant(one.gain),
             significant(one.bic),
             str(one.count),
+            NONE if one.samples is None else str(one.samples),
             significant(one.result.chi2_reduced),
             significant(one.nrmse, 2),
             significant(one.density_gain),
@@ -121,8 +134,8 @@ def law_table(scores: tuple[LawScore, ...]) -> Table:
         )
         for one in scores
     )
-    columns = ("law", "2Δln L", "ΔBIC", "par.", "χ²", *_PREDICTED, "contact parameters")
-    table = Table(columns=columns, rows=rows, words=(0, 7), bold=(0,))
+    columns = ("law", "2Δln L", "ΔBIC", "par.", "samples", "χ²", *_PREDICTED, "contact parameters")
+    table = Table(columns=columns, rows=rows, words=(0, 8), bold=(0,))
     return table if any(one.nrmse is not None for one in scores) else table.without(*_PREDICTED)
 
 
@@ -138,14 +151,14 @@ def write_laws(scores: tuple[LawScore, ...], refused: Mapping[str, Exception], p
     Laws that could not be fitted come last, with the reason. A cell stays empty where there is no number.
     """
     names = list(dict.fromkeys(p.spec.name for one in scores for p in one.contact))
-    head = ["law", "log_likelihood_twice_difference", "bic_difference", "contact_parameters", "chi2_reduced", "held_back_nrmse"]
+    head = ["law", "log_likelihood_twice_difference", "bic_difference", "contact_parameters", "samples", "chi2_reduced", "held_back_nrmse"]
     head += ["held_back_log_density_twice_difference", *(f"{name}{end}" for name in names for end in ("", "_stderr")), "reason"]
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(head)
         for one in scores:
             found = {p.spec.name: (p.value, p.stderr) for p in one.contact}
-            numbers = [one.gain, one.bic, one.count, one.result.chi2_reduced, one.nrmse, one.density_gain]
+            numbers = [one.gain, one.bic, one.count, one.samples, one.result.chi2_reduced, one.nrmse, one.density_gain]
             table.writerow([one.law, *numbers, *(number for name in names for number in found.get(name, (None, None))), ""])
         for law, reason in refused.items():
             table.writerow([law, *[None] * (len(head) - 2), reason])

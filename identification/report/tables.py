@@ -104,6 +104,8 @@ def _verdict(result: FitResult) -> Text:
     said = [f"{result.experiment.name}: {counts}", f"{result.model.law.title}, {result.model.suspension.name} suspension"]
     if load := load_words(result.model):
         said.append(f"known load: {load}")
+    if result.started_from is not None:
+        said.append(result.started_from.sentence())
     if filters := filter_words(result.model):
         said.append(f"declared filters: {filters}")
     return text.append("".join(f"\n{line}" for line in said), "not bold")

@@ -75,9 +75,10 @@ def residuals(records: tuple[RecordFit, ...], path: str) -> Variables:
 
 
 def provenance(result: FitResult) -> dict[str, Any]:
-    """Provenance of a result: as `origin`, the seed, and how the records were prepared."""
+    """Provenance of a result: as `origin`, the seed, how the records were prepared, and the earlier fit from which it started."""
     prepared = {record.file: to_plain(record.preparation, {}) for record in result.experiment.records if record.preparation.words}
-    return origin(result.experiment, result.seconds, seed=result.seed) | ({"preparation": prepared} if prepared else {})
+    earlier = {} if result.started_from is None else {"earlier_fit": dataclasses.asdict(result.started_from)}
+    return origin(result.experiment, result.seconds, seed=result.seed) | ({"preparation": prepared} if prepared else {}) | earlier
 
 
 def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) -> dict[str, Any]:
@@ -145,7 +146,7 @@ def read_estimates(path: Path) -> dict[str, tuple[float, str]]:
     Raises:
         InputError: there is no such file, or it is no result of a fit.
     """
-    file, expected = path / "fit.json" if path.is_dir() else path, "the fit.json of an earlier fit, or its folder"
+    file, expected = estimates_file(path), "the fit.json of an earlier fit, or its folder"
     table = Table(values=read_json(file, expected), where=str(file), expected=expected).table("parameters")
     found = {name: table.table(name) for name in table.values}
     return {
@@ -153,6 +154,11 @@ def read_estimates(path: Path) -> dict[str, tuple[float, str]]:
         for name, one in found.items()
         if one.needed("value") is not None
     }
+
+
+def estimates_file(path: Path) -> Path:
+    """The `fit.json` of an earlier fit, from its path or that of its folder."""
+    return path / "fit.json" if path.is_dir() else path
 
 
 def state_files(stating: Path, folder: Path) -> None:

@@ -195,6 +195,34 @@ class Likelihood:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class StartedFrom:
+    """The earlier fit whose values took the place of first guesses.
+
+    Attributes:
+        file: its fit.json, as given.
+        sha256: of that file.
+        taken: values by name, SI.
+        left_out: names of values that both fits have and that were not taken, each with the reason.
+    """
+
+    file: str
+    sha256: str
+    taken: dict[str, float]
+    left_out: dict[str, str]
+
+    def sentence(self) -> str:
+        """Which values were taken, and which were not, in words.
+
+        Example:
+            >>> StartedFrom(file="fit.json", sha256="", taken={"n": 1.5}, left_out={"k_i": "its n is another"}).sentence()
+            'started from fit.json: n = 1.5; not taken: k_i (its n is another)'
+        """
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in self.taken.items()) or "none of its values"
+        reasons = ", ".join(f"{name} ({reason})" for name, reason in self.left_out.items())
+        return f"started from {self.file}: {values}" + (f"; not taken: {reasons}" if reasons else "")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class LikelihoodProfile:
     """Profile of one parameter: its values, in its unit, and twice the fall of the log-likelihood with all else at its optimum."""
 
@@ -252,6 +280,7 @@ class FitResult:
         posterior: sample of the parameters' posterior; None where none was asked for.
         profiles: of the likelihood; None where none were asked for.
         likelihood: of the contact law; None where it is not known.
+        started_from: the earlier fit from whose values this one started; None where it started from first guesses.
     """
 
     experiment: Experiment
@@ -280,6 +309,7 @@ class FitResult:
     posterior: PosteriorSample | None = None
     profiles: Profiles | None = None
     likelihood: Likelihood | None = None
+    started_from: StartedFrom | None = None
 
 
 _MERGED = 3

@@ -89,6 +89,16 @@ def spoken(channel: str) -> str:
     return _WORDS[channel][0] if channel in _WORDS else channel.replace("_", " ")
 
 
+def plain_name(effect: str) -> str:
+    """Name of an effect in words; a term of the user that has no name is its formula, which stays what it is.
+
+    Example:
+        >>> plain_name("quadratic_drag"), plain_name("-a*u_dot")
+        ('quadratic drag', '-a*u_dot')
+    """
+    return effect.replace("_", " ") if effect.isidentifier() else effect
+
+
 def label(channel: str, experiment: Experiment) -> Label:
     """Displacements in mm, everything else in SI; angles, and volts that stand for a quantity, stay what they are."""
     words, symbol = spoken(channel), _WORDS.get(channel, ("", channel))[1]

@@ -57,11 +57,13 @@ def experiment_file(folder: Path, name: str = "rig-B, March") -> Path:
 def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     (tmp_path / "known.json").touch()
     chosen = ("--law", "hertz", "--reference", "known.json", "--seed", "7", "--style", "print", "--with", "hysteresis")
+    chosen += ("--term", "-a*abs(u_dot)**p*sign(u_dot)", "--start", "p=1.5")
     status = call(monkeypatch, fit.main, "rig", "--out", "results", *chosen)
     assert status == 0
     ((nouns, options),) = jobs.calls
     assert nouns[0] == Path("rig")
     expected = {"law": "hertz", "effects": ["hysteresis"], "reference": Path("known.json"), "seed": 7, "style": PRINT}
+    expected |= {"terms": ["-a*abs(u_dot)**p*sign(u_dot)"], "starts": {"p": 1.5}}
     assert options == expected | {"smoothing": None, "draws": None, "with_profiles": False, "compare": [], "earlier": None}
     assert Path("results/fit.json").read_text() == "{}"
     captured = capsys.readouterr()
@@ -69,7 +71,9 @@ def test_options_are_handed_on(jobs, monkeypatch, capsys, tmp_path):
     assert captured.out == "the numbers\nresults in results; start with results/report.html\n"
 
 
-def test_laws_to_compare_are_listed_or_repeated_and_a_fit_may_begin_at_an_earlier_one(jobs, monkeypatch):
+def test_laws_to_compare_are_listed_or_repeated_and_a_fit_may_begin_at_an_earlier_one(jobs, monkeypatch, tmp_path):
+    (tmp_path / "before").mkdir()
+    (tmp_path / "before" / "fit.json").touch()
     given = ("--compare", "hertz,flores", "--compare", "kelvin-voigt", "--from", "before")
     assert call(monkeypatch, fit.main, "rig", *given) == 0
     ((_, options),) = jobs.calls

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -25,9 +26,9 @@ def engine(monkeypatch, tmp_path):
     """Stands in for the search: records what it was asked for, returns a diagnosis made by hand or raises what it is told to."""
     module = SimpleNamespace(calls=[], error=None, verdict="missing")
 
-    def diagnose_experiment(experiment, *, among=EFFECTS, budget_minutes=5.0, progress=lambda stage: None):
+    def diagnose_experiment(experiment, *, among=EFFECTS, terms=(), budget_minutes=5.0, progress=lambda stage: None):
         module.calls.append((experiment.name, budget_minutes))
-        module.among = among
+        module.among, module.terms = among, terms
         progress("scoring all candidates")
         if module.error is not None:
             raise module.error
@@ -73,6 +74,30 @@ def test_everything_is_written_and_reported(engine, monkeypatch, capsys, tmp_pat
 def test_the_search_is_limited_on_request(engine, monkeypatch, arguments, among):
     assert call(monkeypatch, str(data_path("example")), "--out", "results", *arguments) == 0
     assert engine.among == among
+
+
+def test_a_force_of_the_users_own_is_handed_on(engine, monkeypatch):
+    options = ("--term", "loss=-a*abs(u_dot)**p*sign(u_dot)", "--term", "-b*u**3", "--start", "p=1.5", "--without", "cubic_stiffness")
+    assert call(monkeypatch, str(data_path("example")), "--out", "results", *options) == 0
+    assert [(term.name, term.starts) for term in engine.terms] == [("loss", (("p", 1.5),)), ("-b*u**3", ())]
+    assert engine.among == (*(name for name in EFFECTS if name != "cubic_stiffness"), "loss", "-b*u**3")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--term", "-a*foo(u)"), r"formula '-a\*foo\(u\)', character 4 \('foo\(u\)'\): no function is called foo; expected one of abs"),
+        (("--term", "a*u_dot**1.5"), r"formula .* is no finite number at u_dot = -0\.1: expected one wherever the hammer moves; guard it"),
+        (("--term", "-a*u", "--start", "p"), r"--start is 'p': expected NAME=VALUE, a number in SI; write, for example, p=1\.5"),
+        (("--term", "-a*u", "--start", "p=1", "--start", "p=2"), r"--start is 'p=2': expected NAME=VALUE, each name once"),
+        (("--start", "p=1"), r"--start p=\.\.\. is given without a term: expected --term beside it"),
+    ],
+)
+def test_a_formula_that_cannot_be_used_is_one_line_before_any_record_is_read(engine, monkeypatch, capsys, tmp_path, options, message):
+    assert call(monkeypatch, str(data_path("example")), "--out", "results", *options) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
+    assert re.match(f"error: {message}", line)
+    assert not engine.calls and not (tmp_path / "results").exists()
 
 
 def test_an_unknown_effect_is_refused_before_any_record_is_read(engine, monkeypatch, capsys, tmp_path):

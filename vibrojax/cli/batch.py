@@ -83,7 +83,8 @@ def fit_batch(
     from identification.result.batch import STATE, input_digest, options_digest, read_rows, write_rows
 
     number = (draws or DRAWS) if posterior else None
-    check_choices(**{name: chosen[name] for name in ("law", "compare", "effects", "earlier", "reference")}, draws=number)
+    named = ("law", "compare", "effects", "terms", "starts", "earlier", "reference")
+    check_choices(**{name: chosen[name] for name in named}, draws=number)
     plain = options_digest(**chosen, draws=number, style=style, version=__version__)
     options = {**chosen, "draws": number, "style": STYLES[style]}
     try:

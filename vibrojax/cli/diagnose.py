@@ -8,7 +8,8 @@ from rich.console import Console
 
 from vibrojax.aside import of_earlier_set
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Style
+from vibrojax.cli.grammar import first_values
+from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Start, Style, Term
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_source, default_folder, experiment_source
@@ -38,6 +39,8 @@ def diagnose(
     ] = 5.0,
     only: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Effect to look for, no others; may be repeated.")] = None,
     without: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Effect not to look for; may be repeated.")] = None,
+    term: Term = None,
+    start: Start = None,
     recipe: Recipe = None,
     data: Data = None,
     style: Style = "screen",
@@ -49,6 +52,7 @@ def diagnose(
     Exit status: 0 done, whatever the verdict; 2 bad input; 3 no convergence.
     """
     check_source(experiment, recipe, data)
+    starts = first_values(start or (), term or ())
     out = default_folder("diagnose", experiment, recipe) if out is None else out
     with (
         output_folder(out, outdated=of_earlier_set) as folder,
@@ -65,6 +69,8 @@ def diagnose(
             folder,
             only=only or (),
             without=without or (),
+            terms=term or (),
+            starts=starts,
             budget_minutes=budget_minutes,
             style=STYLES[style],
             progress=say,

@@ -11,7 +11,7 @@ from vibrojax.cli import options
 from vibrojax.cli.batch import fit_batch
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
-from vibrojax.cli.grammar import listed
+from vibrojax.cli.grammar import first_values, listed
 from vibrojax.cli.options import LANDING, Data, Experiment, Integrator, Quiet, Recipe, Smoothing, Style, contact_width
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
@@ -32,6 +32,8 @@ def fit(
     law: options.Law = None,
     compare: options.Compare = None,
     effects: options.Effects = None,
+    term: options.Term = None,
+    start: options.Start = None,
     earlier: options.Earlier = None,
     reference: options.Reference = None,
     seed: options.Seed = 0,
@@ -56,14 +58,16 @@ def fit(
     width = contact_width(integrator, smoothing)
     if draws is not None and not posterior:
         raise InputError(f"--draws {draws} is given without a posterior: expected --posterior beside it")
-    laws = listed(compare or ())
+    laws, starts = listed(compare or ()), first_values(start or (), term or ())
     alone = {"--law": law, "--reference": reference, "--posterior": posterior, "--profiles": profiles}
     if compare and (beside := [name for name, value in alone.items() if value]):
         raise InputError(f"{beside[0]} is given beside --compare: expected one of the two; fit the best law again with --law NAME")
+    if earlier is not None:
+        check_file(earlier / "fit.json" if earlier.is_dir() else earlier, "the fit.json of an earlier fit, or its folder")
     if reference is not None:
         check_file(reference, "a table of reference values")
-    chosen = {"law": law, "compare": laws, "effects": effects or (), "earlier": earlier, "reference": reference, "seed": seed}
-    chosen |= {"smoothing": width, "with_profiles": profiles}
+    chosen = {"law": law, "compare": laws, "effects": effects or (), "terms": tuple(term or ()), "starts": starts, "earlier": earlier}
+    chosen |= {"reference": reference, "seed": seed, "smoothing": width, "with_profiles": profiles}
     if batch is not None:
         fit_batch(batch, out, chosen, posterior=posterior, draws=draws, style=style, workers=workers or 1, quiet=quiet)
         return

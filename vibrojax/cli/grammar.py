@@ -89,6 +89,29 @@ def listed(texts: Iterable[str]) -> list[str]:
     return [name.strip() for text in texts for name in text.split(",")]
 
 
+def first_values(texts: Iterable[str], terms: Sequence[str]) -> dict[str, float]:
+    """`NAME=VALUE` of `--start`, which may be repeated, beside the `--term` whose parameters these are.
+
+    Example:
+        >>> first_values(["p=1.5"], ["-a*abs(u_dot)**p*sign(u_dot)"])
+        {'p': 1.5}
+    """
+    found: dict[str, float] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        name = name.strip()
+        try:
+            number = float(value)
+        except ValueError:
+            raise InputError(f"--start is {text!r}: expected NAME=VALUE, a number in SI; write, for example, p=1.5") from None
+        if not name or name in found:
+            raise InputError(f"--start is {text!r}: expected NAME=VALUE, each name once; correct it")
+        found[name] = number
+    if found and not terms:
+        raise InputError(f"--start {next(iter(found))}=... is given without a term: expected --term beside it")
+    return found
+
+
 def ends(option: str, text: str) -> tuple[float, float]:
     """`A:B`, or `A:B:N` whose N is not needed, as two numbers."""
     parts = text.split(":")

@@ -57,6 +57,23 @@ Effects = Annotated[
     list[str] | None,
     typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
 ]
+Term = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--term",
+        metavar="[NAME=]FORMULA",
+        help="Force on the hammer, N, positive towards the stop, such as -a*u_dot*abs(u_dot); names other than u, u_dot, t, delta,"
+        " delta_dot and pi are estimated. May be repeated.",
+    ),
+]
+Start = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        metavar="NAME=VALUE",
+        help="First value, SI, of a parameter of a --term; a factor in front of it needs none. May be repeated.",
+    ),
+]
 Earlier = Annotated[
     Path | None,
     typer.Option(

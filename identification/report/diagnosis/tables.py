@@ -21,7 +21,7 @@ from identification.diagnosis.diagnosis import (
 from identification.report.tables import Table, reading_errors, shares
 from identification.report.verdict import RUN_MODEL
 from identification.result.variation import Disagreement
-from identification.wording.names import coordinate_label, spoken, symbol_text
+from identification.wording.names import coordinate_label, plain_name, spoken, symbol_text
 from identification.wording.numbers import (
     NONE,
     chance_text,
@@ -124,7 +124,7 @@ def effects_words(names: Sequence[str]) -> str:
         >>> effects_words(["coulomb_friction", "sticky_tape"])
         'dry friction in the suspension and sticky tape'
     """
-    return joined([EFFECTS[name].summary if name in EFFECTS else name.replace("_", " ") for name in names])
+    return joined([EFFECTS[name].summary if name in EFFECTS else plain_name(name) for name in names])
 
 
 def where(effect: Asserted) -> str:
@@ -179,7 +179,7 @@ def changes(diagnosis: Diagnosis) -> Table:
     after = {one.name: one for one in _as_stated(diagnosis)} if diagnosis.is_augmented else before
     found = before | after
     known = {p.name: p.meaning for model in (diagnosis.nominal_model, diagnosis.model) for p in (MASS, *model.parameters)}
-    names = tuple(known.get(name) or (name.partition(".")[2] or name).replace("_", " ") for name in found)
+    names = tuple(known.get(name) or name.rpartition(".")[2].replace("_", " ") for name in found)
     rows = tuple(
         (one.symbol, _value(before.get(name)), _value(after.get(name)), unit_text(one.unit), _shift(before.get(name), after.get(name)))
         for name, one in found.items()
@@ -297,9 +297,9 @@ def _candidate(one: Considered) -> tuple[str, ...]:
     detail = one.detail
     for channel in CHANNELS:
         detail = detail.replace(channel, spoken(channel))
-    beside = joined([name.replace("_", " ") for name in one.beside]) or "nominal"
+    beside = joined([plain_name(name) for name in one.beside]) or "nominal"
     counts = (_count(number) for number in (one.drop, one.held_out, one.bic))
-    return (one.name.replace("_", " ") + (f", {detail}" if detail else ""), beside, _count(one.gain), chance_text(one.chance), *counts)
+    return (plain_name(one.name) + (f", {detail}" if detail else ""), beside, _count(one.gain), chance_text(one.chance), *counts)
 
 
 def _count(number: float | None) -> str:

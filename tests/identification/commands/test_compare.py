@@ -11,9 +11,11 @@ import pytest
 from rich.console import Console
 
 from identification.commands.run import run_fit
-from identification.experiment import ExperimentError
-from identification.report.laws import law_scores, law_summary
+from identification.experiment import ExperimentError, ParameterOption
+from identification.report.laws import law_scores, law_summary, write_laws
+from identification.report.verdict import judge
 from identification.result.result import Likelihood
+from identification.windows.declared_model import check_compared_wishes
 from tests.identification.made_result import MODEL, made_result
 from vibrojax.contact import LAWS
 from vibrojax.data_files import data_path
@@ -78,11 +80,38 @@ def test_a_parameter_has_to_pay_for_itself():
     assert scores[1].bic == pytest.approx(np.log(4000.0) - 3.0)
 
 
-def test_a_law_that_was_fitted_to_fewer_samples_comes_last_without_a_likelihood():
+def test_a_law_that_was_fitted_to_fewer_samples_comes_last_without_a_likelihood(tmp_path):
     results = {"none": of_law("none", -5000.0, samples=900), "hunt-crossley": of_law("hunt-crossley", 100.0)}
     best, last = law_scores(results)
     assert (best.law, last.law, last.gain, last.bic) == ("hunt-crossley", "none", None, None)
-    assert "none: fitted to 900 samples, hunt-crossley to 4000: likelihoods cannot be compared" in " ".join(printed(results).split())
+    text = printed(results)
+    assert "none: fitted to 900 samples, hunt-crossley to 4000: likelihoods cannot be compared" in " ".join(text.split())
+    head, *_ = [line.split() for line in text.splitlines() if "ΔBIC" in line]
+    counts = [line.split() for line in text.splitlines() if line.strip().startswith(("Hunt", "no contact"))]
+    assert "samples" in head and ["4000" in counts[0], "900" in counts[-1]] == [True, True]
+    write_laws(law_scores(results), {}, tmp_path / "comparison.csv")
+    assert [one["samples"] for one in rows(tmp_path / "comparison.csv")] == ["4000", "900"]
+
+
+def test_the_best_laws_fit_is_judged_as_a_fit_by_itself():
+    results = {"hertz": of_law("hertz", 400.0), "hunt-crossley": of_law("hunt-crossley", 100.0)}
+    text = " ".join(printed(results).split())
+    assert text.startswith(f"Best: Hunt–Crossley (1975). {judge(results['hunt-crossley']).sentence}")
+
+
+def test_a_wish_in_another_unit_is_refused_before_any_fit(monkeypatch, tmp_path, example):
+    """A stiffness in N/m^n says nothing of a linear stop, in N/m; a parameter that only its own law has goes on."""
+    monkeypatch.setattr("identification.commands.run.fit_experiment", lambda *nouns, **more: pytest.fail("fitted"))
+    for option in (ParameterOption(start=3e6, fixed=True), ParameterOption(bounds=(1e5, 1e8))):
+        wishing = dataclasses.replace(example, parameters={"k_i": option})
+        monkeypatch.setattr("identification.commands.run.load_experiment", lambda path, one=wishing: one)
+        message = (
+            r"\[parameters\.k_i\] is in N/m\^n for hunt-crossley, and kelvin-voigt has k_i in N/m: expected laws of one unit; leave kelvin"
+        )
+        with pytest.raises(ExperimentError, match=message):
+            run_fit(tmp_path, tmp_path, compare=("hertz", "kelvin-voigt"))
+    check_compared_wishes(wishing, ("hertz", "flores"))
+    check_compared_wishes(dataclasses.replace(example, parameters={"n": ParameterOption(start=1.5)}), ("hertz", "kelvin-voigt"))
 
 
 def test_errors_on_records_held_back_are_in_the_table_where_there_are_some():

@@ -1,17 +1,23 @@
 """A fit that starts from the values of an earlier one."""
 
 import dataclasses
+import hashlib
+import io
 import json
+import sys
 
 import pytest
+from rich.console import Console
 
 from identification.commands.run import run_fit
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption
-from identification.result.files import write_fit_json
+from identification.report import fit_summary
+from identification.result.files import fit_json, write_fit_json
 from identification.trajectory.start import problem_of
 from tests.identification.conftest import cropped
 from tests.identification.made_result import F_N, K_I, LAMBDA_I, ZETA, N, made_result
+from vibrojax.cli import fit
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
@@ -76,7 +82,7 @@ def test_what_is_no_result_is_refused_before_anything_is_read(tmp_path, content,
     assert "\n" not in str(caught.value)
 
 
-def test_a_value_that_was_not_finite_keeps_its_first_guess(monkeypatch, tmp_path):
+def test_a_value_that_was_not_finite_keeps_its_first_guess_and_so_does_a_stiffness_in_units_of_it(monkeypatch, tmp_path):
     write_fit_json(made_result(samples=600), tmp_path / "fit.json")
     document = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))
     document["parameters"]["n"]["value"] = None
@@ -87,7 +93,7 @@ def test_a_value_that_was_not_finite_keeps_its_first_guess(monkeypatch, tmp_path
     )
     monkeypatch.setattr("identification.commands.run.write_fit", lambda *nouns: None)
     run_fit(data_path("example"), tmp_path, earlier=tmp_path)
-    assert starts == [{name: value for name, value in FOUND.items() if name != "n"}]
+    assert starts == [{name: value for name, value in FOUND.items() if name not in ("k_i", "n")}]
 
 
 def test_gaps_are_read_off_the_records_however_much_an_earlier_fit_knows(small):
@@ -96,3 +102,55 @@ def test_gaps_are_read_off_the_records_however_much_an_earlier_fit_knows(small):
     place = plain.unknowns.own.index("gap_error")
     assert plain.start.own[:, place].any()
     assert known.start.own[:, place] == pytest.approx(plain.start.own[:, place])
+
+
+@pytest.mark.parametrize(
+    ("law", "wish", "taken", "left_out"),
+    [
+        (None, {}, {"k_i", "n", "lambda_i", "zeta", "f_n"}, {}),
+        (
+            None,
+            {"n": 1.3},
+            {"lambda_i", "zeta", "f_n"},
+            {"k_i": "its n is 1.5 there, and 1.3 in [parameters]", "n": "given in [parameters]"},
+        ),
+        (None, {"n": N}, {"k_i", "lambda_i", "zeta", "f_n"}, {"n": "given in [parameters]"}),
+        (
+            "kelvin-voigt",
+            {},
+            {"zeta", "f_n"},
+            {"k_i": "in N/m^n there, N/m here", "lambda_i": "in s/m there, s here"},
+        ),
+    ],
+)
+def test_a_stiffness_is_taken_with_its_exponent_or_not_at_all(monkeypatch, tmp_path, example, law, wish, taken, left_out):
+    """The result says what was taken, and from which file."""
+    write_fit_json(made_result(samples=600), tmp_path / "fit.json")
+    wishing = dataclasses.replace(example, parameters={name: ParameterOption(start=value, fixed=True) for name, value in wish.items()})
+    kept, said = [], []
+    monkeypatch.setattr("identification.commands.run.load_experiment", lambda path: wishing)
+    monkeypatch.setattr("identification.commands.run.fit_experiment", lambda *nouns, **more: made_result(samples=600))
+    monkeypatch.setattr("identification.commands.run.write_fit", lambda result, *nouns: kept.append(result))
+    run_fit(tmp_path, tmp_path, law=law, earlier=tmp_path, progress=said.append)
+    begin = kept[0].started_from
+    assert begin.taken == {name: FOUND[name] for name in taken} and begin.left_out == left_out
+    assert begin.sentence() in said and begin.sentence() in printed(fit_summary(kept[0]))
+    stated = fit_json(kept[0])["provenance"]["earlier_fit"]
+    assert (stated["file"], stated["taken"]) == (str(tmp_path / "fit.json"), begin.taken)
+    assert stated["sha256"] == hashlib.sha256((tmp_path / "fit.json").read_bytes()).hexdigest()
+
+
+def printed(shown) -> str:
+    stream = io.StringIO()
+    Console(file=stream, width=1000, force_terminal=False).print(shown)
+    return stream.getvalue()
+
+
+def test_a_wrong_path_is_one_line_before_anything_is_loaded(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("vibrojax.cli.fit.prepare_jax", lambda: pytest.fail("JAX was loaded first"))
+    monkeypatch.setattr(sys, "argv", ["fit-parameters", str(data_path("example")), "--from", "nowhere", "--out", str(tmp_path / "out")])
+    with pytest.raises(SystemExit) as ended:
+        fit.main()
+    assert ended.value.code == 2 and not (tmp_path / "out").exists()
+    expected = "error: nowhere cannot be read (no such file): expected the fit.json of an earlier fit, or its folder; check the path"
+    assert capsys.readouterr().err.splitlines() == [expected]

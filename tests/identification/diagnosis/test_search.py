@@ -46,7 +46,7 @@ def gains(seen, monkeypatch):
             return Step(look=at, alternatives=(alternative(name, gain, after), alternative("gain_error", 0.5 * gain)))
 
         monkeypatch.setattr(module, "_step", step)
-        monkeypatch.setattr(module, "look", lambda at, among: dataclasses.replace(seen, fitted=at))
+        monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
 
     return found
 
@@ -134,7 +134,7 @@ def test_a_step_that_runs_out_of_time_keeps_what_was_fitted_and_says_so(seen, we
         return refitted(at, one, weighed, progress)
 
     monkeypatch.setattr(module, "_refitted", until_the_second)
-    monkeypatch.setattr(module, "look", lambda at, among: dataclasses.replace(seen, fitted=at))
+    monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
     found = search(fitted(seen), judge=refusing())
     assert (tried, found.finished, names(found)) == (["second_mode"], False, ["second_mode"])
     assert "(coulomb_friction and quadratic_drag not fitted)" in diagnose._warnings(found)[0]
