@@ -43,7 +43,7 @@ def test_every_condition_refuses_alone(changed, reason):
 
 
 def test_no_other_number_decides():
-    """Levels are those four, three of them of the rule on effects, which compares with one of these, nothing, or two numbers of evidence."""
+    """Levels are those four, three of them in the rule, which compares with one of these, nothing, or two numbers of evidence."""
     tree = ast.parse(inspect.getsource(module))
     assigned = {target.id: node.value for node in tree.body if isinstance(node, ast.Assign) for target in node.targets}
     assert {name: ast.literal_eval(value) for name, value in assigned.items()} == {
