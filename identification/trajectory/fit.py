@@ -26,6 +26,7 @@ from identification.trajectory.variances import (
     annealed,
     coloured,
     force_if_it_pays,
+    is_largest,
     is_no_mode,
     likeliest,
     reweighed,
@@ -273,6 +274,9 @@ def _converged(
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds.
 
+    As long as the force is as large as it may be, reading errors stay as they are: they would take up what the force cannot, and let the
+    parameters go astray.
+
     Raises:
         _SamePlace: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
     """
@@ -282,7 +286,7 @@ def _converged(
         share, change, before = stride.share(at, solution), _change(problem, at, solution), force
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
-        if count >= coloured_from:
+        if count >= coloured_from and not is_largest(problem, force):
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(problem.border, at, solution, share)
         progress(_line(count, problem, at, force))
@@ -305,7 +309,8 @@ def _with_likeliest(
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
             force = annealed(problem, at, local, force, evaluations=40)
-            readings = coloured(problem, at, linear, local, force, rng, draws=4)
+            if not is_largest(problem, force):
+                readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
