@@ -156,10 +156,10 @@ def integrate(
     _check(span)
     strobes = Strobes(lanes, engine=engine, chunk=chunk, threads=threads)
     begin = time.perf_counter()
-    batch = _Batch(strobes, initial if start is None else start, points.flat()["base_amplitude"], span)
+    batch = Batch(strobes, initial if start is None else start, points.flat()["base_amplitude"], span)
     with strobes:
         for number in range(span.calls):
-            batch.advance()
+            batch.advance(np.flatnonzero(batch.open))
             progress((number + 1) / span.calls)
     return batch.responses(points, time.perf_counter() - begin)
 
@@ -230,8 +230,15 @@ class Strobes:
         return np.asarray(after), what
 
 
-class _Batch:
-    """All lanes while they are integrated, in NumPy."""
+class Batch:
+    """Lanes while they are integrated, in NumPy.
+
+    Arguments:
+        strobes: the rigs.
+        state: of every lane at t = 0.
+        amplitude: A0 of every lane, m.
+        span: how long; its parts of `Span.call` cycles are what is taken at a time.
+    """
 
     def __init__(self, strobes: Strobes, state: LaneState, amplitude: np.ndarray, span: Span):
         self.strobes, self.span, self.state = strobes, span, packed(state)
@@ -247,9 +254,8 @@ class _Batch:
         self.scale_u = np.where(amplitude > 0, amplitude, _STILL)
         self.scale_v = self.scale_u * 2.0 * np.pi * frequency
 
-    def advance(self) -> None:
-        """Take the lanes that are still open on by one segment."""
-        index = np.flatnonzero(self.open)
+    def advance(self, index: np.ndarray) -> None:
+        """Take some lanes on by one segment."""
         if index.size:
             self.state[:, index], cycles = self.strobes.advance(index, self.state[:, index], *self.span.call)
             self._note(index, cycles)

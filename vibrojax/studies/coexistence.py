@@ -81,7 +81,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     kicks = _PLANE if points.lanes == 1 else KICKS
     starts = np.repeat(asked, len(kicks) + 2)
     kicked = {name: part[starts] for name, part in values.items()}
-    kicked |= dict(zip(("u0", "v0"), _kicked(model, kicked, kicks), strict=True))
+    kicked |= dict(zip(("u0", "v0"), kicked(model, kicked, kicks), strict=True))
     front = _settled(model, kicked, starts, None, found, _SPAN)
     tried = {(lane, of) for lane, of in front}
     while front and along is not None:
@@ -101,7 +101,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     return found
 
 
-def _kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+def kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
     """u0 and v0 of rest, of the steady motion without a stop, and of the kicks, in turn."""
     gap, amplitude, omega = values["gap"], values["base_amplitude"], 2.0 * np.pi * values["frequency_hz"]
     size = np.maximum(np.abs(gap), amplitude)
