@@ -17,10 +17,12 @@ _CLOSED = 1e-6
 """Of A0, and of A0 Omega: an orbit is found when the next Newton step would be shorter."""
 _SLOW = 0.3
 """A step that is longer than this part of the one before asks for a new monodromy matrix."""
-_STEPS = 8
+_STEPS = 6
 """Newton steps, at most."""
 _NEAR_BORDER = 0.05
 """Where a stability condition is met or missed by less than this, the monodromy matrix is taken once more, at the orbit itself."""
+_AWAY = 0.01
+"""Of A0, and of A0 Omega: so it is where it was taken farther from the orbit."""
 _SAME = 1e-4
 """Of A0, and of A0 Omega: closer section points are one; an orbit that repeats earlier has the shorter period."""
 
@@ -90,9 +92,12 @@ def find_orbits(
     x, touch = guess / scale, np.stack([np.abs(guess[1]), np.full(count, LONG_SINCE)])
     matrix, last = np.zeros((2, 2, count)), np.full(count, np.inf)
     fresh, found, open_ = np.ones(count, bool), np.zeros(count, bool), np.ones(count, bool)
+    away = np.zeros(count)
     longest = int(period.max(initial=1))
     nothing = np.zeros(count)
-    passage = _Passage(np.zeros((longest + 1, 2, count)), np.zeros(count, int), nothing, nothing.copy(), touch.copy(), np.zeros(count, bool))
+    passage = _Passage(
+        np.zeros((longest + 1, 2, count)), np.zeros(count, int), nothing, nothing.copy(), touch.copy(), np.zeros(count, bool)
+    )
     for _ in range(_STEPS):
         here = np.flatnonzero(open_)
         if here.size == 0:
@@ -111,6 +116,7 @@ def find_orbits(
         touch[:, here] = ran.touch[:, : here.size]
         step = _newton_step(matrix[:, :, here], last_strobe[:, : here.size] - x[:, here])
         length = np.abs(step).max(axis=0)
+        away[again] = length[fresh[here]]
         closed = (length < _CLOSED) & passage.whole[here]
         lost = ~(length < reach) | ~passage.whole[here]
         fresh[here] = length > _SLOW * last[here]
@@ -119,7 +125,7 @@ def find_orbits(
         x[:, here] += np.where(closed | lost, 0.0, step)
         open_[here[closed | lost]] = False
     stable = _stable(matrix)
-    unsure = np.flatnonzero(found & (_margin(matrix) < _NEAR_BORDER))
+    unsure = np.flatnonzero(found & ((_margin(matrix) < _NEAR_BORDER) | (away > _AWAY)))
     if unsure.size:
         stable[unsure] = _stable(_monodromy(strobes, index[unsure], x[:, unsure], touch[:, unsure], period[unsure], scale[:, unsure]))
     return _shortest(passage, x * scale, found, stable, period, scale)

@@ -173,13 +173,22 @@ class Strobes:
         lanes: the rigs.
         engine: as in `integrate`.
         chunk: the same.
+        small: size of a chunk that is at hand for few lanes; by default none.
         threads: the same.
 
     Raises:
         InputError: an engine that does not suit the rigs, or a chunk without lanes.
     """
 
-    def __init__(self, lanes: Lanes, *, engine: AbstractEngine | None = None, chunk: int | None = None, threads: int | None = None):
+    def __init__(
+        self,
+        lanes: Lanes,
+        *,
+        engine: AbstractEngine | None = None,
+        chunk: int | None = None,
+        small: int | None = None,
+        threads: int | None = None,
+    ):
         on_gpu = jax.default_backend() == "gpu"
         self.engine = engine_for(lanes) if engine is None else engine
         if (reason := self.engine.unfit(lanes)) is not None:
@@ -191,6 +200,7 @@ class Strobes:
         if chunk < 1:
             raise InputError(f"chunk is {chunk}: expected at least 1 lane; correct it")
         self.chunk = -(-chunk // BLOCK) * BLOCK if on_gpu else chunk
+        self.small = self.chunk if small is None else min(small, self.chunk)
         self._pool = ThreadPoolExecutor(threads or (1 if on_gpu else len(os.sched_getaffinity(0))))
 
     def __enter__(self) -> "Strobes":
@@ -215,17 +225,19 @@ class Strobes:
         found = list(self._pool.map(lambda piece: self._piece(index[piece], state[:, piece], cycles, recorded), pieces))
         sizes = [index[piece].size for piece in pieces]
         states = np.concatenate([after[:, :size] for size, (after, _) in zip(sizes, found, strict=True)], axis=1)
-        what = {
-            name: np.concatenate([np.asarray(getattr(part, name))[..., :size] for size, (_, part) in zip(sizes, found, strict=True)], axis=-1)
-            for name in (*TABLES, "u_max", "result")
-        }
-        return states, what
+
+        def joined(name: str) -> np.ndarray:
+            parts = [np.asarray(getattr(what, name))[..., :size] for size, (_, what) in zip(sizes, found, strict=True)]
+            return np.concatenate(parts, axis=-1)
+
+        return states, {name: joined(name) for name in (*TABLES, "u_max", "result")}
 
     def _piece(self, index: np.ndarray, state: np.ndarray, cycles: int, recorded: int) -> tuple[np.ndarray, Cycles]:
-        """One chunk; one that is not full is filled up with its last lane."""
-        full = np.minimum(np.arange(self.chunk), index.size - 1)
+        """One chunk, or a small one where that is enough; lanes that are missing are copies of its last one."""
+        chunk = self.small if index.size <= self.small else self.chunk
+        full = np.minimum(np.arange(chunk), index.size - 1)
         rows = self.rigs.shape[0], state.shape[0]
-        advance = _compiled(self.engine, self.form, rows, self.chunk, cycles, recorded)
+        advance = _compiled(self.engine, self.form, rows, chunk, cycles, recorded)
         after, what = advance(self.rigs[:, index[full]], state[:, full])
         return np.asarray(after), what
 

@@ -66,23 +66,26 @@ class OrbitPlane:
                 known |= alike & same_orbit(there.strobes[:, :, some], other, self.scale[:, cells[some]])
             new = some[~known & (self.count[cells[some]] < SLOTS)]
             slot, cell = self.count[cells[new]], cells[new]
-            self.code[slot, cell], self.force[slot, cell], self.speed[slot, cell] = code[new], there.peak_force[new], there.impact_speed[new]
+            self.code[slot, cell] = code[new]
+            self.force[slot, cell], self.speed[slot, cell] = there.peak_force[new], there.impact_speed[new]
             self.state[slot, :, cell] = there.state[:, new].T
             self.count[cell] += 1
             slots.append(slot)
             places.append(cell)
         return Found(np.concatenate(slots), np.concatenate(places))
 
-    def near_returns(self, cells: Int[np.ndarray, " lanes"], u: Float[np.ndarray, "strobes lanes"], v: Float[np.ndarray, "strobes lanes"]) -> Found:
+    def near_returns(
+        self, cells: Int[np.ndarray, " lanes"], u: Float[np.ndarray, "strobes lanes"], v: Float[np.ndarray, "strobes lanes"]
+    ) -> Found:
         """Orbits near motions that almost repeat, wherever these are on their way; each is looked for with the period of its best return.
 
         Arguments:
             cells: of the motions.
-            u: at their last strobes, at least `LONGEST` + 1, m.
+            u: at their last strobes, two or more, m.
             v: the same, m/s.
         """
-        scale = self.scale[:, cells]
-        back = [np.maximum(np.abs(u[-1] - u[-1 - q]) / scale[0], np.abs(v[-1] - v[-1 - q]) / scale[1]) for q in range(1, LONGEST + 1)]
+        scale, cycles = self.scale[:, cells], range(1, min(LONGEST, len(u) - 1) + 1)
+        back = [np.maximum(np.abs(u[-1] - u[-1 - q]) / scale[0], np.abs(v[-1] - v[-1 - q]) / scale[1]) for q in cycles]
         distance = np.array(back)
         best = distance.min(axis=0)
         period = 1 + np.argmax(distance <= np.maximum(2.0 * best, 1e-7), axis=0)
