@@ -27,13 +27,11 @@ _STRIDES = (8, 4, 2, 1)
 """Cells without an orbit are iterated from rest in this order, each time followed by what their orbits lead to."""
 _CAUGHT = 0.05
 """Of A0, and of A0 Omega: a motion that comes as near to a stable orbit, nearer than a segment before, and strikes as often, ends on it."""
-_LATTICE = 4
-"""Of cells at which one orbit only is known, each so many-th along both axes is iterated from rest; all those between where one differs."""
+_COARSE = 4
+"""Cells between those along both axes that are the first to be iterated from rest where an orbit is known; fewer on a small map."""
 _QUARTER, _CLEARLY = 4, (-0.05, 0.1)
 """Part of the cycles over which an exponent is averaged at first, and beyond which values per cycle it is left at that: over 50 cycles,
 0.7 % of those below and 97 % of those above are found on the same side of the threshold of chaos over 200 (rig of `benchmarks.maps`)."""
-_PATIENCE = 160
-"""Cycles from rest after which a motion that has approached no orbit is asked for its exponent; one that is not clearly chaotic goes on."""
 ITERATED, APPROACHED, CONTINUED = 0, 1, 2
 _SHOWN = (
     "how the motion is known: 0 iterated from rest, 1 orbit that was approached from rest, 2 the only orbit, approached from rest around"
@@ -213,20 +211,24 @@ def _continue_from(plane: OrbitPlane, batch: Batch, cells: np.ndarray) -> None:
 def _reached(plane: OrbitPlane, batch: Batch) -> np.ndarray:
     """Slot of the orbit that rest leads to at each cell; -1 where none was approached.
 
-    First at the cells of a lattice. A cell takes the motion of the lattice around it where that is one and the same, and has its orbit:
-    that of the four nearest cells where the orbit is its only one, else that of the sixteen nearest. Elsewhere it is iterated.
+    First at the cells of a coarse lattice, then of finer ones. A cell takes the motion of the lattice before around it where that is one
+    and the same, and has its orbit: that of the four nearest cells where the orbit is its only one, else that of the sixteen nearest.
+    Elsewhere it is iterated.
     """
-    into = np.full(plane.count.size, -1)
-    every = min(_LATTICE, max(1, min(plane.shape) // 75))
-    lattice = [np.unique(np.append(np.arange(0, size, every), size - 1)) for size in plane.shape]
-    on_lattice = np.zeros(plane.shape, bool)
-    on_lattice[np.ix_(*lattice)] = True
-    total = min(_PATIENCE, _total(batch.span))
-    _onward(plane, batch, np.flatnonzero(on_lattice.ravel() & (plane.count > 0)), into, total)
-    left = np.flatnonzero((plane.count > 0) & (batch.done == 0))
-    slot = np.where(plane.count[left] == 1, _as_around(plane, into, left, lattice, 1), _as_around(plane, into, left, lattice, 2))
-    _onward(plane, batch, left[slot < 0], into, total)
-    into[left[slot >= 0]] = slot[slot >= 0]
+    into, total = np.full(plane.count.size, -1), _total(batch.span)
+    coarse = min(_COARSE, max(1, min(plane.shape) // 75))
+    lattice: list[np.ndarray] = []
+    for every in (stride for stride in _STRIDES if stride <= coarse):
+        finer = [np.unique(np.append(np.arange(0, size, every), size - 1)) for size in plane.shape]
+        here = np.zeros(plane.shape, bool)
+        here[np.ix_(*finer)] = True
+        left = np.flatnonzero(here.ravel() & (plane.count > 0) & (into < 0) & (batch.done < total))
+        slot = np.full(left.size, -1)
+        if lattice:
+            slot = np.where(plane.count[left] == 1, *(_as_around(plane, into, left, lattice, reach) for reach in (1, 2)))
+        into[left[slot >= 0]] = slot[slot >= 0]
+        _onward(plane, batch, left[slot < 0], into, total)
+        lattice = finer
     return into
 
 
