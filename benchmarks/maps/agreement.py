@@ -63,7 +63,7 @@ def both_maps(side: int, cycles: int, *, stores: Path | None = None, tile: int |
     from vibrojax.studies.job import Job
     from vibrojax.studies.run import make
 
-    settings: dict[str, Any] = {"base_amplitude": AMPLITUDE, "span": Span(transient=cycles), "lyapunov_cycles": 0}
+    settings: dict[str, Any] = {"base_amplitude": AMPLITUDE, "span": Span(transient=cycles), "lyapunov_cycles": 0, "follow": False}
     found = []
     for name, more in (("fast", {}), ("switch", {"engine": Sampled(Switch(), samples=_SAMPLES)})):
         job = Job(study="peterka", model=MODEL, axes=plane(side), settings=settings | more, points=tile)

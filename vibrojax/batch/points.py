@@ -26,7 +26,7 @@ SETTINGS = {
     "v0": ("m/s", "initial velocity of the hammer relative to the cart"),
 }
 """What an operating point sets beside the model's parameters: unit and meaning."""
-_LONG_SINCE = 1e-12
+LONG_SINCE = 1e-12
 """s since the touch of what starts inside the stop: it did not touch it now."""
 _NEEDED = ("frequency_hz", "base_amplitude", "gap")
 
@@ -118,7 +118,7 @@ def state_at(systems: System, u: Float[Array, " lanes"], v: Float[Array, " lanes
         v=v,
         in_contact=touching,
         approach_speed=jnp.abs(v),
-        since_touch=jnp.where(touching, _LONG_SINCE, nothing),
+        since_touch=jnp.where(touching, LONG_SINCE, nothing),
         cycle=jnp.zeros(u.shape, int),
         own=jnp.zeros((*u.shape, systems.own_size)),
     )

@@ -152,34 +152,110 @@ def integrate(
         1
     """
     span = Span() if span is None else span
-    on_gpu = jax.default_backend() == "gpu"
     lanes, initial = lanes_of(model, points)
-    engine = engine_for(lanes) if engine is None else engine
-    if (reason := engine.unfit(lanes)) is not None:
-        raise InputError(f"the engine {engine.name} does not integrate {reason}: leave the engine out, or choose stepping")
-    if chunk is None:
-        chunk = min(MOST_LANES, points.lanes) if on_gpu else _SIDE_BY_SIDE
-    _check(span, chunk)
-    chunk = -(-chunk // BLOCK) * BLOCK if on_gpu else chunk
-    threads = threads or (1 if on_gpu else len(os.sched_getaffinity(0)))
+    _check(span)
+    strobes = Strobes(lanes, engine=engine, chunk=chunk, threads=threads)
     begin = time.perf_counter()
-    batch = _Batch(engine, lanes, initial if start is None else start, points.flat()["base_amplitude"], span, chunk)
-    with ThreadPoolExecutor(threads) as pool:
+    batch = Batch(strobes, initial if start is None else start, points.flat()["base_amplitude"], span)
+    with strobes:
         for number in range(span.calls):
-            batch.advance(pool)
+            batch.advance(np.flatnonzero(batch.open))
             progress((number + 1) / span.calls)
     return batch.responses(points, time.perf_counter() - begin)
 
 
-class _Batch:
-    """All lanes while they are integrated, in NumPy; the compiled program sees chunks of them."""
+class Strobes:
+    """Many lanes that are taken from strobe to strobe, any of them at a time: chunk by chunk, on every core.
 
-    def __init__(self, engine: AbstractEngine, lanes: Lanes, state: LaneState, amplitude: np.ndarray, span: Span, chunk: int):
+    A context manager, which holds the threads.
+
+    Arguments:
+        lanes: the rigs.
+        engine: as in `integrate`.
+        chunk: the same.
+        small: size of a chunk that is at hand for few lanes; by default none.
+        threads: the same.
+
+    Raises:
+        InputError: an engine that does not suit the rigs, or a chunk without lanes.
+    """
+
+    def __init__(
+        self,
+        lanes: Lanes,
+        *,
+        engine: AbstractEngine | None = None,
+        chunk: int | None = None,
+        small: int | None = None,
+        threads: int | None = None,
+    ):
+        on_gpu = jax.default_backend() == "gpu"
+        self.engine = engine_for(lanes) if engine is None else engine
+        if (reason := self.engine.unfit(lanes)) is not None:
+            raise InputError(f"the engine {self.engine.name} does not integrate {reason}: leave the engine out, or choose stepping")
         leaves, self.form = jax.tree.flatten(lanes)
         self.rigs = np.stack([np.asarray(leaf) for leaf in leaves])
-        self.state = packed(state)
-        self.engine, self.span, self.chunk = engine, span, chunk
-        count, kept = self.rigs.shape[1], span.recorded
+        if chunk is None:
+            chunk = min(MOST_LANES, self.rigs.shape[1]) if on_gpu else _SIDE_BY_SIDE
+        if chunk < 1:
+            raise InputError(f"chunk is {chunk}: expected at least 1 lane; correct it")
+        self.chunk = -(-chunk // BLOCK) * BLOCK if on_gpu else chunk
+        self.small = self.chunk if small is None else min(small, self.chunk)
+        self._pool = ThreadPoolExecutor(threads or (1 if on_gpu else len(os.sched_getaffinity(0))))
+
+    def __enter__(self) -> "Strobes":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
+
+    def advance(self, index: np.ndarray, state: np.ndarray, cycles: int, recorded: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Take lanes on by so many cycles.
+
+        Arguments:
+            index: which lanes; one may occur several times.
+            state: of each, as `packed` lays it out, `(rows, lanes)`.
+            cycles: how many.
+            recorded: how many of them are handed back, the last ones.
+
+        Returns:
+            The states, and what `Cycles` holds by name: tables `(recorded, lanes)`, `u_max` and `result` `(lanes,)`.
+        """
+        pieces = [slice(i, i + self.chunk) for i in range(0, index.size, self.chunk)]
+        found = list(self._pool.map(lambda piece: self._piece(index[piece], state[:, piece], cycles, recorded), pieces))
+        sizes = [index[piece].size for piece in pieces]
+        states = np.concatenate([after[:, :size] for size, (after, _) in zip(sizes, found, strict=True)], axis=1)
+
+        def joined(name: str) -> np.ndarray:
+            parts = [np.asarray(getattr(what, name))[..., :size] for size, (_, what) in zip(sizes, found, strict=True)]
+            return np.concatenate(parts, axis=-1)
+
+        return states, {name: joined(name) for name in (*TABLES, "u_max", "result")}
+
+    def _piece(self, index: np.ndarray, state: np.ndarray, cycles: int, recorded: int) -> tuple[np.ndarray, Cycles]:
+        """One chunk, or a small one where that is enough; lanes that are missing are copies of its last one."""
+        chunk = self.small if index.size <= self.small else self.chunk
+        full = np.minimum(np.arange(chunk), index.size - 1)
+        rows = self.rigs.shape[0], state.shape[0]
+        advance = _compiled(self.engine, self.form, rows, chunk, cycles, recorded)
+        after, what = advance(self.rigs[:, index[full]], state[:, full])
+        return np.asarray(after), what
+
+
+class Batch:
+    """Lanes while they are integrated, in NumPy.
+
+    Arguments:
+        strobes: the rigs.
+        state: of every lane at t = 0.
+        amplitude: A0 of every lane, m.
+        span: how long; its parts of `Span.call` cycles are what is taken at a time.
+    """
+
+    def __init__(self, strobes: Strobes, state: LaneState, amplitude: np.ndarray, span: Span):
+        self.strobes, self.span, self.state = strobes, span, packed(state)
+        frequency = np.asarray(jax.tree.unflatten(strobes.form, list(strobes.rigs)).frequency_hz)
+        count, kept = frequency.size, span.recorded
         self.open = np.ones(count, dtype=bool)
         self.result = np.full(count, SUCCESS)
         self.closed = np.zeros(count, dtype=int)
@@ -188,32 +264,13 @@ class _Batch:
         self.u_max = np.full(count, np.nan)
         self.kept: dict[str, np.ndarray] = {name: np.zeros((kept, count)) for name in TABLES}
         self.scale_u = np.where(amplitude > 0, amplitude, _STILL)
-        self.scale_v = self.scale_u * 2.0 * np.pi * np.asarray(lanes.frequency_hz)
+        self.scale_v = self.scale_u * 2.0 * np.pi * frequency
 
-    def advance(self, pool: ThreadPoolExecutor) -> None:
-        """Take the lanes that are still open on by one segment."""
-        index = np.flatnonzero(self.open)
-        if index.size == 0:
-            return
-        pieces = [index[i : i + self.chunk] for i in range(0, index.size, self.chunk)]
-        found = list(pool.map(self._piece, pieces))
-        states = np.concatenate([state[:, : piece.size] for piece, (state, _) in zip(pieces, found, strict=True)], axis=1)
-        cycles = {
-            name: np.concatenate(
-                [np.asarray(getattr(what, name))[..., : piece.size] for piece, (_, what) in zip(pieces, found, strict=True)], axis=-1
-            )
-            for name in (*TABLES, "u_max", "result")
-        }
-        self.state[:, index] = states
-        self._note(index, cycles)
-
-    def _piece(self, piece: np.ndarray) -> tuple[np.ndarray, Cycles]:
-        """One chunk through one segment; a chunk that is not full is filled up with its last lane."""
-        full = np.concatenate([piece, np.full(self.chunk - piece.size, piece[-1])])
-        rows = self.rigs.shape[0], self.state.shape[0]
-        advance = _compiled(self.engine, self.form, rows, self.chunk, *self.span.call)
-        state, cycles = advance(self.rigs[:, full], self.state[:, full])
-        return np.asarray(state), cycles
+    def advance(self, index: np.ndarray) -> None:
+        """Take some lanes on by one segment."""
+        if index.size:
+            self.state[:, index], cycles = self.strobes.advance(index, self.state[:, index], *self.span.call)
+            self._note(index, cycles)
 
     def _note(self, index: np.ndarray, cycles: dict[str, np.ndarray]) -> None:
         (cycles_at_once, segment), kept = self.span.call, self.span.recorded
@@ -264,7 +321,7 @@ class _Batch:
             cycles=shaped(self.done),
             result=shaped(self.result),
             state=unpacked(jnp.asarray(self.state)),
-            engine=self.engine.name,
+            engine=self.strobes.engine.name,
             seconds=seconds,
         )
 
@@ -314,8 +371,6 @@ def unpacked(rows: jax.Array) -> LaneState:
     return LaneState(u, v, in_contact > 0.5, approach_speed, since_touch, jnp.round(cycle).astype(int), rows[6:].T)
 
 
-def _check(span: Span, chunk: int) -> None:
+def _check(span: Span) -> None:
     if span.recorded < 1 or span.transient < 0:
         raise InputError(f"span of {span.transient} + {span.recorded} cycles: expected at least 0 and at least 1; correct it")
-    if chunk < 1:
-        raise InputError(f"chunk is {chunk}: expected at least 1 lane; correct it")

@@ -39,6 +39,10 @@ _CELLS = 12
 """The same along each axis of a map."""
 
 
+FROM_CELL_TO_CELL = "from cell to cell"
+"""How the orbits of a map are followed."""
+
+
 class Motion(NamedTuple):
     """A motion at one point."""
 
@@ -80,9 +84,9 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     found: list[dict[int, Motion]] = [{} for _ in range(points.lanes)]
     kicks = _PLANE if points.lanes == 1 else KICKS
     starts = np.repeat(asked, len(kicks) + 2)
-    kicked = {name: part[starts] for name, part in values.items()}
-    kicked |= dict(zip(("u0", "v0"), _kicked(model, kicked, kicks), strict=True))
-    front = _settled(model, kicked, starts, None, found, _SPAN)
+    start = {name: part[starts] for name, part in values.items()}
+    start |= dict(zip(("u0", "v0"), kicked(model, start, kicks), strict=True))
+    front = _settled(model, start, starts, None, found, _SPAN)
     tried = {(lane, of) for lane, of in front}
     while front and along is not None:
         onward = []
@@ -101,7 +105,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
     return found
 
 
-def _kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+def kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
     """u0 and v0 of rest, of the steady motion without a stop, and of the kicks, in turn."""
     gap, amplitude, omega = values["gap"], values["base_amplitude"], 2.0 * np.pi * values["frequency_hz"]
     size = np.maximum(np.abs(gap), amplitude)
@@ -154,7 +158,7 @@ def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
 
     Arguments:
         model: the rig.
-        data: a response, a bifurcation diagram, a Peterka map or a section.
+        data: a response, a bifurcation diagram, a section, or a Peterka map whose orbits were not continued.
 
     Returns:
         `other_code` (1000 p + q, 0 for rest, -1 for none), `other_force` (N), `other_speed` (m/s), and at eight strobes
@@ -191,6 +195,37 @@ def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
     }
     variables = {key: (dims, values, {"units": unit, "long_name": words}) for key, (dims, values, unit, words) in parts.items()}
     return data.assign(variables).assign_attrs(coexistence=json.dumps(said))
+
+
+def of_map(model: Model, data: xr.Dataset) -> xr.Dataset:
+    """A Peterka map with the attribute `coexistence`; one that was iterated throughout with the motions beside its own at some cells.
+
+    Arguments:
+        model: the rig.
+        data: as `peterka` returns it.
+    """
+    asked = int(data["asked"].sum())
+    if asked == 0:
+        return with_coexistence(model, data)
+    said = {"starts": len(KICKS) + 2, "asked": asked, "points": data["kind"].size, "followed": FROM_CELL_TO_CELL}
+    return data.assign_attrs(coexistence=json.dumps(said))
+
+
+def several_in_map(data: xr.Dataset) -> np.ndarray:
+    """At which cells of a map several periodic motions are known, rest among them, `(clearance, ratio)`."""
+    return (_codes_of_map(data) >= 0).sum(axis=-1) > 1
+
+
+def is_continued(data: xr.Dataset) -> bool:
+    """Whether every cell of a map knows the orbits beside its own."""
+    return json.loads(data.attrs["coexistence"])["followed"] == FROM_CELL_TO_CELL
+
+
+def _codes_of_map(data: xr.Dataset) -> np.ndarray:
+    """Codes of a cell's own motion, -1 where it is aperiodic, and of those beside it."""
+    kind, impacts, period = (data[part].transpose("clearance", "ratio").values for part in ("kind", "impacts", "period"))
+    own = np.where(kind == PERIODIC, 1000 * impacts + period, np.where(kind == NO_IMPACT, 0, -1))
+    return np.concatenate([own[..., None], data["other_code"].transpose("clearance", "ratio", "other").values], axis=-1)
 
 
 def _points(model: Model, data: xr.Dataset) -> Points:
@@ -272,12 +307,14 @@ def words(data: xr.Dataset, x: np.ndarray, unit: str) -> str:
 
 
 def words_of_map(data: xr.Dataset) -> str:
-    """At how many cells that were asked several motions exist, and which of them most often."""
-    asked = data["asked"].values.ravel() == 1
-    several = [names for names, here in zip(_names(data), asked, strict=True) if here and len(names) > 1]
-    often = max(map(tuple, several), key=lambda one: several.count(list(one)), default=())
-    most = f", {_listed(list(often))} most often" if often else ""
-    return f"several motions coexist at {len(several)} of the {int(asked.sum())} cells that were asked{most}"
+    """In what part of a map several motions exist, or at how many of the cells that were asked, and which of them most often."""
+    chosen = np.ones(data["kind"].shape, bool) if is_continued(data) else data["asked"].transpose("clearance", "ratio").values == 1
+    several = several_in_map(data) & chosen
+    sets, counts = np.unique(np.sort(_codes_of_map(data)[several], axis=-1), axis=0, return_counts=True)
+    most = f", {_listed([name(of) for of in sets[np.argmax(counts)] if of >= 0])} most often" if counts.size else ""
+    if is_continued(data):
+        return f"several motions coexist in {100 * several.mean():.1f} % of it{most}"
+    return f"several motions coexist at {int(several.sum())} of the {int(chosen.sum())} cells that were asked{most}"
 
 
 def words_of_section(data: xr.Dataset) -> str:
@@ -294,7 +331,8 @@ def how(data: xr.Dataset) -> str:
     """How the motions were looked for."""
     said = json.loads(data.attrs["coexistence"])
     where = f" at each of {said['asked']} of {said['points']} points" if said["points"] > 1 else ""
-    return f"{said['starts']} starts{where}{', each motion followed up and down' if said['followed'] else ''}"
+    followed = "up and down" if said["followed"] is True else said["followed"]
+    return f"{said['starts']} starts{where}{f', each motion followed {followed}' if followed else ''}"
 
 
 _RUNS = 3

@@ -22,7 +22,7 @@ from vibrojax.model_file import model_document
 from vibrojax.studies.basins import measured, states
 from vibrojax.studies.basins_along import matched, measured_along, states_along
 from vibrojax.studies.bifurcation import DIRECTIONS, increasing, sweep, with_jumps
-from vibrojax.studies.coexistence import with_coexistence
+from vibrojax.studies.coexistence import of_map, with_coexistence
 from vibrojax.studies.draws import Draws
 from vibrojax.studies.finding import with_finding
 from vibrojax.studies.frequency_response import frequency_response
@@ -31,7 +31,7 @@ from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section
 
-FORMAT = 3
+FORMAT = 4
 """Of the settings and variables of a store; one of another format is refused."""
 
 
@@ -60,7 +60,7 @@ class Kind(NamedTuple):
 STUDIES = {
     "response": Kind(frequency_response, ("gap", "frequency_hz"), after=with_coexistence),
     "bifurcation": Kind(sweep, ("direction", "values"), 16, with_jumps, with_coexistence, is_sweep=True, threads=False),
-    "peterka": Kind(peterka, ("clearance", "ratio"), after=with_coexistence),
+    "peterka": Kind(peterka, ("clearance", "ratio"), 40_000, after=of_map),
     "section": Kind(section, (), after=with_coexistence, threads=False, of_draws={"even": True}),
     "basins": Kind(states, ("v0", "u0"), whole=measured, after=with_finding),
     "basins_along": Kind(states_along, ("values", "v0", "u0"), whole=measured_along, after=matched, rises=True),

@@ -21,6 +21,8 @@ from vibrojax.system import System
 
 _APART = 1e-7
 """Distance of twins at the start of a cycle: far above rounding, far below the orbit."""
+_TOGETHER = 5
+"""Cycles between two looks at a twin where it has no other to be orthogonal to: it stays small beside the orbit meanwhile."""
 _STROBES = 100
 """Section points at each value, at least: chaos shows as a cloud."""
 
@@ -38,9 +40,10 @@ def exponents(
 ) -> np.ndarray:
     """Largest Lyapunov exponents per cycle of excitation of some lanes, from states on their attractors, `(chosen, number)`.
 
-    Each lane has a twin for each exponent, which starts a small distance off. After every cycle the logarithm of the growth of that
-    distance is noted, and the twin is put back to the small distance in the direction that it has gone, made orthogonal to those of the
-    twins before it. Distances are measured over A0 in u, A0 Omega in u', and the usual size of every state of an effect, or A0.
+    Each lane has a twin for each exponent, which starts a small distance off. After every cycle, of one exponent after every five, the
+    logarithm of the growth of that distance is noted, and the twin is put back to the small distance in the direction that it has gone,
+    made orthogonal to those of the twins before it. Distances are measured over A0 in u, A0 Omega in u', and the usual size of every
+    state of an effect, or A0.
 
     Arguments:
         model: the rig.
@@ -82,7 +85,8 @@ def _growth(
 ) -> Float[Array, "lanes exponents"]:
     """Mean logarithms of the growth per cycle."""
     count, size = scale.shape
-    skipped = max(cycles // 10, 1)
+    every = _TOGETHER if number == 1 else 1
+    skipped, parts = max(cycles // (10 * every), 1), -(-cycles // every)
 
     def spread(tree):
         """Every lane, and behind all of them as many twins of each."""
@@ -97,7 +101,7 @@ def _growth(
         u, v, own = x[:, 0], x[:, 1], x[:, 2:]
         t = group.cycle.astype(u.dtype) / everyone.frequency_hz
         near = jax.vmap(System.approach)(everyone.systems, t, u, v, own)
-        after, _ = engine.advance(everyone, group._replace(u=u, v=v, own=own, in_contact=near.indentation > 0), 1, 1)
+        after, _ = engine.advance(everyone, group._replace(u=u, v=v, own=own, in_contact=near.indentation > 0), every, 1)
         ends = _states(after)
         apart = (ends[count:].reshape(number, count, size) - ends[None, :count]) / scale[None]
         directions, lengths = [], []
@@ -111,8 +115,8 @@ def _growth(
 
     along = np.linalg.qr(np.cos(1.0 + np.outer(np.arange(size), 1.0 + np.arange(number))))[0].T  # along no axis
     apart = jnp.broadcast_to(jnp.asarray(_APART * along)[:, None, :], (number, *scale.shape))
-    (_, _, total), _ = lax.scan(cycle, (state, apart, jnp.zeros((number, count))), jnp.arange(cycles + skipped))
-    return total.T / cycles
+    (_, _, total), _ = lax.scan(cycle, (state, apart, jnp.zeros((number, count))), jnp.arange(parts + skipped))
+    return total.T / (parts * every)
 
 
 def _states(state: LaneState) -> Float[Array, "lanes states"]:

@@ -20,7 +20,7 @@ _SHOWS = {
     "bifurcation": "Displacement u of the hammer relative to the cart at the strobes, and largest impact force F_i of each cycle, "
     "along a parameter that is swept up (pale) and down (dark). Broken lines: jumps.",
     "peterka": "Left: motion reached from rest, z = p/q (p impacts in q cycles of excitation), over frequency ratio and gap over "
-    "amplitude. Right: F_i / (m g) where z = 1/1.",
+    "amplitude. Right: F_i / (m g) on z = 1/1, wherever that exists.",
     "section": "Poincaré section, phase plane and histories: displacement u relative to the cart, impact force F_i and absolute "
     "acceleration of the hammer. Broken line: the stop.",
     "basins": "Basins of attraction in the plane of the initial displacement and velocity relative to the cart, one colour a motion.",
@@ -32,7 +32,7 @@ _SHOWS = {
 _BESIDE = {
     "response": " Open marks: motions that coexist with it.",
     "bifurcation": " Open marks: motions that coexist with those of both sweeps.",
-    "peterka": " Rings: cells at which other starts lead to another motion.",
+    "peterka": " Dotted, or rings: cells at which another motion exists, too.",
     "section": " Open marks: section points of motions that coexist with it.",
 }
 _MANIFOLDS = " Crosses: saddles; thick and thin lines: their stable and unstable manifolds."

@@ -20,8 +20,9 @@ from scipy.ndimage import label as connected
 
 from vibrojax.drawing import AMBER, BLUE, GREEN, GREY, ORANGE, PINK, SKY, new_figure
 from vibrojax.figure_style import FORCE_OVER_WEIGHT
-from vibrojax.studies.base import CHAOS, setting
+from vibrojax.studies.base import CHAOS, GRAVITY, setting
 from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
+from vibrojax.studies.coexistence import is_continued, several_in_map
 from vibrojax.studies.figures.lines import label
 
 COLOUR_NO_IMPACT, COLOUR_OTHER, COLOUR_UNSETTLED, COLOUR_NOT_INTEGRATED, COLOUR_CHAOS = (
@@ -101,13 +102,14 @@ def _middle(cells: np.ndarray) -> tuple[int, int] | None:
 
 _MOST_NAMED = 6
 _BORDER = "#d7191c"
+_HATCH, _HATCHED = "....", "#606060"
 
 
 def draw_peterka(data: xr.Dataset) -> Figure:
     """z = p/q by colour (the most frequent ones by name), chaos black, unsettled grey, no impact white; and force on z = 1/1.
 
-    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken. Rings mark the cells where another motion was
-    found (`coexistence.with_coexistence`).
+    Borders (`continuation_lines.with_borders`) are lines over it, those of grazings broken. Hatched is where several motions exist, or
+    rings mark the cells at which they were found (`coexistence.of_map`). The force is that of z = 1/1 wherever it is known to exist.
     """
     figure = new_figure(4.2, 9.6, layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
@@ -116,15 +118,10 @@ def draw_peterka(data: xr.Dataset) -> Figure:
     limits = left.get_xlim(), left.get_ylim()
     for line in json.loads(data.attrs.get("borders", "[]")):
         left.plot(line["ratio"], line["clearance"], color=_BORDER, linewidth=1.2, linestyle="--" if "grazing" in line["kind"] else "-")
-    if "other_code" in data:
-        several = ((data["other_code"] >= 0).any("other") & (data["asked"] == 1)).transpose("clearance", "ratio").values
-        row, column = np.nonzero(several)
-        rings: dict[str, Any] = dict(marker="o", mfc="#ffffff", mec="#000000", mew=0.5, ms=2.5, ls="none")
-        left.plot(x[column], y[row], **rings)
-        patches.append(Line2D([], [], label="another motion, too", **rings))
+    if "coexistence" in data.attrs:
+        patches.append(_draw_several(left, data))
     figure.legend(handles=patches, loc="outside lower center", ncols=6)
-    kind, p, q = (data[name].values for name in ("kind", "impacts", "period"))
-    force = np.where((kind == PERIODIC) & (p == 1) & (q == 1), data["force_over_weight"].values, np.nan)
+    force = _on_first(data)
     if np.isfinite(force).any():
         shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
         figure.colorbar(shown, ax=right, label=f"{FORCE_OVER_WEIGHT} on z = 1/1")
@@ -135,6 +132,31 @@ def draw_peterka(data: xr.Dataset) -> Figure:
         axes.grid(False)
     left.set_ylabel(label(data, "clearance"))
     return figure
+
+
+def _draw_several(axes: Axes, data: xr.Dataset) -> Artist:
+    """Where several motions exist, and what the legend says of it."""
+    x, y, several = data["ratio"].values, data["clearance"].values, several_in_map(data)
+    if is_continued(data) and min(several.shape) > 1:
+        axes.contourf(x, y, several.astype(float), levels=[0.5, 1.5], colors="none", hatches=[_HATCH])
+        return Patch(facecolor="#ffffff", edgecolor=_HATCHED, hatch=_HATCH, lw=0.5, label="another motion, too")
+    row, column = np.nonzero(several & (is_continued(data) | (data["asked"].transpose("clearance", "ratio").values == 1)))
+    rings: dict[str, Any] = dict(marker="o", mfc="#ffffff", mec="#000000", mew=0.5, ms=2.5, ls="none")
+    axes.plot(x[column], y[row], **rings)
+    return Line2D([], [], label="another motion, too", **rings)
+
+
+def _on_first(data: xr.Dataset) -> np.ndarray:
+    """Force over weight on z = 1/1, the cell's own motion or one beside it; NaN where it is not known."""
+    kind, p, q, over_weight = (
+        data[name].transpose("clearance", "ratio").values for name in ("kind", "impacts", "period", "force_over_weight")
+    )
+    own = np.where((kind == PERIODIC) & (p == 1) & (q == 1), over_weight, np.nan)
+    if "other_code" not in data:
+        return own
+    weight = GRAVITY * json.loads(data.attrs["model"])["mass"]
+    beside = data["other_force"].where(data["other_code"] == 1001).transpose("clearance", "ratio", "other").values / weight
+    return np.fmax(own, np.fmax.reduce(beside, axis=-1))
 
 
 def regions_of(data: xr.Dataset) -> list[Region]:
