@@ -218,7 +218,9 @@ def _powers(tree: ast.expr, names: tuple[str, ...]) -> tuple[dict[str, tuple[flo
                 return None if a is None and b is None else (a or _PLAIN).plus(b or _PLAIN, -1.0 if isinstance(op, ast.Div) else 1.0)
             case ast.BinOp(op=ast.Pow(), left=left, right=right):
                 base, exponent = walk(left), walk(right)
-                constant = float(evaluated(right, {}, np, frozenset())) if exponent is None else math.nan
+                plain = not any(isinstance(one, ast.Name) and one.id not in ("pi", *_FUNCTIONS) for one in ast.walk(right))
+                with np.errstate(all="ignore"):
+                    constant = float(evaluated(right, {}, np, frozenset())) if plain else math.nan
                 if base is not None and abs(constant) < 100.0:
                     return _PLAIN.plus(base, constant)
                 zero.extend([exponent] if exponent is not None else [])
@@ -295,7 +297,7 @@ def evaluated(node: Any, at: Point, xp: Any, of_velocity: frozenset[Place]) -> A
         case ast.BinOp(op=op, left=left, right=right):
             a, b = evaluated(left, at, xp, of_velocity), evaluated(right, at, xp, of_velocity)
             if isinstance(op, ast.Pow):
-                whole = isinstance(b, float) and b == int(b) and 0 <= b <= 32
+                whole = isinstance(b, float) and math.isfinite(b) and b == int(b) and 0 <= b <= 32
                 return xp.asarray(a, float) ** int(b) if whole else _power(a, b, xp)
             if isinstance(op, ast.Div):
                 return xp.divide(a, b)

@@ -104,23 +104,25 @@ class Judge:
 def strength(fitted: Fitted, effect: AbstractEffect) -> float:
     """Strength of an effect over its standard error, of the part or record in which that is largest.
 
-    The effect's other parameters are held: without it they mean nothing, and a coefficient of N/m^n has the error of n a metre deep.
+    Exponents, places and the like are held beside it: of an effect without strength they mean nothing, and a coefficient of N/m^n has the
+    error of n a metre deep. Its other strengths are not.
     """
     problem, unknowns = fitted.problem, fitted.problem.unknowns
     nothing, twice, found = effect.scaled(0.0), effect.scaled(2.0), []
     covariance, scale = fitted.solution.covariance, problem.border.shared_scale
-    own = [unknowns.index(f"{effect.name}.{p.name}") for p in effect.parameters if not p.per_record]
+    strengths = [p for p in effect.parameters if not p.searched and float(getattr(twice, p.field)) != float(getattr(effect, p.field))]
+    others = [unknowns.index(f"{effect.name}.{p.name}") for p in effect.parameters if not p.per_record and p not in strengths]
     for p in effect.parameters:
-        full, value = f"{effect.name}.{p.name}", float(getattr(effect, p.field))
+        full = f"{effect.name}.{p.name}"
         if p.per_record:
             place = unknowns.own.index(full)
             error = fitted.solution.own_error[:, place] * problem.border.own_scale[place]
             found.append(float(np.max(np.abs(fitted.at.own[:, place]) / np.maximum(error, 1e-300))))
-        elif not p.searched and float(getattr(twice, p.field)) != value:
+        elif p in strengths:
             index = unknowns.index(full)
             moved = 1.0 if p.logarithmic else abs(float(fitted.at.shared[index])) - abs(float(getattr(nothing, p.field)))
-            others = [other for other in own if other != index]
-            across = covariance[index, others]
-            variance = covariance[index, index] - across @ np.linalg.pinv(covariance[np.ix_(others, others)]) @ across
+            size = np.sqrt(np.maximum(covariance[others, others], 1e-300))
+            across, alone = covariance[index, others] / size, covariance[np.ix_(others, others)] / np.outer(size, size)
+            variance = covariance[index, index] - across @ np.linalg.pinv(alone, rcond=1e-12) @ across
             found.append(abs(moved) / max(float(np.sqrt(max(variance, 0.0)) * scale[index]), 1e-300))
     return max(found, default=np.inf)

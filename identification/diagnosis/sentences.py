@@ -7,7 +7,7 @@ from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Location, Number, Side
 from identification.result.variation import Unrest
 from identification.wording.names import spoken
-from identification.wording.numbers import joined, percent, rounded, with_unit
+from identification.wording.numbers import joined, percent, rounded, significant, with_unit
 
 
 def sentences(
@@ -70,7 +70,7 @@ def _nothing_missing(verdict: str, before: Side, after: Side, unrest: Unrest | N
         cause = f"a random force acts on the hammer ({chi2} without it)"
         if unrest is None and beyond:
             channel, times = next(iter(beyond.items()))
-            cause = f"the error of {spoken(channel)} is {times:.2g} times its noise ({chi2})"
+            cause = f"the error of {spoken(channel)} is {significant(times, 2)} times its noise ({chi2})"
         return f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}: {cause}."
     if each:
         return f"With a separate value of {each} in each record, the nominal model explains the records to the noise ({chi2})."

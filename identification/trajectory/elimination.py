@@ -292,7 +292,10 @@ def _factorised(band: np.ndarray) -> np.ndarray:
 
 
 def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
-    """Inverse of an information matrix, of a diagonal of one first; what it says nothing of gets a variance of `_UNKNOWN`."""
+    """Inverse of an information matrix. Unknowns that it says nothing of get a variance of `_UNKNOWN`.
+
+    Its eigenvalues are those of the matrix scaled to a diagonal of one, and are not below `_SMALLEST_EIGENVALUE`.
+    """
     known = 0.5 * (information + information.T) + np.eye(len(information)) / _UNKNOWN
     size = np.sqrt(np.maximum(np.diag(known), 1.0 / _UNKNOWN))
     values, vectors = np.linalg.eigh(known / np.outer(size, size))

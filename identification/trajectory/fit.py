@@ -41,8 +41,8 @@ Progress = Callable[[str], None]
 _COLOURED_FROM = 6
 """Round from which reading errors are autocorrelated: before, they would explain a contact that is still wrong."""
 _LONGEST_STEP = 0.7
-"""Largest change of a logarithm in one step, or of a parameter over its size, its first or its present one; a quarter of its range where
-that is less."""
+"""Largest change of a logarithm in one step, or of a parameter over its scale, and as many times more as the parameter exceeds its first
+value; a quarter of its range where that is less."""
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
 _TURNS_BACK = 3.0
@@ -52,7 +52,7 @@ _NO_STEP = 0.02
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _BACK, _NEAR = 0.5, 3.0
-"""Part of the random force of the first end, and standard errors of its parameters, at which the other one comes to the same place."""
+"""The other end is at the place of the first with more than this part of its random force, and parameters within so many of its errors."""
 _ROUNDS, _LAST_ROUNDS = 24, 6
 """Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
 _PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
@@ -90,12 +90,15 @@ class Fitted:
 
     @property
     def deviance(self) -> float:
-        """-2 log marginal likelihood of all usable readings, by which models compare.
+        """-2 log marginal likelihood by which models compare.
 
-        Those that nothing is compared with, because their channel is late or their segment could not be integrated, count as the others of
-        their channel do on average: no model gains by comparing fewer.
+        Usable readings that are not compared, because their channel is late or their segment could not be integrated, are charged with the
+        mean squared residual and log variance of their channel; what they would have said of the random force is not. Infinite where a
+        channel has no reading left.
         """
         compared, parts = self.local.of_channels.T
+        if np.any((compared == 0) & (self.problem.chains.readings > 0)):
+            return np.inf
         return self.solution.deviance + float(np.sum((self.problem.chains.readings - compared) * parts / np.maximum(compared, 1)))
 
     @property
@@ -123,8 +126,8 @@ def fit(
     What the model leaves out may be taken by the force or by the readings' errors. Iterations that begin with one of them tend to keep it,
     and where the model is complete they agree.
 
-    An end whose force is no mode of the likelihood (`is_no_mode`) counts for nothing beside one that has come to a mode; where neither has,
-    the first one, which begins at the measured trajectory, is the better place to look from.
+    An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
+    beside one that has come to a mode; where neither has, the first one counts, which begins at the measured trajectory.
 
     Args:
         problem: of an experiment.
@@ -180,11 +183,8 @@ def fit(
             )
         except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
             return found
-    if (
-        other.converged
-        and not is_no_mode(problem, other.variances.force)
-        and (not found.converged or is_no_mode(problem, found.variances.force) or other.deviance < found.deviance)
-    ):
+    beats = is_no_mode(problem, found.variances.force) or other.deviance < found.deviance
+    if other.converged and (not found.converged or (beats and not is_no_mode(problem, other.variances.force))):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
 

@@ -63,12 +63,12 @@ def is_largest(problem: Problem, force: RandomForce) -> bool:
 
 
 def is_no_mode(problem: Problem, force: RandomForce) -> bool:
-    """Whether a random force says more of its limits than of the records, so that it hardly determines the parameters beside it.
+    """Whether a random force is at one of its limits, so that the parameters beside it are hardly determined.
 
     One that is as large as it may be explains any motion. A white one, of the shortest memory, has no finite acceleration: where that is
     read, it takes the place of an error of the reading, whatever that is, and moves the hammer with it.
     """
-    white = np.log(force.memory) <= _force_range(problem)[0][1] + 0.01
+    white = np.log(force.memory) <= _force_range(problem)[0][1] + 0.01 and not vanishes(problem, force)
     return is_largest(problem, force) or (white and "hammer_acceleration" in problem.chains.channels)
 
 

@@ -61,23 +61,25 @@ def check_laws(names: Sequence[str]) -> None:
 
 
 def check_compared_wishes(experiment: Experiment, laws: Sequence[str]) -> None:
-    """Refuse a comparison in which a number that [parameters] gives has one unit in the experiment's own law and another in one compared.
+    """Refuse a comparison of laws in which a number that [parameters] gives has different units, the experiment's own law among them.
 
     Raises:
         ExperimentError: there is such a number; the message names parameter, laws and units.
     """
-    own = experiment.law or DEFAULT_LAW
-    check_law(own)
-    units = {p.name: p.unit for p in LAWS[own].parameters}
+    meant = tuple(dict.fromkeys((*((experiment.law,) if experiment.law else ()), *laws)))
+    for name in meant:
+        check_law(name)
     for name, option in experiment.parameters.items():
         if option.start is None and option.bounds is None and option.prior is None:
             continue
-        others = {law: p.unit for law in laws for p in LAWS[law].parameters if p.name == name and p.unit != units.get(name, p.unit)}
-        for law, unit in others.items():
-            raise ExperimentError(
-                f"[parameters.{name}] is in {units[name]} for {own}, and {law} has {name} in {unit}: expected laws of one unit; "
-                f"leave {law} out of the comparison, or the numbers in [parameters.{name}]"
-            )
+        units = {law: p.unit for law in meant for p in LAWS[law].parameters if p.name == name}
+        first = next(iter(units), "")
+        for law, unit in units.items():
+            if unit != units[first]:
+                raise ExperimentError(
+                    f"[parameters.{name}] is in {units[first]} for {first}, and {law} has {name} in {unit}: expected laws of one unit; "
+                    f"leave {law} out of the comparison, or the numbers in [parameters.{name}]"
+                )
 
 
 def check_law(name: str) -> None:

@@ -52,7 +52,7 @@ def test_experiments_are_counted_from_those_done_before_and_failures_stay(monkey
         say(WarningLine("b [2]: mass is missing"))
         time.sleep(0.3)  # the bar is drawn by a thread
     err = capsys.readouterr().err
-    assert err.startswith("2 of 5 experiments are fitted already\n")
+    assert err.startswith("2 of 5 experiments are done already\n")
     if terminal:
         assert "4/5" in err and "b [2]: mass is missing\n" in err and "a: good\n" not in err
     else:

@@ -141,8 +141,9 @@ def fit_one(job: FitJob) -> "BatchRow":
             raise
         for file in of_earlier_set(job.out):
             (job.out / file).unlink()
-        with suppress(OSError):
-            job.out.rmdir()
+        if job.experiment != ".":  # the folder of the batch itself stays
+            with suppress(OSError):
+                job.out.rmdir()
         return failed_row(job.experiment, job.digest, error, seconds=time.perf_counter() - begin)
     verdict, seconds = judge(result), time.perf_counter() - begin
     return fitted_row(job.experiment, job.digest, result, job.out, level=verdict.level, headline=verdict.sentence, seconds=seconds)

@@ -113,7 +113,7 @@ def experiments_done(total: int, before: int, *, quiet: bool) -> Iterator[Callab
         console.print(f"{seconds:7.1f} s  {done} of {total} experiments, {left:.0f} s left  {said}", soft_wrap=True, markup=False)
 
     if before:
-        console.print(f"{before} of {total} experiments are fitted already", soft_wrap=True)
+        console.print(f"{before} of {total} experiments are done already", soft_wrap=True)
     if not console.is_terminal:
         yield line
         return

@@ -96,7 +96,11 @@ def _first_values(effect: "Formula", amplitude: float, speed: float, force: floa
 
 
 def _candidates(effect: "Formula", scales: ProbeScales) -> Iterator["Formula"]:
-    """At the largest motion, each strength a hundredth of the forces in flight; none where the formula cannot act."""
+    """At the largest motion, each strength a hundredth of the forces in flight.
+
+    Raises:
+        InputError: the formula is no finite force on the motion of the records, or none at all.
+    """
     read = read_formula(effect.formula)
     if not scales.flight_force > 0.0:
         return
@@ -108,11 +112,14 @@ def _candidates(effect: "Formula", scales: ProbeScales) -> Iterator["Formula"]:
                 force = evaluated(read.tree, points | dict.fromkeys(read.strengths, 0.0) | {name: 1.0} | others, np, read.of_velocity)
             largest = float(np.max(np.abs(force)))
             if not (math.isfinite(largest) and largest > 0.0):
-                break
+                what = "is zero all over" if largest == 0.0 else "is no finite number somewhere in"
+                raise InputError(
+                    f"formula {shown(effect.formula)} {what} the motion of these records (|u| up to {scales.amplitude:.3g} m, |u_dot| up to "
+                    f"{scales.speed:.3g} m/s): expected a force there; guard it, or give other first values with --start"
+                )
             strengths[name] = 0.01 * scales.flight_force / largest
-        else:
-            fields = {effect.field(name): value for name, value in (others | strengths).items()}
-            yield dataclasses.replace(effect, starts=(), **fields)
+        fields = {effect.field(name): value for name, value in (others | strengths).items()}
+        yield dataclasses.replace(effect, starts=(), **fields)
 
 
 class Formula(AbstractEffect):

@@ -39,8 +39,8 @@ def test_the_random_force_of_a_restless_rig_is_stated(made):
 
 
 def test_readings_that_are_off_by_more_than_their_noise_are_stated_where_no_force_acts(made):
-    of = (RESTLESS, (), (), None, made[RESTLESS].nominal, made[RESTLESS].augmented, "", None, {"impact_force": 66.2})
-    assert "drive, time or record: the error of impact force is 66 times its noise (reduced chi-square" in " ".join(sentences(*of))
+    of = (RESTLESS, (), (), None, made[RESTLESS].nominal, made[RESTLESS].augmented, "", None, {"impact_force": 162.0})
+    assert "drive, time or record: the error of impact force is 160 times its noise (reduced chi-square" in " ".join(sentences(*of))
     assert headline(dataclasses.replace(made[RESTLESS], unrest=None)) == "Nothing is missing, but readings are off by more than their noise"
 
 
