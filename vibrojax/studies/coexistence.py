@@ -311,7 +311,7 @@ def words_of_map(data: xr.Dataset) -> str:
     chosen = np.ones(data["kind"].shape, bool) if is_continued(data) else data["asked"].transpose("clearance", "ratio").values == 1
     several = several_in_map(data) & chosen
     sets, counts = np.unique(np.sort(_codes_of_map(data)[several], axis=-1), axis=0, return_counts=True)
-    most = f", {_listed([name(of) for of in sets[np.argmax(counts)] if of >= 0])} most often" if counts.size else ""
+    most = f", {_listed([name(int(of)) for of in sets[np.argmax(counts)] if of >= 0])} most often" if counts.size else ""
     if is_continued(data):
         return f"several motions coexist in {100 * several.mean():.1f} % of it{most}"
     return f"several motions coexist at {int(several.sum())} of the {int(chosen.sum())} cells that were asked{most}"
