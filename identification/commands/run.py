@@ -104,7 +104,9 @@ def run_fit(
         units = _units(model, effects, own)
         if table is not None:
             check_reference(table, units)
-        begin = None if earlier is None else _started_from(estimates_file(earlier), known, units, loaded)
+        names = {p.name for p in model.parameters} | (set() if loaded.mass_is_known else {MASS.name})
+        mine = {name: value for name, value in known.items() if name in names}
+        begin = None if earlier is None else _started_from(estimates_file(earlier), mine, units, loaded)
         if begin is not None:
             said(begin.sentence())
         start = {} if begin is None else begin.taken
@@ -172,6 +174,8 @@ def _started_from(file: Path, known: Mapping[str, tuple[float, str]], units: Map
                 left_out[name] = f"the earlier fit has no {exponent} to it"
             elif wished.get(exponent, taken[exponent]) != taken[exponent]:
                 left_out[name] = f"its {exponent} is {taken[exponent]:.4g} there, and {wished[exponent]:g} in [parameters]"
+            elif exponent in options and (bounds := options[exponent].bounds) and not bounds[0] <= taken[exponent] <= bounds[1]:
+                left_out[name] = f"its {exponent} is {taken[exponent]:.4g} there, beyond the bounds in [parameters]"
             else:
                 continue
             del taken[name]

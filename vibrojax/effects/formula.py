@@ -112,10 +112,10 @@ def _candidates(effect: "Formula", scales: ProbeScales) -> Iterator["Formula"]:
                 force = evaluated(read.tree, points | dict.fromkeys(read.strengths, 0.0) | {name: 1.0} | others, np, read.of_velocity)
             largest = float(np.max(np.abs(force)))
             if not (math.isfinite(largest) and largest > 0.0):
-                what = "is zero all over" if largest == 0.0 else "is no finite number somewhere in"
+                what = "is zero all over" if largest == 0.0 else "is not finite everywhere in"
                 raise InputError(
-                    f"formula {shown(effect.formula)} {what} the motion of these records (|u| up to {scales.amplitude:.3g} m, |u_dot| up to "
-                    f"{scales.speed:.3g} m/s): expected a force there; guard it, or give other first values with --start"
+                    f"formula {shown(effect.formula)} {what} the motion of these records (|u| up to {scales.amplitude:.3g} m, "
+                    f"|u_dot| up to {scales.speed:.3g} m/s): expected a force there; guard it, or give other first values with --start"
                 )
             strengths[name] = 0.01 * scales.flight_force / largest
         fields = {effect.field(name): value for name, value in (others | strengths).items()}

@@ -105,9 +105,7 @@ def test_a_wish_in_another_unit_is_refused_before_any_fit(monkeypatch, tmp_path,
     for option in (ParameterOption(start=3e6, fixed=True), ParameterOption(bounds=(1e5, 1e8))):
         wishing = dataclasses.replace(example, parameters={"k_i": option})
         monkeypatch.setattr("identification.commands.run.load_experiment", lambda path, one=wishing: one)
-        message = (
-            r"\[parameters\.k_i\] is in N/m\^n for hunt-crossley, and kelvin-voigt has k_i in N/m: expected laws of one unit; leave kelvin"
-        )
+        message = r"\[parameters\.k_i\] is in N/m\^n for hertz, and kelvin-voigt has k_i in N/m: expected laws of one unit; leave kelvin"
         with pytest.raises(ExperimentError, match=message):
             run_fit(tmp_path, tmp_path, compare=("hertz", "kelvin-voigt"))
     check_compared_wishes(wishing, ("hertz", "flores"))

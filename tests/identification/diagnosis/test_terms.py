@@ -103,5 +103,5 @@ def test_terms_are_named_among_the_effects():
 
 def test_what_cannot_act_in_these_records_is_said(seen):
     """A stop that is never reached so deep."""
-    with pytest.raises(InputError, match="deep has nothing to act on in these records"):
+    with pytest.raises(InputError, match="is zero all over the motion of these records"):
         with_effects(seen.fitted, ["deep"], terms=terms(["deep=-a*max(delta - 1, 0)"]), progress=lambda line: None)
