@@ -85,6 +85,7 @@ def table(out: Path) -> dict[str, dict[str, str]]:
 
 
 def test_all_are_fitted_into_one_table_and_one_page(week, fitted, monkeypatch, capsys):
+    monkeypatch.delenv("COLUMNS", raising=False)
     assert call(monkeypatch, "--batch", "week", "--out", "fits") == 0
     found = table(Path("fits"))
     assert list(found) == NAMES and fitted == [name.split("/")[-1] for name in NAMES]

@@ -66,7 +66,7 @@ def fit(
         check_file(earlier / "fit.json" if earlier.is_dir() else earlier, "the fit.json of an earlier fit, or its folder")
     if reference is not None:
         check_file(reference, "a table of reference values")
-    chosen = {"law": law, "compare": laws, "effects": effects or (), "terms": tuple(term or ()), "starts": starts, "earlier": earlier}
+    chosen = {"law": law, "compare": laws, "effects": effects or (), "terms": list(term or ()), "starts": starts, "earlier": earlier}
     chosen |= {"reference": reference, "seed": seed, "smoothing": width, "with_profiles": profiles}
     if batch is not None:
         fit_batch(batch, out, chosen, posterior=posterior, draws=draws, style=style, workers=workers or 1, quiet=quiet)
