@@ -34,7 +34,7 @@ from identification.trajectory.variances import (
     vanishes,
 )
 from identification.wording.numbers import significant
-from vibrojax.contact import AbstractInstantaneousLaw
+from vibrojax.contact import AbstractInstantaneousLaw, NoContact
 from vibrojax.errors import NoConvergenceError
 
 Progress = Callable[[str], None]
@@ -274,9 +274,6 @@ def _converged(
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds.
 
-    As long as the force is as large as it may be, reading errors stay as they are: they would take up what the force cannot, and let the
-    parameters go astray.
-
     Raises:
         _SamePlace: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
     """
@@ -286,7 +283,7 @@ def _converged(
         share, change, before = stride.share(at, solution), _change(problem, at, solution), force
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
-        if count >= coloured_from and not is_largest(problem, force):
+        if count >= coloured_from and not _stays_white(problem, force):
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(problem.border, at, solution, share)
         progress(_line(count, problem, at, force))
@@ -309,7 +306,7 @@ def _with_likeliest(
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
             force = annealed(problem, at, local, force, evaluations=40)
-            if not is_largest(problem, force):
+            if not _stays_white(problem, force):
                 readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
@@ -406,6 +403,14 @@ def _change(problem: Problem, at: Estimate, solution: Solution) -> float:
     step = np.clip(at.shared + solution.shared * border.shared_scale, border.lower, border.upper) - at.shared
     free = error > 0
     return float(np.max(np.abs(step[free]) / error[free], initial=0.0))
+
+
+def _stays_white(problem: Problem, force: RandomForce) -> bool:
+    """Whether reading errors stay as they are: beside a stop, as long as the random force is as large as it may be.
+
+    They would take up what the force cannot, and let the contact law go astray.
+    """
+    return is_largest(problem, force) and not isinstance(problem.model.law, NoContact)
 
 
 def _is_near(first: Fitted, at: Estimate) -> bool:
