@@ -238,7 +238,7 @@ def _warnings(
         if not np.isfinite(record.relative_displacement).all()
     ]
     if restless is not None:
-        allowed = "It hardly leaves the parameters anything to explain" if restless.at_limit else "The errors allow for it"
+        allowed = "It explains any motion, and the parameters are hardly determined" if restless.at_limit else "The errors allow for it"
         warnings.append(f"{restless.sentence()} {allowed}; `vibrojax diagnose` looks for a cause")
     if shift > 0.1:
         warnings.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
