@@ -111,6 +111,7 @@ NEAR = 0.1
 """How near a ratio must come to that of two units; no calibration is so far off that it would be taken for one of them."""
 _IN_NAME = re.compile(r"[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]\s*$")
 """Brackets at the end of a column's name."""
+_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]")
 _BEHIND = re.compile(r"\S.*?(?P<mark>\s*/\s*|\s+in\s+|\s*,\s*|_|\s+)(?P<unit>[^\s_,/]+(?:/s\S*)?)\s*$")
 """A last word: "Weg / mm", "Weg in mm", "Laser, mm", "laser_mm", "Laser mm"."""
 _WORDS = frozenset(("in", "min", "s", "V", "A"))
@@ -185,20 +186,23 @@ def output_of(unit: str) -> str | None:
 
 
 def unit_text(name: str) -> str | None:
-    """What a column's name says of its unit: the text in brackets at its end, a unit or not, else a last word that is one.
+    """What a column's name says of its unit: the text in brackets at its end, a unit or not, a unit in brackets before, or a last word.
 
-    Behind "/" or "in" that is any unit of a channel or of a sensor's output, behind a comma, "_" or a blank none of `_WORDS`.
+    A last word counts behind "/" or "in" if it is any unit of a channel or of a sensor's output; behind a comma, "_" or a blank it must
+    not be one of `_WORDS` either.
 
     Example:
-        >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("laser_um"), unit_text("Force min")
-        ('mm', 'raw', 'mm', 'um', None)
+        >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("F (N) Run #1"), unit_text("Force min")
+        ('mm', 'raw', 'mm', 'N', None)
     """
     if found := _IN_NAME.search(name):
         return found.group(1)
+    units = {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table}
+    if within := [unit for unit in _BRACKETS.findall(name) if unit not in _WORDS and _canonical(unit) in units]:
+        return within[0]
     found = _BEHIND.fullmatch(name.strip())
     if found is None or not (found["mark"].strip() in ("/", "in") or found["unit"] not in _WORDS):
         return None
-    units = {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table}
     return found["unit"] if _canonical(found["unit"]) in units else None
 
 

@@ -113,7 +113,9 @@ def read_file(path: Path) -> FileColumns:
         own = own_time.get(column.name, written)
         if column.name == time.name:
             continue
-        if column.values.size != time.values.size or not same_axis(written, own):
+        if _is_count(column):
+            unusable[column.name] = "it numbers the samples"
+        elif column.values.size != time.values.size or not same_axis(written, own):
             unusable[column.name] = f"{column.values.size} samples on another time axis: resample it to that of the others and export again"
         else:
             columns.append(column)
@@ -217,9 +219,16 @@ def _time_column(columns: list[Column]) -> Column:
     """The column called time, or the first whose name says so, or the first that only grows; else a count of the samples."""
     called = [column for column in columns if column.name == TIME]
     called += [column for column in columns if means_time(column.name) and np.isfinite(column.values).any()]
-    called += [column for column in columns if column.values.size > 1 and bool(np.all(np.diff(column.values) > 0.0))]
+    grows = [column for column in columns if column.values.size > 1 and bool(np.all(np.diff(column.values) > 0.0))]
+    called += [column for column in grows if not _is_count(column)]
     longest = max((column.values.size for column in columns), default=0)
     return called[0] if called else Column(name="", unit="", in_file=False, values=np.arange(longest, dtype=np.float64))
+
+
+def _is_count(column: Column) -> bool:
+    """Whether a column numbers the samples, from 0 or 1."""
+    size = column.values.size
+    return size > 1 and bool(np.array_equal(column.values, np.arange(size) + float(column.values[0] == 1.0)))
 
 
 def _time_unit(time: Column) -> tuple[str, str]:
@@ -366,8 +375,9 @@ def _alike(one: Mapped, other: Mapped) -> bool:
 def _channel(column: Column) -> str | None:
     """The channel that a column seems to be; its dimension alone, with "_" before it, where its body is not stated; else None."""
     bare = _plain(column.name)
-    if bare in SYMBOLS:
-        return SYMBOLS[bare]
+    symbol = bare.removesuffix(_plain(column.unit)).rstrip(" _-/,") if column.unit else bare
+    if symbol in SYMBOLS:
+        return SYMBOLS[symbol]
     if column.unit in ANGULAR or any(word in bare for word in ANGLES):
         return "relative_displacement"
     known = [dimension for dimension in WORDS if column.unit not in STAND_INS and _known(column.unit, dimension)]

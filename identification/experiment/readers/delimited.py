@@ -12,20 +12,20 @@ from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import check_samples
 from identification.experiment.readers.base import AbstractReader, Columns
 from identification.experiment.readers.labview import common_time, find_labview
-from identification.experiment.readers.layout import BLANKS, EMPTY, Layout, find_layout, split
+from identification.experiment.readers.layout import BLANKS, Layout, find_layout, skipped, split
 from identification.experiment.readers.text import is_clock, read_lines, seconds_of, to_number
 
 
 class DelimitedReader(AbstractReader):
     """Reads columns of numbers, separated by tab, semicolon, comma or blanks, below a header row.
 
-    Decimal point or comma; a row of units below the header row and the recorder's lines above it are understood (`find_layout`); lines
-    that begin with "#" and blank lines are skipped, and rows below the samples that begin with a word; an empty cell is a sample that was
-    not recorded (NaN), the sign of infinity one that was overloaded. Where no column shows the time and the recorder states its sampling
-    rate, the column "time" follows from that.
+    Decimal point or comma; a row of units below the header row and the recorder's lines above it are understood (`find_layout`); blank
+    lines and those that begin with "#", "%" or "//" are skipped, a header row that comes again, and rows below the samples that begin with
+    a word; an empty cell is a sample that was not recorded (NaN), the sign of infinity one that was overloaded. Where no column shows the
+    time and the recorder states its sampling rate, the column "time" follows from that.
     """
 
-    suffixes = (".csv", ".tsv", ".txt", ".asc", ".lvm", ".csv.gz", ".tsv.gz", ".txt.gz", ".asc.gz", ".lvm.gz")
+    suffixes = tuple(f"{bare}{packed}" for packed in ("", ".gz") for bare in (".csv", ".tsv", ".txt", ".asc", ".dat", ".lvm"))
     format = "delimited text"
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
@@ -47,6 +47,9 @@ class DelimitedReader(AbstractReader):
         values = _fast(lines[layout.first :], layout, asked)
         if values is None:
             values = parse_cells(lines, layout, asked)
+            below = enumerate(lines[layout.first :], start=layout.first + 1)
+            again = next((number for number, line in below if line in layout.header and not skipped(line)), None)
+            notices += () if again is None else (f"The header comes again in line {again}: a further run begins there.",)
         if joined := common_time(values, layout.own_times):
             values[joined[0]] = joined[1]
         stamped = [name for name in blank if np.isfinite(values[name]).any()]
@@ -87,7 +90,7 @@ def parse_cells(lines: list[str], layout: Layout, wanted: AbstractSet[str]) -> d
     clocks: dict[str, list[str]] = {}
     for number, line in enumerate(lines[first:], start=first + 1):
         bare = line.partition("#")[0] if "#" in line else line
-        if not bare.strip(EMPTY):
+        if skipped(bare) or line in layout.header:
             continue
         cells = split(bare, layout.delimiter)
         if len(cells) != layout.width:

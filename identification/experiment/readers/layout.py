@@ -2,13 +2,14 @@
 
 import csv
 import io
+import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass, field
 
 from identification.experiment.channels import is_unit
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.readers.text import DECIMALS, NO_PREAMBLE, Preamble, is_number, read_preamble
+from identification.experiment.readers.text import DECIMALS, NO_PREAMBLE, UNIT_LISTS, Preamble, is_number, read_preamble
 
 BLANKS = " "
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", BLANKS: "blanks"}
@@ -16,6 +17,9 @@ DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", BLANKS: "blanks"}
 SAMPLED_ROWS = 200
 MOST_HEADER_ROWS = 4
 COMMENT_MARKS = "#%/;! "
+COMMENTS = ("#", "%", "//")
+SETTINGS = ("start", "increment")
+"""Of an oscilloscope, whose names stand right of those of its channels."""
 EMPTY = " \t;,\ufeff"
 
 
@@ -31,6 +35,7 @@ class Layout:
         units: by column name, where a row of units or the preamble states them.
         first: index of the first line of samples; None where there is none.
         end: index past the last line of samples; None where they fill the file's end.
+        header: the lines of names and units, which a recorder writes again at the beginning of a further run.
         preamble: what stands above the header row.
         own_times: name of the column of time by channel, where each channel has one of its own.
     """
@@ -42,6 +47,7 @@ class Layout:
     units: dict[str, str]
     first: int | None
     end: int | None = None
+    header: frozenset[str] = frozenset()
     preamble: Preamble = NO_PREAMBLE
     own_times: dict[str, str] = field(default_factory=dict)
 
@@ -55,7 +61,7 @@ class Layout:
 def skipped(line: str) -> bool:
     """Whether a line holds neither header nor samples: blank, delimiters alone, or a comment."""
     bare = line.strip(EMPTY)
-    return not bare or bare.startswith("#")
+    return not bare or bare.startswith(COMMENTS)
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -98,7 +104,8 @@ def find_layout(lines: list[str]) -> Layout:
     table = _Table(lines=lines, usable=usable, delimiter=delimiter, decimal=decimal, width=width, numeric=numeric)
     begin = table.begin()
     names, units, above = table.header(begin)
-    preamble = read_preamble([lines[index] for index in range(above) if lines[index].strip()], delimiter)
+    header = lines[above : usable[begin]]
+    preamble = read_preamble([line for line in (*lines[:above], *table.settings(header)) if line.strip()], delimiter)
     if not names:
         names = preamble.names_for(width) or tuple(f"column {place + 1}" for place in range(width))
     columns = tuple((place, name) for place, name in enumerate(names) if name)
@@ -111,6 +118,7 @@ def find_layout(lines: list[str]) -> Layout:
         units={name: unit for name, unit in stated.items() if name and unit},
         first=usable[begin],
         end=table.end(begin),
+        header=frozenset(header),
         preamble=preamble,
     )
 
@@ -223,8 +231,10 @@ class _Table:
 
     def header(self, begin: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
         """Names, units, and index of the topmost line that belongs to them; no names where nothing above the samples suits them."""
-        rows = []
-        for row in range(begin - 1, max(begin - 1 - MOST_HEADER_ROWS, -1), -1):
+        rows, last = [], begin - 1
+        if last > 0 and self._is_mark(last):
+            last -= 1
+        for row in range(last, max(last - MOST_HEADER_ROWS, -1), -1):
             cells = self._fitted(self.lines[self.usable[row]])
             if cells is None:
                 break
@@ -233,8 +243,29 @@ class _Table:
             return self._commented(begin) or self._missing(begin)
         place = next((at for at, (_, cells) in enumerate(rows[:-1]) if is_row_of_units(cells)), None)
         line, names = rows[0 if place is None else place + 1]
-        units = () if place is None else tuple(map(bare_unit, rows[place][1]))
+        units = () if place is None else tuple("" if cell.lower() in UNIT_LISTS else bare_unit(cell) for cell in rows[place][1])
         return self._named(names, line, numbers=place is not None), units, line
+
+    def _is_mark(self, row: int) -> bool:
+        """Whether a row is one word on the samples below it, such as "trace_values", and the row above it is of words."""
+        above = self.cells(row - 1)
+        return len(self.cells(row)) == 1 < self.width == len(above) and not any(is_number(cell, self.decimal) for cell in above)
+
+    @property
+    def _filled(self) -> int:
+        """Number of columns up to the last one of numbers."""
+        return max(self.numeric) + 1
+
+    def settings(self, header: list[str]) -> list[str]:
+        """What an oscilloscope writes right of its header's columns, above its value or with it, each as "key = value"."""
+        beyond = [split(line, self.delimiter)[self._filled :] for line in header]
+        pairs = [pair for rows in itertools.pairwise(beyond) for pair in zip(*rows, strict=False)]
+        stated = [f"{key} = {value}" for key, value in pairs if key and is_number(value, self.decimal)]
+        return stated + [cell for row in beyond for cell in row if "=" in cell]
+
+    def _is_setting(self, cell: str) -> bool:
+        """Whether a cell right of the header's columns is the name or the value of a setting, or both."""
+        return cell.lower() in SETTINGS or "=" in cell or is_number(cell, self.decimal)
 
     def _fitted(self, line: str) -> list[str] | None:
         """The cells of a row above the samples, one for each column; None where it cannot be their header."""
@@ -243,6 +274,8 @@ class _Table:
         cells = split(line, self.delimiter)
         while len(cells) > self.width and cells[-1].lower() in ("", "comment"):
             cells = cells[:-1]
+        if (beyond := [cell for cell in cells[self._filled :] if cell]) and all(map(self._is_setting, beyond)):
+            cells = cells[: self._filled] + [""] * (self.width - self._filled)
         if len(cells) == self.width - 1 and self.width - 1 not in self.numeric:
             cells = [*cells, ""]
         if self.delimiter == BLANKS and len(cells) != self.width:
@@ -255,7 +288,11 @@ class _Table:
         for index in range(self.usable[begin] - 1, -1, -1):
             bare = self.lines[index].strip().lstrip(COMMENT_MARKS)
             cells = split(bare, self.delimiter)
-            if not self.lines[index].lstrip().startswith("#") or len(cells) != self.width or any(is_number(c, self.decimal) for c in cells):
+            if (
+                not self.lines[index].lstrip().startswith(COMMENTS)
+                or len(cells) != self.width
+                or any(is_number(c, self.decimal) for c in cells)
+            ):
                 break
             found.append((index, cells))
         if not found:

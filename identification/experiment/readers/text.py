@@ -57,8 +57,11 @@ def _line(text: str, place: int) -> int:
 
 DECIMALS = (".", ",")
 _NUMBERS = {
-    mark: re.compile(rf"[-+]?(?:\d+(?:\{mark}\d*)?|\{mark}\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
-    for mark in DECIMALS
+    mark: re.compile(
+        rf"[-+]?(?:\d+(?:\{mark}\d*)?|\{mark}\d+|\d{{1,3}}(?:\{group}\d{{3}})+\{mark}\d+)(?:[de][-+]?\d+)?|[-+]?(?:nan|inf|infinity)",
+        re.IGNORECASE,
+    )
+    for mark, group in zip(DECIMALS, reversed(DECIMALS), strict=True)
 }
 INFINITY = "\u221e"
 """Which oscilloscopes print where the input was overloaded."""
@@ -68,9 +71,11 @@ OVERLOAD = re.compile(rf"[-+\u2212]?{INFINITY}")
 def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell without surrounding blanks is a number under a decimal mark, "." or ","; "nan", "inf" and the sign of infinity are.
 
+    Fortran's exponents are numbers ("1.5D-03"), and marks between thousands where a decimal mark follows them.
+
     Example:
-        >>> is_number("-1,5e-3", ","), is_number("1_0", "."), is_number("1.234,5", ","), is_number("-\u221e", ".")
-        (True, False, False, True)
+        >>> is_number("-1,5e-3", ","), is_number("1_0", "."), is_number("1.234,5", ","), is_number("1.234", ","), is_number("-\u221e", ".")
+        (True, False, True, False, True)
     """
     return (cell.isascii() and _NUMBERS[decimal].fullmatch(cell) is not None) or OVERLOAD.fullmatch(cell) is not None
 
@@ -81,7 +86,8 @@ def to_number(cell: str, decimal: str) -> float | None:
         return None
     if OVERLOAD.fullmatch(cell):
         return float("inf") if cell[0] in "+\u221e" else -float("inf")
-    return float(cell.replace(",", ".") if decimal == "," else cell)
+    plain = cell.replace(".", "").replace(",", ".") if decimal == "," else cell.replace(",", "")
+    return float(re.sub("[dD]", "e", plain))
 
 
 CLOCK = re.compile(
@@ -141,9 +147,21 @@ RATES = (
     "frequência de amostragem",
 )
 """Keys of a sampling rate; Hz unless the value says kHz."""
-STEPS = ("delta x", "delta t", "sampling interval", "sample interval", "abtastintervall", "intervalo de amostragem")
+STEPS = (
+    "delta x",
+    "delta t",
+    "dt",
+    "x-axis delta",
+    "increment",
+    "tinc",
+    "sampling interval",
+    "sample interval",
+    "abtastintervall",
+    "intervalo de amostragem",
+)
 """Keys of a sampling step; s unless the value says ms or us."""
 FACTORS = {"": 1.0, "hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "s/s": 1.0}
+NAMES = "channel names"
 UNIT_LISTS, SCOPE_UNITS = ("units", "unit", "einheiten", "einheit", "unidades", "unites"), ("horizontal units", "vertical units")
 """Keys of the units of all columns, in a comment or above the header row, and of those of an oscilloscope."""
 ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<value>.*)$")
@@ -173,7 +191,9 @@ class Preamble:
         return None
 
     def names_for(self, width: int) -> tuple[str, ...]:
-        """Names of all columns that the preamble gives in place of a header row: markers, each with three coordinates; else none."""
+        """Names of all columns that the preamble gives in place of a header row: a list, or markers of three coordinates; else none."""
+        if len(listed := self.entries.get(NAMES, ())) == width:
+            return listed
         markers = [cell for cell in self.entries.get(MARKERS, ()) if cell]
         names = tuple(f"{marker} {axis}" for marker in markers for axis in AXES)
         if not names or width - len(names) not in (0, 2):
@@ -195,7 +215,7 @@ NO_PREAMBLE = Preamble()
 
 
 def read_preamble(lines: Sequence[str], delimiter: str) -> Preamble:
-    """Read the lines above a header row as entries: "key: value", "key = value", a key and cells, or a row of keys above one of numbers.
+    """Read the lines above a header row as entries: "key: value", "key = value", a key and cells, or keys above a row of their values.
 
     A line that is none is passed over; of two with one key the last counts.
 
@@ -206,15 +226,19 @@ def read_preamble(lines: Sequence[str], delimiter: str) -> Preamble:
     entries = {}
     for line in lines:
         if found := ENTRY.match(line):
-            cells = (
-                [cell.strip().strip('"') for cell in found["value"].split(delimiter)] if delimiter.strip(" ") else [found["value"].strip()]
-            )
-            entries[_key(found["key"])] = tuple(cells)
+            entries[_key(found["key"])] = _values(found["value"], delimiter)
     for above, below in itertools.pairwise(lines):
+        if (found := ENTRY.match(above)) and not found["value"]:
+            entries[_key(found["key"])] = _values(below, delimiter)
         keys, values = (re.split(r"\s*[,;\t]\s*", line.strip(" #%")) for line in (above, below))
         if len(keys) == len(values) > 1 and all(VALUE.fullmatch(value) for value in values):
             entries |= {_key(key): (value,) for key, value in zip(keys, values, strict=True)}
     return Preamble(entries=entries)
+
+
+def _values(text: str, delimiter: str) -> tuple[str, ...]:
+    """The cells of an entry."""
+    return tuple(cell.strip().strip('"') for cell in text.split(delimiter)) if delimiter.strip(" ") else (text.strip(),)
 
 
 def _key(text: str) -> str:

@@ -177,6 +177,53 @@ def rate_in_comment(path: Path) -> None:
     path.write_text("\n".join([*head, *rows(time=None)]), encoding="utf-8")
 
 
+def control_desk(path: Path) -> None:
+    """dSPACE ControlDesk: a row of names, one of units and one of a single word."""
+    head = ["filetype,CSV,version,1.0", "creator,ControlDesk", "Trace name,x,y,F,Hammer acc", "Unit,mm,mm,N,m/s^2", "trace_values"]
+    path.write_text("\n".join([*head, *rows(mark=",", decimal=".")]))
+
+
+def capstone(path: Path) -> None:
+    """PASCO Capstone: units in brackets before the number of the run."""
+    names = "Time (s)", "Hammer Position (mm)", "Cart Position (mm)", "Force (N)", "Hammer Acceleration (m/s²)"
+    path.write_text("\n".join([",".join(f"{name} Run #1" for name in names), *rows(mark=",", decimal=".")]), encoding="utf-8")
+
+
+def thousands(path: Path) -> None:
+    """A spreadsheet whose cells are formatted: a separator stated, points between thousands, decimal commas."""
+    columns = [1e6 * TIME, *(factor * one for factor, one in zip((1e6, 1e6, 1e3, 1e3), record().values(), strict=True))]
+    cells = [[f"{value:,.12f}".translate(str.maketrans(",.", ".,")) for value in column] for column in columns]
+    body = [";".join(row) for row in zip(*cells, strict=True)]
+    head = ["sep=;", "t;Hammer Weg;Wagen Weg;Kraft;Hammer Beschl", "[µs];[µm];[µm];[mN];[mm/s²]"]
+    path.write_text("\r\n".join([*head, *body]), encoding="utf-8-sig", newline="")
+
+
+def database(path: Path) -> None:
+    """A time series database: rows on groups and types, stamps with a date and a zone."""
+    head = [
+        "#group,false,false,false,false,false",
+        "#datatype,dateTime:RFC3339,double,double,double,double",
+        "_time,x_mm,y_mm,F_N,hammer_acc_g",
+    ]
+    body = rows((1e3, 1e3, 1.0, 1.0 / 9.80665), time=None, mark=",", decimal=".")
+    path.write_text("\n".join([*head, *(f"2026-11-27T10:22:{3 + t:012.9f}Z,{row}" for t, row in zip(TIME, body, strict=True))]))
+
+
+def fortran(path: Path) -> None:
+    """Fixed columns of a Fortran program: exponents with a D, the header behind a comment mark, remarks between the samples."""
+    body = [
+        " ".join(f"{value:.12E}".replace("E", "D") for value in map(float, row.split())) for row in rows(mark=" ", decimal=".", digits=12)
+    ]
+    body.insert(700, "% stop tightened")
+    path.write_text("\n".join(["% t/s x/mm y/mm F/N hammer_acceleration", *body]))
+
+
+def further_run(path: Path) -> None:
+    """Runs appended to one file, each below the header: the first is the longest."""
+    head, body = "time,x_mm,y_mm,F_N,hammer_acceleration", rows(mark=",", decimal=".")
+    path.write_text("\n".join([head, *body, head, *body[:500]]))
+
+
 LAYOUTS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "Excel, German": ("a.csv", excel_german),
     "units below the header": ("a.txt", units_below),
@@ -192,6 +239,12 @@ LAYOUTS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "fixed columns": ("a.txt", wide_blanks),
     "pandas": ("a.csv", pandas_index),
     "rate in a comment": ("a.csv", rate_in_comment),
+    "ControlDesk": ("a.csv", control_desk),
+    "Capstone": ("a.csv", capstone),
+    "marks between thousands": ("a.csv", thousands),
+    "time series database": ("a.csv", database),
+    "Fortran": ("a.dat", fortran),
+    "runs appended": ("a.csv", further_run),
 }
 """Name of the layout, name of the file, and what writes it."""
 
@@ -220,3 +273,26 @@ def qualisys(path: Path, *, header: bool) -> None:
         head.append("Frame\tTime\t" + "\t".join(f"{name} {axis}" for name in columns for axis in "XYZ"))
         body = [f"{number + 1}\t{t:.9f}\t{row}" for number, (t, row) in enumerate(zip(TIME, body, strict=True))]
     path.write_text("\r\n".join([*head, *body, ""]), newline="")
+
+
+SCOPES = {
+    "Tektronix": (
+        "Model,MSO24\n\nSample Interval,0.001\nVertical Units,V,V\nHorizontal Units,s\n,,\nLabel,laser,cell\nTIME,CH1,CH2\n",
+        "{t:.3e},{a},{b}",
+        ("CH1", "CH2"),
+        "V",
+    ),
+    "Rigol": ("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-3.0e-01,1.0e-03\n", "{i},{a},{b},", ("CH1", "CH2"), "Volt"),
+    "Rigol, stamps": ("Time(s),CH1(V),CH2(V),t0 = -3.0e-01, tInc = 1.0e-03,\n", "{t:.3e},{a},{b},,", ("CH1(V)", "CH2(V)"), "V"),
+    "Siglent": (
+        "Record Length,Analog:3\nSerial Number,SDS7\nSource,CH1,CH2\nSecond,Volt,Volt\n",
+        "{t:.4f},{a},{b}",
+        ("CH1", "CH2"),
+        "Volt",
+    ),
+    "PicoScope": ("Zeit;Kanal A;Kanal B\n(ms);(mV);(mV)\n\n", "{ms};{a};{b}", ("Kanal A", "Kanal B"), "mV"),
+    "SignalExpress": ("channel names: \nai0\tai1\nstart times:\n10:22\t10:22\ndt:\n0.001\t0.001\ndata:\n", "{a}\t{b}", ("ai0", "ai1"), ""),
+    "PULSE": ("Version:\t21\nX-Axis unit:\ts\nX-Axis delta:\t0.001\nX-Axis size:\t3\n\n", "{j}\t{a}\t{b}", ("column 2", "column 3"), ""),
+    "phyphox": ('"Time (s)";"x (m/s^2)";"y (m/s^2)"\n', "{t:.9E};{a};{b}", ("x (m/s^2)", "y (m/s^2)"), "m/s^2"),
+}
+"""Head, row, names of the columns and their unit, of a record at 1 kHz; the time may be a number of the sample."""

@@ -5,7 +5,7 @@ import pytest
 
 from identification.experiment import ExperimentError, load_experiment
 from identification.inspection import inspect_path, propose
-from tests.identification.inspection.logger_files import LAYOUTS, NUMBERS, TIME, qualisys, record, rows
+from tests.identification.inspection.logger_files import LAYOUTS, NUMBERS, SCOPES, TIME, qualisys, record, rows
 
 EXACT = 1e-8
 
@@ -26,6 +26,19 @@ def test_a_recorders_file_fits_as_proposed(file, write, tmp_path):
     assert (found.kind, found.excitation_frequency) == ("cart-excitation", 6.25)
     for name in NUMBERS:
         np.testing.assert_allclose(found.channels[name], record()[name], rtol=EXACT, atol=1e-12)
+
+
+@pytest.mark.parametrize(("head", "row", "names", "unit"), SCOPES.values(), ids=SCOPES)
+def test_channels_without_a_known_quantity(head, row, names, unit, tmp_path):
+    one, two = np.array([[0.5, -0.25, 0.125, 2.0, 1.5], [1.0, 2.5, -1.0, 0.5, 0.25]])
+    body = [row.format(i=i, j=i + 1, t=i / 1e3, ms=i, a=a, b=b) for i, (a, b) in enumerate(zip(one, two, strict=True))]
+    (tmp_path / "a.txt").write_text(head + "\n".join(body))
+    (inspected,) = inspect_path(tmp_path / "a.txt").files
+    found = inspected.found
+    np.testing.assert_allclose(found.seconds - found.seconds[0], np.arange(5) / 1e3, rtol=0, atol=1e-12)
+    assert [(column.name, column.unit) for column in found.columns] == [(name, unit) for name in names]
+    for column, values in zip(found.columns, (one, two), strict=True):
+        np.testing.assert_array_equal(column.values, values)
 
 
 @pytest.mark.parametrize("header", [True, False])
