@@ -18,6 +18,7 @@ from identification.experiment.readers.base import without as without
 # isort: off
 # In the order of messages.
 from identification.experiment.readers.delimited import DelimitedReader as DelimitedReader
+from identification.experiment.readers.excel import ExcelReader as ExcelReader
 from identification.experiment.readers.hdf5 import Hdf5Reader as Hdf5Reader
 from identification.experiment.readers.mat import MatReader as MatReader
 from identification.experiment.readers.npz import NpzReader as NpzReader

@@ -31,39 +31,44 @@ class DelimitedReader(AbstractReader):
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         """Read the wanted columns; arguments, result and errors as for every reader."""
         lines, notice = read_lines(path)
-        layout, lines = find_labview(lines) or (find_layout(lines), lines)
-        names = layout.names
-        notices = (notice,) if notice else ()
-        if layout.first is None:
-            return Columns(names=names, values={name: np.empty(0) for name in names if name in wanted}, notices=notices)
-        if layout.end is not None:
-            notices += (f"What stands below the samples, from line {layout.end + 1} on ({shown(lines[layout.end])}), is left out.",)
-            lines = lines[: layout.end]
-        check_samples(len(lines) - layout.first, "the file")
-        rate = layout.preamble.rate
-        blank = [name for name in names if means_time(name)] if rate is not None else []
-        asked = (wanted & set(names)) | set(blank) | ({names[0]} if rate is not None else set())
-        asked |= {own for name, own in layout.own_times.items() if name in wanted}
-        values = _fast(lines[layout.first :], layout, asked)
-        if values is None:
-            values = parse_cells(lines, layout, asked)
-            below = enumerate(lines[layout.first :], start=layout.first + 1)
-            again = next((number for number, line in below if line in layout.header and not skipped(line)), None)
-            notices += () if again is None else (f"The header comes again in line {again}: a further run begins there.",)
-        if joined := common_time(values, layout.own_times):
-            values[joined[0]] = joined[1]
-        stamped = [name for name in blank if np.isfinite(values[name]).any()]
-        units = {name: unit for name, unit in layout.units.items() if name in wanted}
-        if rate is not None and not stamped and TIME not in names:
-            names = (TIME, *(name for name in names if name not in blank))
-            values[TIME], units[TIME] = np.arange(values[layout.columns[0][1]].size) / rate, "s"
-            notices += (f"The file states no time stamps; they follow from its sampling rate of {rate:.6g} Hz.",) if TIME in wanted else ()
-        return Columns(
-            names=names,
-            values={name: column for name, column in values.items() if name in wanted and name in names},
-            units=units,
-            notices=notices,
-        )
+        return read_text(lines, wanted, notice)
+
+
+def read_text(lines: list[str], wanted: AbstractSet[str], notice: str = "") -> Columns:
+    """Read the wanted columns of a text, given by its lines; `notice` is a sentence on how they came about."""
+    layout, lines = find_labview(lines) or (find_layout(lines), lines)
+    names = layout.names
+    notices = (notice,) if notice else ()
+    if layout.first is None:
+        return Columns(names=names, values={name: np.empty(0) for name in names if name in wanted}, notices=notices)
+    if layout.end is not None:
+        notices += (f"What stands below the samples, from line {layout.end + 1} on ({shown(lines[layout.end])}), is left out.",)
+        lines = lines[: layout.end]
+    check_samples(len(lines) - layout.first, "the file")
+    rate = layout.preamble.rate
+    blank = [name for name in names if means_time(name)] if rate is not None else []
+    asked = (wanted & set(names)) | set(blank) | ({names[0]} if rate is not None else set())
+    asked |= {own for name, own in layout.own_times.items() if name in wanted}
+    values = _fast(lines[layout.first :], layout, asked)
+    if values is None:
+        values = parse_cells(lines, layout, asked)
+        below = enumerate(lines[layout.first :], start=layout.first + 1)
+        again = next((number for number, line in below if line in layout.header and not skipped(line)), None)
+        notices += () if again is None else (f"The header comes again in line {again}: a further run begins there.",)
+    if joined := common_time(values, layout.own_times):
+        values[joined[0]] = joined[1]
+    stamped = [name for name in blank if np.isfinite(values[name]).any()]
+    units = {name: unit for name, unit in layout.units.items() if name in wanted}
+    if rate is not None and not stamped and TIME not in names:
+        names = (TIME, *(name for name in names if name not in blank))
+        values[TIME], units[TIME] = np.arange(values[layout.columns[0][1]].size) / rate, "s"
+        notices += (f"The file states no time stamps; they follow from its sampling rate of {rate:.6g} Hz.",) if TIME in wanted else ()
+    return Columns(
+        names=names,
+        values={name: column for name, column in values.items() if name in wanted and name in names},
+        units=units,
+        notices=notices,
+    )
 
 
 def _fast(lines: list[str], layout: Layout, wanted: AbstractSet[str]) -> dict[str, Float64[np.ndarray, " samples"]] | None:

@@ -1,6 +1,7 @@
 """Files as recorders write them, made with each format's own library."""
 
 import warnings
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -93,3 +94,37 @@ def write_mdf4(
         for group in [[signal] for signal in signals] if apart else [signals]:
             file.append(group)
         file.save(path, overwrite=True)
+
+
+def write_excel(path: Path, channels: Mapping[str, np.ndarray], units: Mapping[str, str] = UNITS) -> None:
+    """Write a workbook whose first sheet holds a remark and whose second one names, units and samples."""
+    table = [["time", *channels], ["s", *(units.get(name, "") for name in channels)]]
+    table += [list(row) for row in zip(TIME, *channels.values(), strict=False)]
+    sheets = [[["Rig 7", 3.0]], table]
+    spaces = 'xmlns="http://schemas.openxmlformats.org/{}" xmlns:r="http://schemas.openxmlformats.org/officeDocument/2006/relationships"'
+    main, kinds, related = (
+        spaces.format(name) for name in ("spreadsheetml/2006/main", "package/2006/content-types", "package/2006/relationships")
+    )
+    office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+    numbers = range(1, len(sheets) + 1)
+
+    def cell(value: object) -> str:
+        return f"<c><v>{float(value)!r}</v></c>" if isinstance(value, float) else f'<c t="inlineStr"><is><t>{value}</t></is></c>'
+
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr(
+            "[Content_Types].xml",
+            f'<Types {kinds}><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+            '<Default Extension="xml" ContentType="application/xml"/></Types>',
+        )
+        file.writestr(
+            "_rels/.rels",
+            f'<Relationships {related}><Relationship Id="a" Type="{office}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
+        )
+        listed = "".join(f'<sheet name="S{number}" sheetId="{number}" r:id="b{number}"/>' for number in numbers)
+        file.writestr("xl/workbook.xml", f"<workbook {main}><sheets>{listed}</sheets></workbook>")
+        listed = "".join(f'<Relationship Id="b{number}" Type="{office}/worksheet" Target="worksheets/{number}.xml"/>' for number in numbers)
+        file.writestr("xl/_rels/workbook.xml.rels", f"<Relationships {related}>{listed}</Relationships>")
+        for number, rows in zip(numbers, sheets, strict=True):
+            body = "".join(f"<row>{''.join(map(cell, row))}</row>" for row in rows)
+            file.writestr(f"xl/worksheets/{number}.xml", f"<worksheet {main}><sheetData>{body}</sheetData></worksheet>")

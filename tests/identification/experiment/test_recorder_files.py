@@ -1,4 +1,4 @@
-"""TDMS, universal files and MDF 4: what their own libraries write comes back, in SI; what is broken gives one clear line."""
+"""TDMS, universal files, MDF 4 and workbooks: what their own libraries write comes back, in SI; what is broken gives one clear line."""
 
 import re
 import sys
@@ -8,10 +8,20 @@ import pytest
 
 from identification.experiment import ExperimentError, load_experiment
 from identification.experiment.readers import read_columns, read_here
-from tests.identification.experiment.recorder_files import RATE, SAMPLES, TIME, UNITS, values, write_mdf4, write_tdms, write_uff
+from tests.identification.experiment.recorder_files import (
+    RATE,
+    SAMPLES,
+    TIME,
+    UNITS,
+    values,
+    write_excel,
+    write_mdf4,
+    write_tdms,
+    write_uff,
+)
 
-LIBRARIES = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff", ".mf4": "asammdf"}
-WRITERS = {".tdms": write_tdms, ".uff": write_uff, ".unv": write_uff, ".mf4": write_mdf4}
+LIBRARIES = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff", ".mf4": "asammdf", ".xlsx": "python_calamine"}
+WRITERS = {".tdms": write_tdms, ".uff": write_uff, ".unv": write_uff, ".mf4": write_mdf4, ".xlsx": write_excel}
 each_suffix = pytest.mark.parametrize("suffix", LIBRARIES)
 EXPERIMENT = """\
 schema = 1
