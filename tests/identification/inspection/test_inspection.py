@@ -319,7 +319,7 @@ def test_a_folder_goes_on_where_one_file_is_broken(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.xlsx", b"x", r"unknown suffix"),
+        ("a.doc", b"x", r"unknown suffix"),
         ("a.csv", b"", r"holds no text"),
         ("a.csv", b"x|y\n1|2\n1|2\n", r"has one column only"),
         ("a.csv", b"time,note\n1,b\n2,c\n", r"no usable column beside the time \(note: line 2"),
