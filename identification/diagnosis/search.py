@@ -162,14 +162,14 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     while waiting and finished and not any(_is_taken(one) for one in asked):
         tried: list[Alternative] = []
         try:
-            for one, weighed in list(waiting):
+            for number, (one, weighed) in enumerate(pairs := list(waiting), 1):
                 best = max((other.gain for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))
                 if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
-                    tried += _refitted(seen, one, weighed, progress)
+                    tried += _refitted(seen, one, weighed, f"{number} of {len(pairs)}", progress)
                 hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
         except OutOfBudgetError:
             finished = False
@@ -227,9 +227,9 @@ def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
     return [*kept, *(one for one in ranked if not any(one is other for other in kept))]
 
 
-def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
-    """An alternative with its model iterated to the end; none where no such model can be fitted."""
-    progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
+def _refitted(seen: Look, one: Alternative, weighed: Reestimated, count: str, progress: Progress) -> list[Alternative]:
+    """An alternative with its model iterated to the end, `count` of all; none where no such model can be fitted."""
+    progress(f"fitting candidate {count}, the model with {one.name}{_beside(seen.fitted)}")
     try:
         expected = seen.fitted.deviance - one.gain
         fitted = augmented(seen, one.candidate, weighed.strengths, expected=expected, progress=progress)

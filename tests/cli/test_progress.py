@@ -26,6 +26,17 @@ def test_a_log_file_holds_both(monkeypatch, capsys):
     assert [line.split(" s  ")[1] for line in lines] == ["set sign = -1 in [sensors.impact_force]", "fitting [all]"]
 
 
+def test_the_time_left_follows_from_what_is_counted(monkeypatch, capsys):
+    seconds = iter([0.0, 1.0, 1.0, 5.0, 5.0, 5.0])
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: next(seconds))
+    with progress.stages(quiet=False, at_most=300.0) as say:
+        say("row 3 of 13")
+        say("row 5 of 13")
+        say("writing")
+    lines = [line.strip() for line in capsys.readouterr().err.splitlines()]
+    assert lines == ["1.0 of 300 s  row 3 of 13", "5.0 of 300 s  row 5 of 13, about 18 s left", "5.0 of 300 s  writing"]
+
+
 def test_a_terminal_shows_names_in_brackets(monkeypatch, capsys):
     monkeypatch.setattr(progress, "Console", functools.partial(Console, force_terminal=True, width=80))
     with progress.stages(quiet=False) as say:
