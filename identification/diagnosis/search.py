@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, refitted, without
+from identification.diagnosis.augment import augmented, exchanged, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.result.evidence import chance
@@ -169,7 +169,8 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
                     continue
                 waiting.remove((one, weighed))
                 if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
-                    tried += _refitted(seen, one, weighed, f"{number} of {len(pairs)}", progress)
+                    progress(f"fitting candidate {number} of {len(pairs)}, the model with {one.name}{_beside(seen.fitted)}")
+                    tried += _refitted(seen, one, weighed, progress)
                 hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
         except OutOfBudgetError:
             finished = False
@@ -227,9 +228,8 @@ def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
     return [*kept, *(one for one in ranked if not any(one is other for other in kept))]
 
 
-def _refitted(seen: Look, one: Alternative, weighed: Reestimated, count: str, progress: Progress) -> list[Alternative]:
-    """An alternative with its model iterated to the end, `count` of all; none where no such model can be fitted."""
-    progress(f"fitting candidate {count}, the model with {one.name}{_beside(seen.fitted)}")
+def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
+    """An alternative with its model iterated to the end; none where no such model can be fitted."""
     try:
         expected = seen.fitted.deviance - one.gain
         fitted = augmented(seen, one.candidate, weighed.strengths, expected=expected, progress=progress)
@@ -267,7 +267,10 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
 
 
 def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
-    """The search without the effects that the others have made needless; the last one has just been found to be needed."""
+    """The search without the effects that the others have made needless; of those needed, a special case where it is enough now.
+
+    The last one has just been found to be needed.
+    """
     final, steps = found.final, list(found.steps)
     for step in found.steps[:-1]:
         one = step.alternatives[0]
@@ -282,7 +285,29 @@ def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
         again = judge(lesser, dataclasses.replace(one, fitted=final, drop=rise))
         if not is_significant(again) and lesser.converged:
             final, steps = lesser, [other for other in steps if other is not step]
+        elif simpler := _special_case(final, lesser, step, judge, progress):
+            chosen = dataclasses.replace(
+                step, alternatives=(simpler, *(other for other in step.alternatives if other.name != simpler.name))
+            )
+            final, steps = simpler.fitted or final, [chosen if other is step else other for other in steps]
     return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)
+
+
+def _special_case(final: Fitted, lesser: Fitted, step: Step, judge: Judging, progress: Progress) -> Alternative | None:
+    """A special case of the effect that a step took in, fitted in its place, unless the records reject it; `lesser` has neither."""
+    one, *others = step.alternatives
+    for special in (other for other in (*others, *step.refused) if other.name in one.candidate.members[0].special_cases):
+        progress(f"asking whether {special.name} is enough in place of {one.name}")
+        strengths = weighed_anew(step.look, special.candidate).strengths
+        try:
+            fitted = refitted(*exchanged(final, one.name, step.look, special.candidate, strengths), final, progress)
+        except (np.linalg.LinAlgError, NoConvergenceError):
+            continue
+        found = judge(lesser, dataclasses.replace(special, fitted=fitted, drop=lesser.deviance - fitted.deviance, refused=""))
+        lacks = fitted.deviance - final.deviance
+        if fitted.converged and _is_taken(found) and chance(lacks, max(one.degrees - special.degrees, 1), 1) > LEVEL:
+            return found
+    return None
 
 
 def _beside(fitted: Fitted) -> str:

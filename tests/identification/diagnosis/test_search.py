@@ -169,6 +169,30 @@ def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed,
     assert module._step(seen, refusing(), lambda line: None).alternatives[0].name == first
 
 
+@pytest.mark.parametrize(("lacks", "kept"), [(3.0, "coulomb_friction"), (40.0, "power_law_damping")])
+def test_beside_a_later_effect_a_special_case_may_be_enough(seen, monkeypatch, lacks, kept):
+    def refitted(problem, near, beside, progress):
+        if problem is None:
+            return fitted(seen, "nonlinear_reading", deviance=-80.0)
+        return fitted(seen, problem, "nonlinear_reading", deviance=lacks - 980.0)
+
+    one = seen.fitted
+    anew = Reestimated(deviance=0.0, strengths=np.ones(1), stderr=np.ones(1), variances=one.variances, at=one.at)
+    monkeypatch.setattr(module, "weighed_anew", lambda at, candidate: anew)
+    monkeypatch.setattr(module, "exchanged", lambda final, name, at, candidate, strengths: (candidate.name, None))
+    monkeypatch.setattr(module, "without", lambda final, name: (None, None))
+    monkeypatch.setattr(module, "refitted", refitted)
+    first, both = fitted(seen, "power_law_damping"), fitted(seen, "power_law_damping", "nonlinear_reading", deviance=-980.0)
+    steps = (
+        Step(look=seen, alternatives=(alternative("power_law_damping", 900.0, first), alternative("coulomb_friction", 850.0))),
+        Step(look=seen, alternatives=(alternative("nonlinear_reading", 80.0, both),)),
+    )
+    found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
+    found = module._needed(found, lambda model, one: one, lambda line: None)
+    assert names(found) == [kept, "nonlinear_reading"]
+    assert [step.alternatives[0].name for step in found.steps] == [kept, "nonlinear_reading"]
+
+
 def test_all_listed_effects_are_looked_for_unless_limited():
     assert among_effects() == tuple(EFFECTS)
     assert limit_warning(EFFECTS) == ()
