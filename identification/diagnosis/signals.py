@@ -31,7 +31,7 @@ def signals(courses: tuple[Course, ...], chains: Chains, effects: list[AbstractE
         if effects[0].record not in (None, chains.files[index]):
             continue
         own = own_states(stacked, effects, course)
-        parts = jax.tree.map(np.asarray, jax.vmap(partial(_added, course))(stacked, own))
+        parts = jax.tree.map(np.asarray, _added_along(stacked, course, own))
         for name, values in parts.items():
             if values.any():
                 for one, series in zip(found, values, strict=True):
@@ -57,6 +57,11 @@ def own_states(stacked: AbstractEffect, effects: list[AbstractEffect], course: C
     sampling = float(course.motion.t[1] - course.motion.t[0])
     fastest = max(float(effect.fastest_hz) for effect in effects)
     return _own_along(stacked, course, jnp.asarray(max(1, math.ceil(2.0 * math.pi * fastest * sampling / _ANGLE))))
+
+
+@soon_compiled
+def _added_along(effects: AbstractEffect, course: Course, own: Float[Array, "effects time own"]):
+    return jax.vmap(partial(_added, course))(effects, own)
 
 
 def _added(course: Course, effect: AbstractEffect, own: Float[Array, "time own"]) -> dict[str, Float[Array, " time"]]:
