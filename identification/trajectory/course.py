@@ -40,7 +40,7 @@ class Course(eqx.Module):
     readings: dict[str, Float[Array, " time"]]
     """Of every channel, by the model."""
     system: System
-    """The rig in this record, with the effects of the model."""
+    """The rig in this record, without effects."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -125,7 +125,7 @@ class Sampled:
 
 
 def record_system(problem: Problem, at: Estimate, index: int) -> System:
-    """The rig in one whole record, without random force."""
+    """The rig in one whole record, without random force and effects."""
     record, own = problem.experiment.records[index], dict(zip(problem.unknowns.own, at.own[index], strict=True))
     values = problem.values(at)
     for name, logarithmic in zip(problem.unknowns.own, problem.unknowns.logarithmic_own, strict=True):
@@ -139,7 +139,7 @@ def record_system(problem: Problem, at: Estimate, index: int) -> System:
     base = Harmonic(amplitude, phase, record.excitation_frequency or 0.0) if inputs.cart is None else inputs.cart
     applied = Unforced() if inputs.applied is None else inputs.applied
     here = problem.model.replace(values).in_record(lambda file: 1.0 if file == record.file else 0.0)
-    system = here.system(gap=record.gap + own["gap_error"], base=base, applied=applied)
+    system = dataclasses.replace(here.system(gap=record.gap + own["gap_error"], base=base, applied=applied), effects=())
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), system)
 
 
