@@ -162,14 +162,14 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     while waiting and finished and not any(_is_taken(one) for one in asked):
         tried: list[Alternative] = []
         try:
-            for number, (one, weighed) in enumerate(pairs := list(waiting), 1):
+            for one, weighed in list(waiting):
                 best = max((other.gain for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))
                 if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
-                    progress(f"fitting candidate {number} of {len(pairs)}, the model with {one.name}{_beside(seen.fitted)}")
+                    progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
                     tried += _refitted(seen, one, weighed, progress)
                 hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
         except OutOfBudgetError:
@@ -267,9 +267,9 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
 
 
 def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
-    """The search without the effects that the others have made needless; of those needed, a special case where it is enough now.
+    """The search without effects that the others have made needless, and with special cases in place of effects where they are enough.
 
-    The last one has just been found to be needed.
+    The last effect has just been found to be needed.
     """
     final, steps = found.final, list(found.steps)
     for step in found.steps[:-1]:
@@ -285,18 +285,31 @@ def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
         again = judge(lesser, dataclasses.replace(one, fitted=final, drop=rise))
         if not is_significant(again) and lesser.converged:
             final, steps = lesser, [other for other in steps if other is not step]
-        elif simpler := _special_case(final, lesser, step, judge, progress):
-            chosen = dataclasses.replace(
-                step, alternatives=(simpler, *(other for other in step.alternatives if other.name != simpler.name))
-            )
+        elif lesser.converged and (simpler := _special_case(again, lesser, step, judge, progress)):
+            others = [dataclasses.replace(other, fitted=None) for other in step.alternatives if other.name != simpler.name]
+            refused = tuple(other for other in step.refused if other.name != simpler.name)
+            chosen = dataclasses.replace(step, alternatives=(simpler, *others), refused=refused)
             final, steps = simpler.fitted or final, [chosen if other is step else other for other in steps]
     return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)
 
 
-def _special_case(final: Fitted, lesser: Fitted, step: Step, judge: Judging, progress: Progress) -> Alternative | None:
-    """A special case of the effect that a step took in, fitted in its place, unless the records reject it; `lesser` has neither."""
-    one, *others = step.alternatives
-    for special in (other for other in (*others, *step.refused) if other.name in one.candidate.members[0].special_cases):
+def _special_case(whole: Alternative, lesser: Fitted, step: Step, judge: Judging, progress: Progress) -> Alternative | None:
+    """A special case of the effect that a step took in, fitted in its place, unless the records reject it.
+
+    Args:
+        whole: the effect in the last model, judged beside `lesser`, the model without it.
+        lesser: converged.
+        step: that took the effect in.
+        judge: of the search.
+        progress: likewise.
+
+    Returns:
+        The special case in the last model, with its gain in the step; None where there is none that is enough.
+    """
+    one, final = step.alternatives[0], whole.fitted
+    for special in (other for other in (*step.alternatives, *step.refused) if other.name in one.candidate.members[0].special_cases):
+        if final is None:
+            continue
         progress(f"asking whether {special.name} is enough in place of {one.name}")
         strengths = weighed_anew(step.look, special.candidate).strengths
         try:
@@ -304,9 +317,9 @@ def _special_case(final: Fitted, lesser: Fitted, step: Step, judge: Judging, pro
         except (np.linalg.LinAlgError, NoConvergenceError):
             continue
         found = judge(lesser, dataclasses.replace(special, fitted=fitted, drop=lesser.deviance - fitted.deviance, refused=""))
-        lacks = fitted.deviance - final.deviance
+        lacks = whole.best - found.best
         if fitted.converged and _is_taken(found) and chance(lacks, max(one.degrees - special.degrees, 1), 1) > LEVEL:
-            return found
+            return dataclasses.replace(found, drop=one.fitted_gain - (fitted.deviance - final.deviance))
     return None
 
 

@@ -60,7 +60,8 @@ def own_states(stacked: AbstractEffect, effects: list[AbstractEffect], course: C
 
 
 @soon_compiled
-def _added_along(effects: AbstractEffect, course: Course, own: Float[Array, "effects time own"]):
+def _added_along(effects: AbstractEffect, course: Course, own: Float[Array, "effects time own"]) -> dict[str, Float[Array, "effects time"]]:
+    """What `_added` gives, of several effects of one class."""
     return jax.vmap(partial(_added, course))(effects, own)
 
 

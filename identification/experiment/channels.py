@@ -186,7 +186,7 @@ def output_of(unit: str) -> str | None:
 
 
 def unit_text(name: str) -> str | None:
-    """What a column's name says of its unit: the text in brackets at its end, a unit or not, a unit in brackets before, or a last word.
+    """What a column's name says of its unit: a unit in brackets, else any text in brackets at its end, else a last word that is a unit.
 
     A last word counts behind "/" or "in" if it is any unit of a channel or of a sensor's output; behind a comma, "_" or a blank it must
     not be one of `_WORDS` either.
@@ -195,11 +195,12 @@ def unit_text(name: str) -> str | None:
         >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("F (N) Run #1"), unit_text("Force min")
         ('mm', 'raw', 'mm', 'N', None)
     """
-    if found := _IN_NAME.search(name):
-        return found.group(1)
     units = {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table}
-    if within := [unit for unit in _BRACKETS.findall(name) if unit not in _WORDS and _canonical(unit) in units]:
-        return within[0]
+    at_end = _IN_NAME.search(name)
+    if within := [unit for unit in _BRACKETS.findall(name) if _canonical(unit) in units and (unit != "A" or at_end)]:
+        return within[-1]
+    if at_end:
+        return at_end.group(1)
     found = _BEHIND.fullmatch(name.strip())
     if found is None or not (found["mark"].strip() in ("/", "in") or found["unit"] not in _WORDS):
         return None
@@ -207,7 +208,7 @@ def unit_text(name: str) -> str | None:
 
 
 def unit_in_name(name: str, dimension: str) -> str | None:
-    """The unit of a dimension, or of a sensor's output, at the end of a column's name (`unit_text`); None where there is none.
+    """The unit of a dimension, or of a sensor's output, in a column's name (`unit_text`); None where there is none.
 
     "A" is none: it numbers probes more often than it means amperes.
 
@@ -265,6 +266,17 @@ def means_time(column: str) -> bool:
     """
     bare = re.sub(r"[\W_\d]+", " ", re.split(r"[\[(]", column.lower())[0]).strip()
     return bare in TIME_SYMBOLS or not TIME_WORDS.isdisjoint(bare.split())
+
+
+def is_time(column: str, unit: str | None) -> bool:
+    """Whether a column holds time stamps, by its name or by its unit, which the file or the name states, or which is its name.
+
+    Example:
+        >>> is_time("Elapsed [ms]", None), is_time("X", "s"), is_time("ms", None), is_time("Index", None)
+        (True, True, True, False)
+    """
+    stated = unit or unit_text(column) or column
+    return means_time(column) or _canonical(stated) in map(_canonical, FACTORS["time"])
 
 
 def si_unit(channel: str) -> str:

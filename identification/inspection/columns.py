@@ -15,7 +15,8 @@ from identification.experiment.channels import (
     STAND_INS,
     TIME,
     factor_to_si,
-    means_time,
+    is_time,
+    is_unit,
     mistaken_unit,
     output_of,
     same_unit,
@@ -218,7 +219,7 @@ def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
 def _time_column(columns: list[Column]) -> Column:
     """The column called time, or the first whose name says so, or the first that only grows; else a count of the samples."""
     called = [column for column in columns if column.name == TIME]
-    called += [column for column in columns if means_time(column.name) and np.isfinite(column.values).any()]
+    called += [column for column in columns if is_time(column.name, column.unit or None) and np.isfinite(column.values).any()]
     grows = [column for column in columns if column.values.size > 1 and bool(np.all(np.diff(column.values) > 0.0))]
     called += [column for column in grows if not _is_count(column)]
     longest = max((column.values.size for column in columns), default=0)
@@ -226,8 +227,10 @@ def _time_column(columns: list[Column]) -> Column:
 
 
 def _is_count(column: Column) -> bool:
-    """Whether a column numbers the samples, from 0 or 1."""
+    """Whether a column numbers the samples, from 0 or 1, and neither its name nor its unit says that it is something else."""
     size = column.values.size
+    if column.name in CHANNELS or is_time(column.name, column.unit or None) or is_unit(column.unit):
+        return False
     return size > 1 and bool(np.array_equal(column.values, np.arange(size) + float(column.values[0] == 1.0)))
 
 
@@ -376,7 +379,7 @@ def _channel(column: Column) -> str | None:
     """The channel that a column seems to be; its dimension alone, with "_" before it, where its body is not stated; else None."""
     bare = _plain(column.name)
     symbol = bare.removesuffix(_plain(column.unit)).rstrip(" _-/,") if column.unit else bare
-    if symbol in SYMBOLS:
+    if bare in SYMBOLS or (symbol in SYMBOLS and _known(column.unit, CHANNELS[SYMBOLS[symbol]])):
         return SYMBOLS[symbol]
     if column.unit in ANGULAR or any(word in bare for word in ANGLES):
         return "relative_displacement"

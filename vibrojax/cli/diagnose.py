@@ -57,7 +57,7 @@ def diagnose(
     with (
         output_folder(out, outdated=of_earlier_set) as folder,
         experiment_source(experiment, recipe, data) as source,
-        stages(quiet=quiet, at_most=60.0 * budget_minutes) as say,
+        stages(quiet=quiet) as say,
     ):
         say("loading JAX")
         prepare_jax()

@@ -18,8 +18,8 @@ from vibrojax.errors import WarningLine
 Progress = Callable[[str], None]
 _EVERY = 10.0
 """s between two lines in a log file."""
-_WORTH_SAYING = 10.0
-"""s that are left at least, where it is said how many are."""
+_LEAST_LEFT = 10.0
+"""s; less time left is not said."""
 _COUNT = re.compile(r"(?P<what>.*?)(?P<number>\d+) of (?P<all>\d+)\b")
 _LONG = 900.0
 """s, over which the rate of experiments is averaged."""
@@ -38,37 +38,41 @@ class Stages:
 
 
 class _TimeLeft:
-    """How long the work takes still, by the stages that say "4 of 13" as the fourth part begins."""
+    """How long the work still takes, by stages that say "4 of 13" when the fourth part begins."""
 
     def __init__(self) -> None:
-        self._first: dict[tuple[str, str], tuple[int, float]] = {}
+        self._what, self._first, self._last, self._since = ("", ""), 0, 0, 0.0
 
     def after(self, stage: str) -> str:
         """The stage, with the seconds left where these can be told and are worth saying."""
-        found = _COUNT.match(stage)
+        found = None if isinstance(stage, WarningLine) else _COUNT.match(stage)
         if found is None:
             return stage
-        number, now = int(found["number"]), time.perf_counter()
-        first, since = self._first.setdefault((found["what"], found["all"]), (number, now))
-        left = (int(found["all"]) + 1 - number) * (now - since) / (number - first) if number > first else 0.0
-        return f"{stage}, about {left:.0f} s left" if left > _WORTH_SAYING else stage
+        number, what, now = int(found["number"]), (found["what"], found["all"]), time.perf_counter()
+        if what != self._what or number <= self._last:
+            self._what, self._first, self._since = what, number, now
+        self._last = number
+        if number == self._first:
+            return stage
+        left = (int(found["all"]) + 1 - number) * (now - self._since) / (number - self._first)
+        return f"{stage}, about {left:.0f} s left" if left > _LEAST_LEFT else stage
 
 
 @contextmanager
-def stages(*, quiet: bool, since: float | None = None, at_most: float | None = None) -> Iterator[Stages]:
+def stages(*, quiet: bool, since: float | None = None) -> Iterator[Stages]:
     """A function to call with each stage of the work, which also prints results that are there before its end.
 
     On a terminal one line with a spinner is kept up to date, above which warnings stay; elsewhere (a log file) every stage gets its own
-    line, with the seconds since the start, or since `since` of `time.perf_counter` where the work has begun before, and `at_most` where
-    the work ends after so many; a stage that counts ("4 of 13") says how long the rest takes. `quiet` says nothing.
+    line, with the seconds since the start, or since `since` of `time.perf_counter` where the work has begun before; a stage that counts
+    ("4 of 13") says how long the rest takes. `quiet` says nothing.
     """
-    left, limit = _TimeLeft(), "" if at_most is None else f" of {at_most:.0f}"
+    left = _TimeLeft()
     console, start = Console(stderr=True, quiet=quiet, highlight=False), time.perf_counter() if since is None else since
     results = Console(quiet=quiet, highlight=False)
     if not console.is_terminal:
 
         def line(stage: str) -> None:
-            console.print(f"{time.perf_counter() - start:7.1f}{limit} s  {left.after(stage)}", soft_wrap=True, markup=False)
+            console.print(f"{time.perf_counter() - start:7.1f} s  {left.after(stage)}", soft_wrap=True, markup=False)
 
         yield Stages(line, results.print)
         return
@@ -78,7 +82,7 @@ def stages(*, quiet: bool, since: float | None = None, at_most: float | None = N
             if isinstance(stage, WarningLine):
                 console.print(stage, soft_wrap=True, markup=False)
             else:
-                status.update(f"{escape(left.after(stage))}  [dim]({time.perf_counter() - start:.0f}{limit} s)[/dim]")
+                status.update(f"{escape(left.after(stage))}  [dim]({time.perf_counter() - start:.0f} s)[/dim]")
 
         def shown(result: RenderableType) -> None:
             status.stop()

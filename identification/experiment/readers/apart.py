@@ -24,7 +24,7 @@ import numpy as np
 
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import allowed_memory, allowed_seconds, limit_process
-from identification.experiment.readers.base import AbstractReader, Columns
+from identification.experiment.readers.base import AbstractReader, Columns, Lost
 from identification.experiment.readers.recorder import silenced
 
 LENGTH = 8
@@ -133,7 +133,8 @@ def _columns(content: bytearray) -> Columns:
     for name, length in header["columns"]:
         values[name] = numbers[place : place + length]
         place += length
-    return Columns(names=tuple(header["names"]), values=values, units=header["units"])
+    lost = tuple(Lost(column=column, why=why, places=np.array(places)) for column, why, places in header["lost"])
+    return Columns(names=tuple(header["names"]), values=values, units=header["units"], notices=tuple(header["notices"]), lost=lost)
 
 
 APART = ReadingProcess()
@@ -206,7 +207,9 @@ def _read(request: dict[str, Any], read: Read) -> tuple[dict[str, Any], list[Any
             raise MemoryError from error
         return {ERROR: str(error)}, []
     columns = [(name, len(values)) for name, values in found.values.items()]
-    return {"names": found.names, "units": found.units, "columns": columns}, list(found.values.values())
+    lost = [(one.column, one.why, one.places.tolist()) for one in found.lost]
+    header = {"names": found.names, "units": found.units, "columns": columns, "notices": found.notices, "lost": lost}
+    return header, list(found.values.values())
 
 
 def _has_memory_error(error: BaseException | None) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from identification.experiment.channels import TIME, means_time
+from identification.experiment.channels import TIME, is_time
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import check_samples
 from identification.experiment.readers.base import AbstractReader, Columns
@@ -19,10 +19,10 @@ from identification.experiment.readers.text import is_clock, read_lines, seconds
 class DelimitedReader(AbstractReader):
     """Reads columns of numbers, separated by tab, semicolon, comma or blanks, below a header row.
 
-    Decimal point or comma; a row of units below the header row and the recorder's lines above it are understood (`find_layout`); blank
-    lines and those that begin with "#", "%" or "//" are skipped, a header row that comes again, and rows below the samples that begin with
-    a word; an empty cell is a sample that was not recorded (NaN), the sign of infinity one that was overloaded. Where no column shows the
-    time and the recorder states its sampling rate, the column "time" follows from that.
+    Decimal point or comma; a row of units below the header row and the recorder's lines above it are understood (`find_layout`). Blank
+    lines and those that begin with "#", "%" or "//" are skipped, as are rows below the samples that begin with a word; a header that comes
+    again ends the run. An empty cell is a sample that was not recorded (NaN), the sign of infinity one that was overloaded. Where no column
+    shows the time and the recorder states its sampling rate, the column "time" follows from that.
     """
 
     suffixes = tuple(f"{bare}{packed}" for packed in ("", ".gz") for bare in (".csv", ".tsv", ".txt", ".asc", ".dat", ".lvm"))
@@ -46,15 +46,12 @@ def read_text(lines: list[str], wanted: AbstractSet[str], notice: str = "") -> C
         lines = lines[: layout.end]
     check_samples(len(lines) - layout.first, "the file")
     rate = layout.preamble.rate
-    blank = [name for name in names if means_time(name)] if rate is not None else []
+    blank = [name for name in names if is_time(name, layout.units.get(name))] if rate is not None else []
     asked = (wanted & set(names)) | set(blank) | ({names[0]} if rate is not None else set())
     asked |= {own for name, own in layout.own_times.items() if name in wanted}
     values = _fast(lines[layout.first :], layout, asked)
     if values is None:
         values = parse_cells(lines, layout, asked)
-        below = enumerate(lines[layout.first :], start=layout.first + 1)
-        again = next((number for number, line in below if line in layout.header and not skipped(line)), None)
-        notices += () if again is None else (f"The header comes again in line {again}: a further run begins there.",)
     if joined := common_time(values, layout.own_times):
         values[joined[0]] = joined[1]
     stamped = [name for name in blank if np.isfinite(values[name]).any()]
@@ -74,6 +71,8 @@ def read_text(lines: list[str], wanted: AbstractSet[str], notice: str = "") -> C
 def _fast(lines: list[str], layout: Layout, wanted: AbstractSet[str]) -> dict[str, Float64[np.ndarray, " samples"]] | None:
     """Let NumPy's C parser try; None where a cell is empty, holds text or is lacking: then the slow way explains or forgives it."""
     if layout.decimal == ",":
+        if any("." in line for line in lines):  # marks between thousands, or points where the other rows have commas
+            return None
         lines = [line.replace(",", ".") for line in lines]
     try:
         delimiter = None if layout.delimiter == BLANKS else layout.delimiter
@@ -95,7 +94,7 @@ def parse_cells(lines: list[str], layout: Layout, wanted: AbstractSet[str]) -> d
     clocks: dict[str, list[str]] = {}
     for number, line in enumerate(lines[first:], start=first + 1):
         bare = line.partition("#")[0] if "#" in line else line
-        if skipped(bare) or line in layout.header:
+        if skipped(bare):
             continue
         cells = split(bare, layout.delimiter)
         if len(cells) != layout.width:

@@ -17,7 +17,10 @@ DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", BLANKS: "blanks"}
 SAMPLED_ROWS = 200
 MOST_HEADER_ROWS = 4
 COMMENT_MARKS = "#%/;! "
-COMMENTS = ("#", "%", "//")
+COMMENT = re.compile(r"#|(?:%|//)(?![;,\t])")
+"""How a comment begins; "%" or "//" alone in a cell is the unit of a column."""
+WORDS = ("data", "samples", "values", "trace_values")
+"""Lines of one word between header and samples."""
 SETTINGS = ("start", "increment")
 """Of an oscilloscope, whose names stand right of those of its channels."""
 EMPTY = " \t;,\ufeff"
@@ -35,7 +38,6 @@ class Layout:
         units: by column name, where a row of units or the preamble states them.
         first: index of the first line of samples; None where there is none.
         end: index past the last line of samples; None where they fill the file's end.
-        header: the lines of names and units, which a recorder writes again at the beginning of a further run.
         preamble: what stands above the header row.
         own_times: name of the column of time by channel, where each channel has one of its own.
     """
@@ -47,7 +49,6 @@ class Layout:
     units: dict[str, str]
     first: int | None
     end: int | None = None
-    header: frozenset[str] = frozenset()
     preamble: Preamble = NO_PREAMBLE
     own_times: dict[str, str] = field(default_factory=dict)
 
@@ -61,7 +62,7 @@ class Layout:
 def skipped(line: str) -> bool:
     """Whether a line holds neither header nor samples: blank, delimiters alone, or a comment."""
     bare = line.strip(EMPTY)
-    return not bare or bare.startswith(COMMENTS)
+    return not bare or COMMENT.match(bare) is not None
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -117,8 +118,7 @@ def find_layout(lines: list[str]) -> Layout:
         columns=columns,
         units={name: unit for name, unit in stated.items() if name and unit},
         first=usable[begin],
-        end=table.end(begin),
-        header=frozenset(header),
+        end=table.end(begin, frozenset(line for line in header if not skipped(line))),
         preamble=preamble,
     )
 
@@ -198,8 +198,14 @@ class _Table:
             begin -= 1
         return begin
 
-    def end(self, begin: int) -> int | None:
-        """Index of the first line of a footer, such as "Max", below samples that begin with a number or a time of day; None without one."""
+    def end(self, begin: int, header: frozenset[str]) -> int | None:
+        """Index of the first line that is no sample of the run: of a header that comes again, or of a footer; None without one.
+
+        A footer, such as "Max", stands below samples that begin with a number or a time of day.
+        """
+        again = next((index for index in self.usable[begin:] if self.lines[index] in header), None)
+        if again is not None:
+            return again
         end = len(self.usable)
         if self._begins_with_word(begin):
             return None
@@ -243,18 +249,32 @@ class _Table:
             return self._commented(begin) or self._missing(begin)
         place = next((at for at, (_, cells) in enumerate(rows[:-1]) if is_row_of_units(cells)), None)
         line, names = rows[0 if place is None else place + 1]
+        if place is None and (below := self._units_in_comment(line, begin)):
+            return self._named(names, line), below, line
         units = () if place is None else tuple("" if cell.lower() in UNIT_LISTS else bare_unit(cell) for cell in rows[place][1])
         return self._named(names, line, numbers=place is not None), units, line
 
+    def _units_in_comment(self, line: int, begin: int) -> tuple[str, ...]:
+        """The units that a comment between the header row and the samples states; none without one."""
+        for text in self.lines[line + 1 : self.usable[begin]]:
+            cells = split(text.strip().lstrip(COMMENT_MARKS), self.delimiter)
+            if len(cells) == self.width and is_row_of_units(cells):
+                return tuple(map(bare_unit, cells))
+        return ()
+
     def _is_mark(self, row: int) -> bool:
-        """Whether a row is one word on the samples below it, such as "trace_values", and the row above it is of words."""
+        """Whether a row is one word on the samples below it, such as "trace_values", and the row above it is no row of units or numbers."""
         above = self.cells(row - 1)
-        return len(self.cells(row)) == 1 < self.width == len(above) and not any(is_number(cell, self.decimal) for cell in above)
+        if self.lines[self.usable[row]].strip(" []:;,\t").lower() not in WORDS or not 1 < self.width == len(above):
+            return False
+        return not any(is_number(cell, self.decimal) for cell in above) and (
+            row > 1 and len(self.cells(row - 2)) > 1 or not is_row_of_units(above)
+        )
 
     @property
     def _filled(self) -> int:
-        """Number of columns up to the last one of numbers."""
-        return max(self.numeric) + 1
+        """Number of columns up to the last one that holds anything in the first row of samples."""
+        return 1 + max((place for place, cell in enumerate(self.cells(self.begin())) if cell), default=max(self.numeric))
 
     def settings(self, header: list[str]) -> list[str]:
         """What an oscilloscope writes right of its header's columns, above its value or with it, each as "key = value"."""
@@ -288,11 +308,7 @@ class _Table:
         for index in range(self.usable[begin] - 1, -1, -1):
             bare = self.lines[index].strip().lstrip(COMMENT_MARKS)
             cells = split(bare, self.delimiter)
-            if (
-                not self.lines[index].lstrip().startswith(COMMENTS)
-                or len(cells) != self.width
-                or any(is_number(c, self.decimal) for c in cells)
-            ):
+            if not COMMENT.match(self.lines[index].lstrip()) or len(cells) != self.width or any(is_number(c, self.decimal) for c in cells):
                 break
             found.append((index, cells))
         if not found:

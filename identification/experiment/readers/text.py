@@ -58,7 +58,7 @@ def _line(text: str, place: int) -> int:
 DECIMALS = (".", ",")
 _NUMBERS = {
     mark: re.compile(
-        rf"[-+]?(?:\d+(?:\{mark}\d*)?|\{mark}\d+|\d{{1,3}}(?:\{group}\d{{3}})+\{mark}\d+)(?:[de][-+]?\d+)?|[-+]?(?:nan|inf|infinity)",
+        rf"[-+]?(?:\d+(?:\{mark}\d*)?|\{mark}\d+|[1-9]\d{{0,2}}(?:\{group}\d{{3}})+\{mark}\d+)(?:[de][-+]?\d+)?|[-+]?(?:nan|inf|infinity)",
         re.IGNORECASE,
     )
     for mark, group in zip(DECIMALS, reversed(DECIMALS), strict=True)
@@ -146,7 +146,7 @@ RATES = (
     "frequencia de amostragem",
     "frequência de amostragem",
 )
-"""Keys of a sampling rate; Hz unless the value says kHz."""
+"""Keys of a sampling rate, Hz unless the value states a unit of `HERTZ`."""
 STEPS = (
     "delta x",
     "delta t",
@@ -159,9 +159,11 @@ STEPS = (
     "abtastintervall",
     "intervalo de amostragem",
 )
-"""Keys of a sampling step; s unless the value says ms or us."""
-FACTORS = {"": 1.0, "hz": 1.0, "khz": 1e3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "s/s": 1.0}
+"""Keys of a sampling step, s unless the value states a unit of `SECONDS`."""
+HERTZ = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sa/s": 1.0, "sps": 1.0, "samples/s": 1.0, "khz": 1e3, "ks/s": 1e3, "mhz": 1e6}
+SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "\u03bcs": 1e-6, "usec": 1e-6, "ns": 1e-9}
 NAMES = "channel names"
+"""Key of the names of all columns, in place of a header row."""
 UNIT_LISTS, SCOPE_UNITS = ("units", "unit", "einheiten", "einheit", "unidades", "unites"), ("horizontal units", "vertical units")
 """Keys of the units of all columns, in a comment or above the header row, and of those of an oscilloscope."""
 ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<value>.*)$")
@@ -183,9 +185,9 @@ class Preamble:
     @property
     def rate(self) -> float | None:
         """Sampling rate, Hz, where the preamble states one."""
-        for keys, turned in ((RATES + ((FREQUENCY,) if QUALISYS in self.entries else ()), False), (STEPS, True)):
+        for keys, factors, turned in ((RATES + ((FREQUENCY,) if QUALISYS in self.entries else ()), HERTZ, False), (STEPS, SECONDS, True)):
             for key in keys:
-                value = _quantity(self.entries.get(key, ()))
+                value = _quantity(self.entries.get(key, ()), factors)
                 if value is not None and value > 0.0:
                     return 1.0 / value if turned else value
         return None
@@ -246,12 +248,16 @@ def _key(text: str) -> str:
     return text.strip().lower().replace("_", " ")
 
 
-def _quantity(cells: Sequence[str]) -> float | None:
-    """The number that an entry states, in Hz or s; None without one."""
-    text = " ".join(cell for cell in cells[:2] if cell)
+def _quantity(cells: tuple[str, ...], factors: dict[str, float]) -> float | None:
+    """The number that an entry states, with a unit of the factors or without one; None where there is none, or several that differ."""
+    filled = [cell for cell in cells if cell]
+    several = len(filled) > 1 and all(VALUE.fullmatch(cell) for cell in filled)  # one for each channel
+    if several and len(set(filled)) > 1:
+        return None
+    text = " ".join(filled[: 1 if several else 2])
     found = VALUE.match(text)
     if found is None:
         return None
     number = to_number(found.group(), ",") if "," in found.group() else to_number(found.group(), ".")
-    unit = text[found.end() :].strip(" []()").split(" ")[0].lower()
-    return None if number is None else number * FACTORS.get(unit, 1.0)
+    factor = factors.get(text[found.end() :].strip(" []()").split(" ")[0].lower().rstrip(".,;"))
+    return None if number is None or factor is None else number * factor

@@ -97,10 +97,10 @@ def write_mdf4(
 
 
 def write_excel(path: Path, channels: Mapping[str, np.ndarray], units: Mapping[str, str] = UNITS) -> None:
-    """Write a workbook whose first sheet holds a remark and whose second one names, units and samples."""
+    """Write a workbook whose first sheet holds a remark, the second one names, units and samples, and the third one a number."""
     table = [["time", *channels], ["s", *(units.get(name, "") for name in channels)]]
     table += [list(row) for row in zip(TIME, *channels.values(), strict=False)]
-    sheets = [[["Rig 7", 3.0]], table]
+    sheets = [[["Rig 7"]], table, [["calibrated", 3.0]]]
     spaces = 'xmlns="http://schemas.openxmlformats.org/{}" xmlns:r="http://schemas.openxmlformats.org/officeDocument/2006/relationships"'
     main, kinds, related = (
         spaces.format(name) for name in ("spreadsheetml/2006/main", "package/2006/content-types", "package/2006/relationships")

@@ -31,6 +31,46 @@ def test_units_below_the_header_are_those_of_the_file(tmp_path):
     assert found.values["F"].tolist() == [1.0, 2.0]
 
 
+def test_a_percent_sign_is_a_unit_in_a_table_and_a_comment_before_text(tmp_path):
+    found = read(tmp_path, "load;x;time\n%;mm;s\n1;2;3\n% stop tightened\n2;3;4\n", "load", "x", "time")
+    assert found.units == {"load": "%", "x": "mm", "time": "s"}
+    assert found.values["x"].tolist() == [2.0, 3.0]
+    assert read(tmp_path, "time,x\n% s, mm\n0,1\n1,2\n", "x").units == {"x": "mm"}
+
+
+@pytest.mark.parametrize("mark", ["1.034", "1.034,0"])
+def test_marks_between_thousands_count_where_a_decimal_mark_follows(tmp_path, mark):
+    text = f"t;F\n0,0;{mark}\n0,5;2,5\n1,0;3,5\n1,5;1,5\n"
+    if "," in mark:
+        assert read(tmp_path, text, "F").values["F"][0] == 1034.0
+    else:
+        with pytest.raises(ExperimentError, match="'1.034' is not a number: .* no mark between thousands"):
+            read(tmp_path, text, "F")
+
+
+@pytest.mark.parametrize(
+    ("line", "header", "rate"),
+    [
+        ("dt: 0.002 s", "x,F", 500.0),
+        ("Sample interval: 500 ns", "x,F", 2e6),
+        ("Increment: 5 mm", "x,F", None),
+        ("dt: 0.001,0.0005", "x,F", None),
+        ("dt: 0.002", "Elapsed [s],x", None),
+    ],
+)
+def test_a_stated_step_counts_in_seconds_and_where_no_column_is_the_time(tmp_path, line, header, rate):
+    found = read(tmp_path, f"{line}\n{header}\n0,3\n1,4\n2,5\n", "time", "x")
+    assert ("time" in found.names) == (rate is not None)
+    if rate is not None:
+        np.testing.assert_allclose(found.values["time"], np.arange(3) / rate, rtol=1e-12)
+
+
+def test_what_stands_below_a_header_that_comes_again_is_left_out(tmp_path):
+    found = read(tmp_path, "time,F\n0,1\n1,2\n2,3\ntime,F\n5,3\n6,4\n", "time", "F")
+    assert found.values["F"].tolist() == [1.0, 2.0, 3.0]
+    assert "from line 5 on ('time,F'), is left out" in " ".join(found.notices)
+
+
 def test_a_second_row_of_names_is_no_row_of_units(tmp_path):
     found = read(tmp_path, "Channel 1;Channel 2\nTime;Force\n0;1\n1;2\n", "Time")
     assert (found.names, found.units) == (("Time", "Force"), {})

@@ -41,6 +41,24 @@ def test_channels_without_a_known_quantity(head, row, names, unit, tmp_path):
         np.testing.assert_array_equal(column.values, values)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "time", "kept"),
+    [
+        ("Index", "y_mm", "", False),
+        ("Elapsed (ms)", "y_mm", "Elapsed (ms)", False),
+        ("Encoder [mm]", "t", "t", True),
+        ("hammer_displacement", "t", "t", True),
+    ],
+)
+def test_whole_numbers_are_a_count_unless_their_name_or_unit_says_otherwise(first, second, time, kept, tmp_path):
+    rows = [f"{place},{0.5 * place if second == 't' else place % 4},{place % 3}" for place in range(9)]
+    (tmp_path / "a.csv").write_text("\n".join([f"{first},{second},x_g", *rows]))
+    (inspected,) = inspect_path(tmp_path / "a.csv").files
+    found = inspected.found
+    assert (found.time.name, first in [column.name for column in found.columns]) == (time, kept)
+    assert {one.column.name: one.channel for one in inspected.mapped}["x_g"] == "hammer_acceleration", "a unit goes before a symbol"
+
+
 @pytest.mark.parametrize("header", [True, False])
 def test_markers_of_qualisys_are_read_in_the_direction_in_which_they_move(header, tmp_path):
     qualisys(tmp_path / "a.tsv", header=header)
