@@ -17,6 +17,8 @@ from benchmarks.recordings.runs import finished, run
 def main() -> None:
     """Command line."""
     options = parser().parse_args()
+    if options.page is not None and not options.page.is_file():
+        parser().error(f"--page {options.page} is no file: expected a page with the two marks between which the table is written")
     found = []
     for known in KNOWN:
         one = finished(known.recipe, options.out)

@@ -324,7 +324,7 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("record twice", edit('"drop.csv"', '"cart1.csv"'), r"record 'cart1\.csv' is there twice"),
     ("record twice by another path", edit('"drop.csv"', '"./cart1.csv"'), r"record 'cart1\.csv' is there twice"),
     ("two records of one name", edit('"drop.csv"', '"march/cart1.h5"'), r"have one name but for folder or suffix"),
-    ("unknown suffix", edit('"cart1.csv"', '"cart1.xlsx"'), r"'cart1\.xlsx' has an unknown suffix: expected one of \.csv"),
+    ("unknown suffix", edit('"cart1.csv"', '"cart1.docx"'), r"'cart1\.docx' has an unknown suffix: expected one of \.csv"),
     ("nothing before the suffix", edit('"cart1.csv"', '".csv"'), r"no name before its suffix"),
     ("absolute path", edit('"cart1.csv"', '"/tmp/cart1.csv"'), r"lies outside the experiment's folder"),
     ("path of another drive", edit('"cart1.csv"', "'C:cart1.csv'"), r"lies outside the experiment's folder"),
