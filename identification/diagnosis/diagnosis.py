@@ -68,6 +68,7 @@ class Profile:
         quantity: "force" (N), "stop" (its place), or the channel of the residual (in units of its noise).
         center, mean, stderr: (bins,); median coordinate, mean and standard error of the quantity.
         explained: gain of likelihood by the free form over this coordinate, over that of the best one.
+        turns: whether the force acts the other way while u' < 0; `mean` is then that while u' > 0.
     """
 
     coordinate: str
@@ -77,6 +78,14 @@ class Profile:
     mean: np.ndarray = series("bin", unit=lambda self, _: self.size_unit, words="mean" + _MISSING)
     stderr: np.ndarray = series("bin", unit=lambda self, _: self.size_unit, words="stderr" + _MISSING)
     explained: float
+    turns: bool = False
+
+    @property
+    def is_even(self) -> bool:
+        """Whether one number describes the quantity along the whole coordinate as well as its bins do (H. Akaike, 1974)."""
+        weights = np.maximum(self.stderr, 1e-300) ** -2.0
+        off = self.mean - np.average(self.mean, weights=weights)
+        return bool(np.sum(weights * off**2) < 2.0 * (len(off) - 1))
 
     @property
     def size_unit(self) -> str:

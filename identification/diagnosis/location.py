@@ -118,7 +118,7 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
         mean = np.array([np.average((sign * values)[row], weights=errors[row] ** -2.0) for row in rows])
         stderr = np.array([np.sum(errors[row] ** -2.0) ** -0.5 for row in rows])
         found.append((float(np.sum((mean / stderr) ** 2)), mean, stderr))
-    _, mean, stderr = max(found, key=lambda one: one[0])
+    which, (_, mean, stderr) = max(enumerate(found), key=lambda one: one[1][0])
     unit = 1.0 if form.coordinate == "reading" else form.size
     return Profile(
         coordinate=form.coordinate,
@@ -128,11 +128,17 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
         mean=unit * mean,
         stderr=unit * stderr,
         explained=float(explained),
+        turns=which == 1,
     )
 
 
 def _interval(best: Profile) -> tuple[float, float] | None:
-    """Smallest range of the coordinate that holds most of the squared quantity, to half height of the outer hats; None if nearly all."""
+    """Smallest range of the coordinate that holds most of the squared quantity, to half height of the outer hats.
+
+    None where that is nearly all of it, or where the quantity is the same all along.
+    """
+    if best.is_even:
+        return None
     square = np.maximum(best.mean**2 - best.stderr**2, 0.0)
     total, count = float(square.sum()), len(square)
     if total <= 0:
@@ -198,11 +204,14 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
     if interval is not None:
         low, high = (significant(factor * end, 2) for end in interval)
         parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {unit}".strip()))
-    else:
+    elif not best.is_even:
         parts.append(f"changes with the {coordinate}")
-    largest = float(np.abs(best.mean).max())
     if best.quantity == "force":
-        parts.append(f"with a missing force of up to {significant(largest, 2)} N")
+        sure = best.stderr <= 2.0 * best.stderr.min()
+        largest = best.mean[sure][np.argmax(np.abs(best.mean[sure]))]
+        way = (" against the motion" if largest < 0.0 else " along the motion") if best.turns else ""
+        size = "" if best.is_even else "up to "
+        parts.append(f"with a missing force of {size}{significant(abs(float(largest)), 2)} N{way}")
     loud = [file for file, share in sorted(records.items(), key=lambda item: -item[1]) if share > 1.0 / len(records)]
     if len(records) > 1:
         even = max(records.values()) < 1.7 / len(records)

@@ -47,6 +47,7 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     few_ticks(axes, x=8, y=6)
     axes.legend(loc="best")
     sign = " Above zero it pushes the hammer towards the stop." if best.quantity == "force" else ""
+    sign += " Drawn is the force while u' > 0; while u' < 0 it acts the other way." if best.turns else ""
     others = " No other free form raises the likelihood as much." if len(where.profiles) > 1 else ""
     yield Picture(
         name="missing",
@@ -117,7 +118,10 @@ def _share(profile: Profile) -> str:
 
 
 def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
-    """Mean of what the augmented model pushes with beyond the nominal one, in the profile's bins; NaN in bins with little flight."""
+    """Mean of what the augmented model pushes with beyond the nominal one, in the profile's bins; NaN in bins with little flight.
+
+    Where the profile turns with the motion, that while u' > 0 and the opposite of that while u' < 0.
+    """
     phase, known = diagnosis.location.phase if diagnosis.location is not None else "", _IN_FLIGHT.get(profile.coordinate)
     if profile.quantity != "force" or known is None or phase == "contact":
         return None
@@ -127,7 +131,8 @@ def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     middles = 0.5 * (profile.center[1:] + profile.center[:-1])
     edges = np.concatenate([[2 * profile.center[0] - middles[0]], middles, [2 * profile.center[-1] - middles[-1]]])
     counts = np.histogram(getattr(force, known), edges)[0]
-    sums = np.histogram(getattr(force, known), edges, weights=force.added)[0]
+    added = force.added * np.sign(force.v) if profile.turns else force.added
+    sums = np.histogram(getattr(force, known), edges, weights=added)[0]
     return np.where(counts >= 5, sums / np.maximum(counts, 1), np.nan)
 
 

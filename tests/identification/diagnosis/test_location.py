@@ -66,6 +66,15 @@ def test_the_coordinate_is_that_of_the_best_free_form_with_its_range_and_size(se
     assert "sits in free flight" in found.sentence and "missing force of up to" in found.sentence
 
 
+def test_dry_friction_is_a_force_against_the_motion_everywhere(seen, forms, records):
+    both = next(form for (_, quantity), form in forms.items() if quantity == "force" and (form.columns[:, 1] != 0).any())
+    found = locate(seen, records, [weighed(seen, both, -SIZE * np.sign(both.columns[:, 1]), 5000.0)], None)
+    assert found.profiles[0].turns and found.profiles[0].is_even
+    assert found.interval is None
+    np.testing.assert_allclose(found.profiles[0].mean, -SIZE * seen.fitted.problem.scales.force)
+    assert "N against the motion" in found.sentence and "mostly" not in found.sentence
+
+
 def test_channel_and_record_are_those_with_the_excess_misfit(seen, forms, records):
     found = locate(seen, records, [braking(seen, forms["velocity", "force"])], None)
     assert found.channel == "impact_force"
