@@ -1,4 +1,4 @@
-"""Force in free flight that a model with effects adds to the nominal one, along the fitted motion."""
+"""Force of a model's effects in free flight, along the fitted motion."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _SAMPLES = 8000
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class FlightForce:
-    """Motion at samples in free flight, SI, and the push towards the stop that one model adds to another, N; all of shape (samples,)."""
+    """Motion at samples in free flight, SI, and the push of the effects towards the stop, N; all of shape (samples,)."""
 
     u: Float[np.ndarray, " samples"]
     v: Float[np.ndarray, " samples"]
@@ -29,13 +29,12 @@ class FlightForce:
     added: Float[np.ndarray, " samples"]
 
 
-def flight_force(records: Sequence[RecordFit], model: Model, nominal: Model) -> FlightForce | None:
-    """All that a model pushes the hammer with, less all that the nominal one does.
+def flight_force(records: Sequence[RecordFit], model: Model) -> FlightForce | None:
+    """All that a model pushes the hammer with, less what it does without its effects.
 
     Args:
         records: with their fitted motion.
         model: with effects.
-        nominal: without.
 
     Returns:
         None where the effects have no force in flight that time and motion alone decide: without effects, with states of their own, or with
@@ -47,11 +46,11 @@ def flight_force(records: Sequence[RecordFit], model: Model, nominal: Model) -> 
     if not samples.shape[1]:
         return None
     t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, _SAMPLES).round().astype(int)]
-    models = tuple(one.as_arrays() for one in (model, dataclasses.replace(model, effects=()), nominal))
-    whole, without, before = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
+    models = tuple(one.as_arrays() for one in (model, dataclasses.replace(model, effects=())))
+    whole, without = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
     if np.abs(whole - without).max() == 0.0:
         return None
-    return FlightForce(u=u, v=v, indentation=u - gap, added=whole - before)
+    return FlightForce(u=u, v=v, indentation=u - gap, added=whole - without)
 
 
 def _flight(record: RecordFit) -> Float[np.ndarray, "4 samples"]:

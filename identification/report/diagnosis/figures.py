@@ -28,7 +28,7 @@ _IN_FLIGHT = {"displacement": "u", "velocity": "v", "indentation": "indentation"
 
 
 def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
-    """What is missing against its best coordinate, with the force that the augmented model puts in its place; one picture."""
+    """What is missing against its best coordinate, with the force of the effects that were named; one picture."""
     where = diagnosis.location
     if where is None or not where.profiles:
         return
@@ -41,7 +41,7 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     _profile(axes, best, diagnosis.experiment, style, marker="o", markersize=3.0, label="missing from the nominal model")
     model = _added_force(diagnosis, best)
     if model is not None:
-        axes.plot(factor * best.center, model, color=style.model, linewidth=1.4, label="what the augmented model adds")
+        axes.plot(factor * best.center, model, color=style.model, linewidth=1.4, label="what the named effect adds")
     of, per_unit, unit = _quantity(best)
     axes.set_ylabel(f"{of} ({unit})")
     few_ticks(axes, x=8, y=6)
@@ -118,14 +118,14 @@ def _share(profile: Profile) -> str:
 
 
 def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
-    """Mean of what the augmented model pushes with beyond the nominal one, in the profile's bins; NaN in bins with little flight.
+    """Mean of what the effects of the augmented model push with, in the profile's bins; NaN in bins with little flight.
 
     Where the profile turns with the motion, that while u' > 0 and the opposite of that while u' < 0.
     """
     phase, known = diagnosis.location.phase if diagnosis.location is not None else "", _IN_FLIGHT.get(profile.coordinate)
     if profile.quantity != "force" or known is None or phase == "contact":
         return None
-    force = flight_force(diagnosis.augmented.records, diagnosis.model, diagnosis.nominal_model)
+    force = flight_force(diagnosis.augmented.records, diagnosis.model)
     if force is None:
         return None
     middles = 0.5 * (profile.center[1:] + profile.center[:-1])
