@@ -83,9 +83,13 @@ class Profile:
     @property
     def is_even(self) -> bool:
         """Whether one number describes the quantity along the whole coordinate as well as its bins do (H. Akaike, 1974)."""
-        weights = np.maximum(self.stderr, 1e-300) ** -2.0
-        off = self.mean - np.average(self.mean, weights=weights)
-        return bool(np.sum(weights * off**2) < 2.0 * (len(off) - 1))
+        off = (self.mean - self.average) / np.maximum(self.stderr, 1e-300)
+        return bool(np.sum(off**2) < 2.0 * (len(off) - 1))
+
+    @property
+    def average(self) -> float:
+        """Of the bins, by their standard errors."""
+        return float(np.average(self.mean, weights=np.maximum(self.stderr, 1e-300) ** -2.0))
 
     @property
     def size_unit(self) -> str:

@@ -307,9 +307,9 @@ def _special_case(whole: Alternative, lesser: Fitted, step: Step, judge: Judging
         The special case in the last model, with its gain in the step; None where there is none that is enough.
     """
     one, final = step.alternatives[0], whole.fitted
+    if final is None:
+        return None
     for special in (other for other in (*step.alternatives, *step.refused) if other.name in one.candidate.members[0].special_cases):
-        if final is None:
-            continue
         progress(f"asking whether {special.name} is enough in place of {one.name}")
         strengths = weighed_anew(step.look, special.candidate).strengths
         try:

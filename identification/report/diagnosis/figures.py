@@ -28,7 +28,7 @@ _IN_FLIGHT = {"displacement": "u", "velocity": "v", "indentation": "indentation"
 
 
 def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
-    """What is missing against its best coordinate, with the force of the effects that were named; one picture."""
+    """What is missing against its best coordinate, with the force of the augmented model's effects; one picture."""
     where = diagnosis.location
     if where is None or not where.profiles:
         return
@@ -41,7 +41,7 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     _profile(axes, best, diagnosis.experiment, style, marker="o", markersize=3.0, label="missing from the nominal model")
     model = _added_force(diagnosis, best)
     if model is not None:
-        axes.plot(factor * best.center, model, color=style.model, linewidth=1.4, label="what the named effect adds")
+        axes.plot(factor * best.center, model, color=style.model, linewidth=1.4, label="effects of the augmented model")
     of, per_unit, unit = _quantity(best)
     axes.set_ylabel(f"{of} ({unit})")
     few_ticks(axes, x=8, y=6)
