@@ -56,12 +56,15 @@ def probe_scales(fitted: Fitted, courses: tuple[Course, ...]) -> ProbeScales:
         contact_time=_contact_time(law, mass, speed, force),
         ceilings=_ceilings(fitted, channels),
         lines={},
+        frequencies_searched=0,
         lags=_unmended(lags(records), fitted),
         sampling=min(float(np.median(np.diff(r.time))) for r in records),
         law=law,
         tied=force > 0 or len(channels) > 1 or _is_known(experiment),
     )
-    return dataclasses.replace(found, lines={name: _lines(fitted, channel, found) for channel, name in enumerate(channels)})
+    lines = {name: _lines(fitted, channel, found) for channel, name in enumerate(channels)}
+    searched = sum(number for _, number in lines.values())
+    return dataclasses.replace(found, lines={name: one for name, (one, _) in lines.items()}, frequencies_searched=searched)
 
 
 def _is_known(experiment: Experiment) -> bool:
@@ -106,8 +109,8 @@ def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:
     return found
 
 
-def _lines(fitted: Fitted, channel: int, scales: ProbeScales) -> tuple[float, ...]:
-    """Strongest spectral lines of a channel's whitened reading error, Hz: there a tone of any phase scores most.
+def _lines(fitted: Fitted, channel: int, scales: ProbeScales) -> tuple[tuple[float, ...], int]:
+    """Strongest spectral lines of a channel's whitened reading error, Hz, where a tone of any phase scores most, and frequencies searched.
 
     Those of the whitened random force follow, which takes up a tone in the readings near f_n.
     """
@@ -120,15 +123,16 @@ def _lines(fitted: Fitted, channel: int, scales: ProbeScales) -> tuple[float, ..
         if chains.channels[channel] in record.channels:
             errors.append((chains.series(index, white[..., None], len(record.time))[:, 0], float(np.median(np.diff(record.time)))))
             forces.append((jumps[chains.of_record(index)], float(np.median(chains.duration[chains.of_record(index)]))))
-    found = _strongest(errors, scales.is_foreign)
+    found, searched = _strongest(errors, scales.is_foreign)
     if not vanishes(fitted.problem, variances.force):
         apart = _APART / max(len(values) * dt for values, dt in errors)
-        found += tuple(line for line in _strongest(forces, scales.is_foreign) if all(abs(line - one) > apart for one in found))
-    return found
+        others, more = _strongest(forces, scales.is_foreign)
+        found, searched = found + tuple(line for line in others if all(abs(line - one) > apart for one in found)), searched + more
+    return found, searched
 
 
-def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndarray], np.ndarray]) -> tuple[float, ...]:
-    """Frequencies of the highest peaks in the sum of the periodograms of some series, each with its sampling interval, s; Hz.
+def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndarray], np.ndarray]) -> tuple[tuple[float, ...], int]:
+    """Frequencies, Hz, of the highest peaks in the sum of the periodograms of some series, each with its sampling interval, s, of how many.
 
     Only those count that `may_be` lines; none where the series are too short for any.
     """
@@ -144,4 +148,4 @@ def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndar
         best = float(frequencies[np.argmax(power)])
         found.append(best)
         power = np.where(np.abs(frequencies - best) < _APART / longest, 0.0, power)
-    return tuple(found)
+    return tuple(found), len(frequencies)

@@ -196,7 +196,7 @@ def _is_taken(one: Alternative) -> bool:
 
 def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
     """The best candidates with all variances estimated anew, by decreasing gain."""
-    base, tried, found = weighed_anew(seen, None).deviance, len(seen.listed), []
+    base, found = weighed_anew(seen, None).deviance, []
     for scored in _shortlist(seen):
         try:
             weighed = weighed_anew(seen, scored.candidate)
@@ -207,7 +207,7 @@ def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
             expected=scored.gain,
             gain=base - weighed.deviance,
             degrees=_numbers(scored.candidate, len(seen.fitted.problem.chains.knots)),
-            tried=tried + (scored.candidate.members[0].probe.searched - 1),
+            tried=scored.candidate.members[0].probe.tried(seen.scales, len(seen.listed)),
         )
         found.append((one, weighed))
     return sorted(found, key=lambda pair: -pair[0].gain)

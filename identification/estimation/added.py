@@ -34,7 +34,7 @@ def with_effects(
             raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
         best = seen.listed[0].candidate
         places.append(best.channel or best.members[0].record or "")
-        possibilities *= len(seen.listed) * known_effects(terms)[name].probe.searched
+        possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
         progress(f"fitting the model with {name}")
         found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
     gain = 0.5 * (nominal.deviance - found.deviance)

@@ -23,6 +23,7 @@ SCALES = ProbeScales(
     contact_time=6e-3,
     ceilings={},
     lines={"hammer_displacement": (50.0, 23.0)},
+    frequencies_searched=24000,
     lags={},
     sampling=5e-4,
     law=LAW,
@@ -43,6 +44,7 @@ NOTHING = dataclasses.replace(
     deepest=0.0,
     contact_time=float("nan"),
     lines={},
+    frequencies_searched=0,
     clock={"drop.csv": (0.0, 1.0)},
 )
 

@@ -12,8 +12,6 @@ from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
 
 _LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
-LINES_IN_A_SPECTRUM = 5000
-"""Places that are searched for a line."""
 
 
 def _candidates(scales: ProbeScales) -> list["MainsHum"]:
@@ -58,7 +56,7 @@ class MainsHum(AbstractChannelFault):
         *sine_and_cosine(("a_h", "b_h"), "the line"),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
-    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=LINES_IN_A_SPECTRUM)
+    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, is_line=True)
 
     frequency_hz: Value
     sine: Value

@@ -54,6 +54,7 @@ class ProbeScales:
         contact_time: of an impact at that speed, s; NaN without impacts, and where the contact law gives them no duration.
         ceilings: saturation level by channel; absent for channels that do not saturate.
         lines: by channel, frequencies of the strongest lines in the residual, Hz, strongest first.
+        frequencies_searched: number of frequencies, of all channels, at which lines were looked for.
         lags: by channel, delay against all other channels, found without a model, s, positive where the channel is late; absent where
             it agrees with one of them.
         sampling: shortest interval, s.
@@ -79,6 +80,7 @@ class ProbeScales:
     contact_time: float
     ceilings: Mapping[str, float]
     lines: Mapping[str, tuple[float, ...]]
+    frequencies_searched: int
     lags: Mapping[str, float]
     sampling: float
     law: AbstractContactLaw
@@ -144,7 +146,7 @@ class Probe(Generic[Kind]):
         effects: effects at a finite, plausible strength, each a candidate, from the scales of the records; none where it cannot act.
         parts: fields of the strengths that are estimated together (sine and cosine of a line); empty for one strength.
         either_sign: whether a negative strength is possible.
-        searched: number of possibilities searched for each candidate, which the significance counts.
+        is_line: whether its candidates are the strongest lines of a spectrum.
         is_stop: whether it is a stop that the motion without it passes through: there the derivative gives no strength.
         delay: name and field of the parameter by which its channel is late, as `ProbeScales.lags` may show; empty where it delays none.
     """
@@ -153,13 +155,17 @@ class Probe(Generic[Kind]):
     _: dataclasses.KW_ONLY
     parts: tuple[str, ...] = ()
     either_sign: bool = False
-    searched: int = 1
+    is_line: bool = False
     is_stop: bool = False
     delay: str = ""
 
     def candidates(self, scales: ProbeScales) -> tuple[tuple[Kind, ...], ...]:
         """Candidates, each a tuple of members whose strengths are estimated together: one for each of `parts`, else the effect itself."""
         return tuple(self._members(effect) for effect in self.effects(scales))
+
+    def tried(self, scales: ProbeScales, candidates: int) -> int:
+        """Number of possibilities among which the best of so many candidates is chosen, which its significance counts."""
+        return candidates + (scales.frequencies_searched if self.is_line else 0)
 
     def _members(self, effect: Kind) -> tuple[Kind, ...]:
         others = [{field: 0.0 for field in self.parts if field != part} for part in self.parts]

@@ -7,7 +7,6 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from vibrojax.effects.base import AbstractChannelFault, Motion, Own, OwnState, Readings, sine_and_cosine
-from vibrojax.effects.mains_hum import LINES_IN_A_SPECTRUM
 from vibrojax.effects.probe import Probe, ProbeScales, is_of_mains
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Value
@@ -67,7 +66,7 @@ class ReadingTone(AbstractChannelFault):
         *sine_and_cosine(("a_t", "b_t"), "the tone"),
     )
     own_states: ClassVar[tuple[OwnState, ...]] = ()
-    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, searched=LINES_IN_A_SPECTRUM)
+    probe: ClassVar[Probe] = Probe(_candidates, parts=("sine", "cosine"), either_sign=True, is_line=True)
 
     frequency_hz: Value
     decay_rate: Value
