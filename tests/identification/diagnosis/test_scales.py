@@ -20,24 +20,26 @@ def test_a_tone_is_the_strongest_line_whatever_its_phase_in_each_record():
     for count, phase in ((3000, 0.3), (2000, 2.0)):
         time = dt * np.arange(count)
         series.append((rng.standard_normal(count) + 0.3 * np.sin(2.0 * np.pi * 3.21 * time + phase), dt))
-    assert _strongest(series, any_line)[0] == pytest.approx(3.21, abs=0.25 / 30.0)
+    (line, _), searched = _strongest(series, any_line)
+    assert line == pytest.approx(3.21, abs=0.25 / 30.0)
+    assert searched == pytest.approx(4 * 30.0 * 50.0, rel=0.01)  # four a cycle of the longest record, up to Nyquist's
 
 
 def test_records_at_other_rates_count_up_to_their_own_band():
     rng = np.random.default_rng(1)
     fast = rng.standard_normal(4000) + 0.3 * np.sin(2.0 * np.pi * 60.0 * 0.005 * np.arange(4000))
-    assert _strongest([(fast, 0.005), (rng.standard_normal(500), 0.02)], any_line)[0] == pytest.approx(60.0, abs=0.1)
+    assert _strongest([(fast, 0.005), (rng.standard_normal(500), 0.02)], any_line)[0][0] == pytest.approx(60.0, abs=0.1)
 
 
 def test_lines_of_the_motion_do_not_hide_a_weaker_one():
     time, scales = 0.004 * np.arange(5000), dataclasses.replace(SCALES, f_n=5.0, drives=(2.0 * np.pi * 7.3,))
     values = sum(size * np.sin(2.0 * np.pi * line * time) for size, line in ((1.0, 5.0), (0.8, 7.3), (0.5, 33.0), (0.3, 50.0)))
-    found = _strongest([(values + np.random.default_rng(2).standard_normal(5000), 0.004)], scales.is_foreign)
+    found, _ = _strongest([(values + np.random.default_rng(2).standard_normal(5000), 0.004)], scales.is_foreign)
     assert found == pytest.approx((33.0, 50.0), abs=0.05)
 
 
 def test_a_series_that_is_too_short_has_no_line():
-    assert _strongest([(np.ones(1), 0.1)], any_line) == ()
+    assert _strongest([(np.ones(1), 0.1)], any_line) == ((), 0)
 
 
 @pytest.mark.parametrize(
