@@ -7,13 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.smoothed_fit.rig import simulated, true_model
-from identification.trajectory.elimination import moved
 from identification.trajectory.fit import Fitted, equations, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.smoothed import SMALL_GRADIENT, Smoothed, fit_smoothed
 from identification.trajectory.start import Problem, problem_of
+from identification.trajectory.step import moved
 from identification.trajectory.variances import SMALLEST_FORCE, Variances
 from vibrojax.integrate import Landing
 
@@ -107,7 +107,7 @@ def chain(problem: Problem, start: Estimate) -> tuple[Estimate, np.ndarray]:
     force = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=2.0 * float(np.median(problem.chains.duration)))
     held, at = Variances(force=force, readings=tuple(ReadingError() for _ in problem.chains.channels)), start
     for _ in range(_STEPS):
-        at = moved(problem.border, at, equations(problem, at, held)[2], 1.0)
+        at = moved(problem, at, equations(problem, at, held)[2], 1.0)
     error = np.sqrt(np.diag(equations(problem, at, held)[2].covariance))
     return dataclasses.replace(at, force=np.zeros_like(at.force)), error * problem.border.shared_scale
 

@@ -115,7 +115,7 @@ def diagnose_experiment(
         found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
         last = look(found.final, among, terms) if found.last is None else found.last.look
         final = polished(found.final, progress=progress)
-        found = dataclasses.replace(found, final=final, nominal=final if found.final is nominal else nominal)
+        found = dataclasses.replace(found, final=final, nominal=nominal if found.steps else final)
     with course.stage("evidence"):
         progress("predicting what was left out")
         found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)

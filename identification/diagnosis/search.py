@@ -1,4 +1,7 @@
-"""Forward selection of effects: a look, the best few with variances estimated anew, the best of these refitted; until nothing is left."""
+"""Forward selection of effects: a look, the best few with variances estimated anew, the best of these refitted; until nothing is left.
+
+Where none is left and records contradict each other in a parameter, it gets a value for each, and the selection goes on beside that.
+"""
 
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
@@ -8,6 +11,8 @@ import numpy as np
 from identification.diagnosis.augment import augmented, exchanged, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
+from identification.estimation.parameters import between_records
+from identification.estimation.varying import with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
@@ -125,6 +130,8 @@ def search(
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is still needed.
 
+    Once none is asked for, parameters in which records contradict each other may have a value for each; then effects are looked for again.
+
     Args:
         nominal: fitted.
         among: names of the effects that are looked for.
@@ -132,16 +139,19 @@ def search(
         judge: says why an alternative is not taken in; the next one is then asked.
         progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
-    found = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True)
+    found, asked = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True), False
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
             step = _step(look(found.final, among, terms), judge, progress)
             taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
-            if taken is None:
-                found = dataclasses.replace(found, last=step, finished=step.finished)
-            else:
+            if taken is not None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
+            elif step.finished and not asked and (varied := _varied(found.final, progress)) is not None:
+                found = dataclasses.replace(found, final=varied)
+            else:
+                found = dataclasses.replace(found, last=step, finished=step.finished)
+            asked = asked or taken is None
         return _needed(found, judge, progress) if found.finished else found
     except OutOfBudgetError:
         return dataclasses.replace(found, finished=False)
@@ -182,6 +192,20 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     others = [one for one, _ in found if one.candidate.key not in done]
     without_equations = [tuple(dataclasses.replace(one, fitted=None) for one in part) for part in (kept[1:], refused)]
     return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
+
+
+def _varied(fitted: Fitted, progress: Progress) -> Fitted | None:
+    """The model with a value for each record of those nominal parameters in which these contradict each other; None where none has to."""
+    tested = between_records(fitted)
+    names = [one.name for one in tested if one.chance < LEVEL / len(tested) and "." not in one.name]
+    if not names:
+        return None
+    try:
+        found, std = with_variations(fitted, names, progress=progress)
+    except (np.linalg.LinAlgError, NoConvergenceError):
+        return None
+    gain, varying = fitted.deviance - found.deviance, sum(size > 0.0 for size in std.values())
+    return found if varying and chance(gain, varying, 1) < LEVEL and found.converged else None
 
 
 def _leaves_nothing_random(fitted: Fitted | None) -> bool:

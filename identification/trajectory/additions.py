@@ -10,10 +10,11 @@ from jaxtyping import Float
 from scipy.linalg import cho_solve_banded
 
 from identification.trajectory.chain_equations import Weighed, motion_covariance, whitened_rows, whitenings
-from identification.trajectory.elimination import Solution, moved
+from identification.trajectory.elimination import Solution
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.start import Problem
+from identification.trajectory.step import moved
 from identification.trajectory.variances import Variances, annealed, coloured, reweighed, solved
 
 _NO_GAIN = 1.0
@@ -183,7 +184,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Va
         if round_ < rounds:
             force = annealed(problem, at, local, force, evaluations=14 if round_ == 0 else 9)
         solution = solved(problem, at, local, force)
-        after = moved(problem.border, at, solution, 1.0)
+        after = moved(problem, at, solution, 1.0)
         tried.append(
             Reestimated(
                 deviance=solution.deviance,

@@ -23,6 +23,8 @@ _ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
 """Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
 _SMALLEST_EIGENVALUE = 1e-15
 """Of an information matrix with a diagonal of one: a few times the rounding error."""
+_BEYOND = 1e-9
+"""By how much a step goes beyond a limit, in the natural scale."""
 _UNKNOWN = 1e8
 """Variance, in the natural scale, of what the records say nothing of."""
 
@@ -44,6 +46,7 @@ class Solution:
         by_shared, by_own: inverse of that Hessian times its border; (knots (states + 1), parameters) and (..., own).
         own_inverse: covariance of each record's own unknowns with the shared ones held; (records, own, own).
         own_by_shared: fall of these with the shared ones; (records, own, parameters).
+        precision: of the shared step, scaled: the information of all records, priors, and what is assumed about the estimate.
     """
 
     deviance: float
@@ -59,6 +62,7 @@ class Solution:
     by_own: np.ndarray
     own_inverse: np.ndarray
     own_by_shared: np.ndarray
+    precision: np.ndarray
     _rows: np.ndarray
 
     @property
@@ -73,6 +77,25 @@ class Solution:
         shared = np.broadcast_to(self.covariance, (len(across), *self.covariance.shape))
         own = self.own_inverse - across @ self.own_by_shared.swapaxes(1, 2)
         return np.concatenate([np.concatenate([shared, across.swapaxes(1, 2)], axis=2), np.concatenate([across, own], axis=2)], axis=1)
+
+    def within(self, least: np.ndarray, most: np.ndarray) -> "Solution":
+        """The best step with the shared unknowns between limits, scaled: what goes beyond is held there, the farthest first."""
+        step, held = self.shared, np.zeros(len(self.shared), bool)
+        for _ in step:
+            beyond = np.where(held, 0.0, np.maximum(step - most, least - step))
+            if not beyond.max() > _BEYOND:
+                break
+            held[np.argmax(beyond)] = True
+            change = np.where(held, np.clip(step, least, most) - self.shared, 0.0)
+            rows = self.precision[~held]
+            change[~held] = -np.linalg.solve(rows[:, ~held], rows[:, held] @ change[held])
+            step = self.shared + change
+        change = step - self.shared
+        if not change.any():
+            return self
+        of_own = -self.own_by_shared @ change
+        knots = self.by_shared @ change + (self.by_own * of_own[self._rows]).sum(axis=1)
+        return dataclasses.replace(self, shared=step, own=self.own + of_own, knots=self.knots - knots.reshape(self.knots.shape))
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """A sample of the posterior, as steps of shared, own and knots."""
@@ -97,7 +120,8 @@ def solve(
     x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
     ss, gs, go, lead, inverse = found.shared, found.shared_gradient, found.own_gradient, found.own_by_shared, found.own_inverse
     covariance = _inverse(ss)
-    step = -(np.linalg.solve(ss + border.proximal * np.eye(shared), gs) if border.proximal > 0.0 else covariance @ gs)
+    precision = ss + border.proximal * np.eye(shared)
+    step = -(np.linalg.solve(precision, gs) if border.proximal > 0.0 else covariance @ gs)
     own_step = -np.einsum("rop,rp->ro", inverse, go) - lead @ step
     rows = np.repeat(np.arange(records), [size * (one.stop - one.start) for one in chains.knots])
     knots = -x - xs @ step
@@ -118,6 +142,7 @@ def solve(
         by_own=xo[size:],
         own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
         own_by_shared=lead * border.own[:, :, None],
+        precision=precision,
         _rows=rows,
     )
 
@@ -247,16 +272,6 @@ def _with_motion(
     square = local.square + float((rows[:, -1] ** 2).sum() + (jump**2 / variance).sum())
     logs = local.log_determinant + float(2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum() + np.log(variance).sum())
     return square, logs + len(chains.knots) * 2.0 * float(np.log(force.std))
-
-
-def moved(border: Border, at: Estimate, solution: Solution, share: float) -> Estimate:
-    """The estimate after a share of the step."""
-    return Estimate(
-        states=at.states + share * solution.knots[:, :-1],
-        force=at.force + share * solution.knots[:, -1],
-        shared=np.clip(at.shared + share * solution.shared * border.shared_scale, border.lower, border.upper),
-        own=at.own + share * solution.own * border.own_scale,
-    )
 
 
 def _initial_states(

@@ -13,11 +13,12 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.trajectory.chain_equations import Weighed
-from identification.trajectory.elimination import Solution, moved
+from identification.trajectory.elimination import Solution
 from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import Problem
+from identification.trajectory.step import NO_STEP, Stride, change, moved
 from identification.trajectory.variances import (
     LARGEST_FORCE,
     OF_TWO_NUMBERS,
@@ -40,15 +41,8 @@ from vibrojax.errors import NoConvergenceError
 Progress = Callable[[str], None]
 _COLOURED_FROM = 6
 """Round from which reading errors are autocorrelated: before, they would explain a contact that is still wrong."""
-_LONGEST_STEP = 0.7
-"""Largest change of a logarithm in one step, or of a parameter over its scale, and as many times more as the parameter exceeds its first
-value; a quarter of its range where that is less."""
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
-_TURNS_BACK = 3.0
-"""Length of a step that turns back over that of the one before, at most."""
-_NO_STEP = 0.02
-"""Step of a parameter over its standard error that no longer changes the likelihood."""
 _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _BACK, _NEAR = 0.5, 3.0
@@ -159,8 +153,11 @@ def fit(
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
+    least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white, and are estimated at the end
     try:
-        found = _converged(problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, together=together)
+        found = _converged(
+            problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, least=least, together=together
+        )
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error
@@ -203,11 +200,9 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
         variances = _likelier(problem, at, linear, variances)
         linear, local, solution = equations(problem, at, variances)
         progress(_line(count, problem, at, variances.force))
-        if not vanishes(problem, variances.force) or _change(problem, at, solution) < _SMALL_STEP:
+        if not vanishes(problem, variances.force) or change(problem, at, solution) < _SMALL_STEP:
             break
-        at, square = unrolled(
-            problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem.border, at, solution, 1.0)
-        )
+        at, square = unrolled(problem.model_at(at), problem.unknowns, problem.chains, problem.integrator, moved(problem, at, solution, 1.0))
         linear, local, solution = equations(problem, at, variances)
     found = _ended(problem, at, variances, linear, local, solution, rounds=count + 1)
     return dataclasses.replace(found, converged=found.converged and bool(np.isfinite(square)))
@@ -248,9 +243,9 @@ def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[E
     at, square = unforced(at)
     for _ in range(_ROUNDS):
         *_, solution = equations(problem, at, small)
-        share, before = _Stride(problem).share(at, solution), square
+        (step, share), before = Stride(problem).taken(at, solution), square
         while share > _SHORTEST_SHARE:
-            tried, there = unforced(moved(problem.border, at, solution, share))
+            tried, there = unforced(moved(problem, at, step, share))
             if there < square:
                 at, square = tried, there
                 break
@@ -269,28 +264,30 @@ def _converged(
     *,
     coloured_from: int,
     held: int = 1,
+    least: int | None = None,
     together: bool = True,
     first: Fitted | None = None,
 ) -> Fitted:
-    """Rounds of one Gauss-Newton step and new variances, until both stay; the random force is held in the first `held` rounds.
+    """Rounds of one Gauss-Newton step and new variances, until both stay, at least so many; the random force is held in the first `held`.
 
     Raises:
         _SamePlace: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
     """
-    force, readings, count, stride = variances.force, variances.readings, 0, _Stride(problem)
+    force, readings, count, stride = variances.force, variances.readings, 0, Stride(problem)
+    least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
-        share, change, before = stride.share(at, solution), _change(problem, at, solution), force
+        (step, share), off, before = stride.taken(at, solution, whole=is_largest(problem, force)), change(problem, at, solution), force
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from and not _stays_white(problem, force):
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
-        at = moved(problem.border, at, solution, share)
+        at = moved(problem, at, step, share)
         progress(_line(count, problem, at, force))
         if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
             raise _SamePlace
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
-        if count >= max(coloured_from, held % _ROUNDS) + 2 and stays and change < _SMALL_STEP:
+        if count >= least and stays and off < _SMALL_STEP:
             break
     return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, together=together)
 
@@ -299,7 +296,7 @@ def _with_likeliest(
     problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, together: bool
 ) -> Fitted:
     """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
-    force, readings, stride = variances.force, variances.readings, _Stride(problem)
+    force, readings, stride = variances.force, variances.readings, Stride(problem)
     linear, local, solution = equations(problem, at, variances)
     for last in range(_LAST_ROUNDS):
         if together and not vanishes(problem, force) and any(one.order for one in readings):
@@ -311,9 +308,9 @@ def _with_likeliest(
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
-        if last == _LAST_ROUNDS - 1 or (last and _change(problem, at, solution) < _SMALL_STEP):
+        if last == _LAST_ROUNDS - 1 or (last and change(problem, at, solution) < _SMALL_STEP):
             break
-        there = moved(problem.border, at, solution, stride.share(at, solution))
+        there = moved(problem, at, *stride.taken(at, solution))
         try:
             linear, local, solution = equations(problem, there, Variances(force=force, readings=readings))
         except np.linalg.LinAlgError:  # without the force that was taken away the motion diverges
@@ -334,12 +331,12 @@ def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line:
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
     """The mode under given variances, by Gauss-Newton steps from an estimate; at most so many."""
-    free, count, stride = problem.border.shared.any(), 0, _Stride(problem)
+    free, count, stride = problem.border.shared.any(), 0, Stride(problem)
     for count in range(steps):
         linear, local, solution = equations(problem, at, variances)
-        if count + 1 == steps or (free and _change(problem, at, solution) < _NO_STEP):
+        if count + 1 == steps or (free and change(problem, at, solution) < NO_STEP):
             break
-        at = moved(problem.border, at, solution, stride.share(at, solution))
+        at = moved(problem, at, *stride.taken(at, solution))
     return _ended(problem, at, variances, linear, local, solution, rounds=count + 1)
 
 
@@ -355,7 +352,7 @@ def _ended(
         local=local,
         solution=solution,
         rounds=rounds,
-        converged=_change(problem, at, solution) < _SMALL_STEP,
+        converged=change(problem, at, solution) < _SMALL_STEP,
     )
 
 
@@ -366,43 +363,6 @@ def equations(problem: Problem, at: Estimate, variances: Variances) -> tuple[Lin
     local = reweighed(problem, at, linear, variances.readings)
     solution = solved(problem, at, local, variances.force)
     return linear, local, solution
-
-
-class _Stride:
-    """How much of each step is taken: none moves a parameter too far, and none goes back and forth.
-
-    Where a parameter's step turns back on the one before, of which a share was taken, the line through both puts the place of no step at
-    share / (1 + r) of it, with r the ratio of their lengths (secant rule).
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        border = problem.border
-        self._plain = np.array([not logarithmic for _, logarithmic in problem.unknowns.shared], bool)
-        self._first = np.maximum(border.shared_scale, np.abs(problem.start.shared))
-        self._range = 0.25 * (border.upper - border.lower) / border.shared_scale
-        self._last, self._taken = np.zeros(len(border.shared)), 1.0
-
-    def share(self, at: Estimate, solution: Solution) -> float:
-        """Of a step from an estimate, in 0 to 1."""
-        step, last = solution.shared, self._last
-        size = np.where(self._plain, np.maximum(1.0, np.abs(at.shared) / self._first), 1.0)
-        longest = np.minimum(_LONGEST_STEP * size, self._range)
-        share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / longest, initial=0.0)), 1e-300))
-        least = _NO_STEP * np.sqrt(np.diag(solution.covariance))
-        back = (step * last < 0) & (np.minimum(np.abs(step), np.abs(last)) > least)
-        if back.any():
-            ratio = min(float(np.max(np.abs(step[back] / last[back]))), _TURNS_BACK)
-            share = min(share, self._taken / (1.0 + ratio))
-        self._last, self._taken = step, share
-        return share
-
-
-def _change(problem: Problem, at: Estimate, solution: Solution) -> float:
-    """Largest step of a shared parameter over its standard error; none goes beyond its limit."""
-    border, error = problem.border, np.sqrt(np.diag(solution.covariance)) * problem.border.shared_scale
-    step = np.clip(at.shared + solution.shared * border.shared_scale, border.lower, border.upper) - at.shared
-    free = error > 0
-    return float(np.max(np.abs(step[free]) / error[free], initial=0.0))
 
 
 def _stays_white(problem: Problem, force: RandomForce) -> bool:

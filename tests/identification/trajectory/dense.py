@@ -19,7 +19,7 @@ def solved(problem: Problem, force: RandomForce, error: ReadingError = WHITE):
 
 
 def dense(problem: Problem, force: RandomForce, error: ReadingError) -> tuple[float, np.ndarray, np.ndarray]:
-    """-2 log restricted likelihood, estimate and covariance of the border: generalised least squares with whole matrices."""
+    """-2 log restricted likelihood, estimate and covariance of knots and border: generalised least squares with whole matrices."""
     linear, _, _ = solved(problem, force, error)
     chains, scales = problem.chains, problem.scales
     knots, states, free = chains.knot_count, 2, int(problem.border.shared.sum())
@@ -60,4 +60,4 @@ def dense(problem: Problem, force: RandomForce, error: ReadingError) -> tuple[fl
     gradient = rows.T @ np.linalg.solve(noise, off) + constants
     step = -np.linalg.solve(hessian, gradient)
     deviance = square + gradient @ step + logs + np.linalg.slogdet(hessian)[1]
-    return deviance, step, np.linalg.inv(hessian)[3 * knots :, 3 * knots :]
+    return deviance, step, np.linalg.inv(hessian)

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from identification.trajectory.chain_equations import residuals_after
-from identification.trajectory.elimination import _inverse, deviance, moved, solve
+from identification.trajectory.elimination import _inverse, deviance, solve
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import Problem
+from identification.trajectory.step import moved
 from identification.trajectory.variances import reweighed
 from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY, NOISE, RATE, Linear
 from tests.identification.trajectory.dense import WHITE, dense, solved
@@ -74,7 +75,7 @@ def filtered(problem: Problem, force: RandomForce) -> tuple[float, np.ndarray]:
 def test_states_and_force_are_those_of_a_kalman_smoother(held):
     for force in FORCES:
         *_, solution = solved(held, force)
-        at = moved(held.border, held.start, solution, 1.0)
+        at = moved(held, held.start, solution, 1.0)
         _, smoothed = filtered(held, force)
         found = np.column_stack([at.states, at.force])[held.chains.left]
         assert np.allclose(found, smoothed, rtol=0.0, atol=1e-4 * np.abs(smoothed).max(axis=0))
@@ -96,11 +97,28 @@ def test_estimate_error_and_likelihood_are_those_of_generalised_least_squares(vi
     likeliest, step, covariance = dense(vibrating, one, error)
     knots = vibrating.chains.knot_count
     assert np.allclose(solution.shared, step[3 * knots :], rtol=1e-5)
-    assert np.allclose(solution.covariance, covariance, rtol=1e-4)
+    assert np.allclose(solution.covariance, covariance[3 * knots :, 3 * knots :], rtol=1e-4)
     scale = np.abs(step[: 3 * knots].reshape(knots, 3)).max(axis=0)
     assert np.allclose(solution.knots, step[: 3 * knots].reshape(knots, 3), rtol=1e-4, atol=1e-5 * scale.max())
     between = solved(vibrating, other, error)[2].deviance - solution.deviance
     assert between == pytest.approx(dense(vibrating, other, error)[0] - likeliest, abs=1e-3)
+
+
+def test_a_step_within_limits_is_the_best_beside_what_is_held_there(vibrating):
+    *_, solution = solved(vibrating, FORCES[0])
+    _, step, covariance = dense(vibrating, FORCES[0], WHITE)
+    knots, least, most = vibrating.chains.knot_count, np.full(2, -1e3), np.array([0.4 * solution.shared[0], 1e3])
+    assert solution.shared[0] > 0, "else the limit is none"
+    within, place = solution.within(least, most), 3 * knots
+    expected = step + covariance[:, place] / covariance[place, place] * (most[0] - step[place])
+    assert np.allclose(within.shared - solution.shared, expected[place:] - step[place:], rtol=1e-3)
+    found = expected[:place].reshape(knots, 3)
+    assert np.allclose(within.knots, found, rtol=1e-3, atol=1e-5 * np.abs(found).max())
+
+
+def test_limits_that_are_not_reached_change_no_step(vibrating):
+    *_, solution = solved(vibrating, FORCES[0])
+    assert solution.within(np.full(2, -1e3), np.full(2, 1e3)) is solution
 
 
 def test_draws_scatter_as_the_covariance_says(vibrating):
@@ -109,7 +127,7 @@ def test_draws_scatter_as_the_covariance_says(vibrating):
     drawn = np.array([solution.draw(rng)[0] for _ in range(4000)])
     assert np.allclose(np.cov(drawn.T), solution.covariance, rtol=0.1, atol=0.05 * solution.covariance.max())
     _, _, dense_covariance = dense(vibrating, FORCES[0], WHITE)
-    assert np.allclose(np.cov(drawn.T), dense_covariance, rtol=0.1, atol=0.05 * solution.covariance.max())
+    assert np.allclose(np.cov(drawn.T), dense_covariance[-2:, -2:], rtol=0.1, atol=0.05 * solution.covariance.max())
 
 
 def test_residuals_after_a_step_are_linear_in_it(vibrating):

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from identification.trajectory.fit import _Stride, fit, settled
+from identification.trajectory.fit import fit, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling
@@ -15,7 +15,6 @@ from identification.trajectory.start import problem_of
 from identification.trajectory.variances import SMALLEST_FORCE, Variances, is_no_mode
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
-from tests.identification.trajectory.dense import solved
 
 
 def test_a_small_experiment_gives_its_true_parameters_and_no_random_force(small):
@@ -87,37 +86,6 @@ def test_samples_at_a_ceiling_do_not_count():
     wave = np.sin(np.linspace(0.0, 40.0, 400))
     assert not at_ceiling(wave).any()
     assert at_ceiling(np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
-
-
-@pytest.mark.parametrize(("too_long", "rounds"), [(1.9, 8), (4.0, 20)])
-def test_steps_that_are_too_long_come_to_rest(vibrating, too_long, rounds):
-    """Of one parameter, each as many times too long: whole steps would go back and forth, further and further."""
-    stride, x = _Stride(vibrating), np.array([0.35, 0.0])
-    *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
-    for _ in range(rounds):
-        step = np.array([-too_long * x[0], 0.0])
-        x = x + stride.share(vibrating.start, dataclasses.replace(solution, shared=step, covariance=1e-12 * np.eye(2))) * step
-    assert abs(x[0]) < 1e-3
-
-
-def test_a_step_that_goes_on_is_taken_whole(vibrating):
-    stride = _Stride(vibrating)
-    *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
-    steps = [dataclasses.replace(solution, shared=np.array([one, -0.2]), covariance=np.eye(2)) for one in (0.1, 0.3, 1.4)]
-    assert [stride.share(vibrating.start, one) for one in steps] == [1.0, 1.0, pytest.approx(0.5)]
-
-
-def test_a_parameter_that_has_grown_may_go_on_in_proportion(vibrating):
-    """A plain number at four times its first size may move four times as far; a logarithm may not."""
-    *_, solution = solved(vibrating, RandomForce(std=FORCE, memory=MEMORY))
-    step = dataclasses.replace(solution, shared=np.array([2.8, 0.0]), covariance=np.eye(2))
-    (first, *others), scale = vibrating.unknowns.shared, vibrating.border.shared_scale
-    free = dataclasses.replace(vibrating.border, lower=np.full(2, -1e6), upper=np.full(2, 1e6))
-    plain = dataclasses.replace(vibrating.unknowns, shared=((first[0], False), *others))
-    begun = dataclasses.replace(vibrating, border=free, start=dataclasses.replace(vibrating.start, shared=scale))
-    at = dataclasses.replace(vibrating.start, shared=np.array([4.0, 1.0]) * scale)
-    shares = [_Stride(dataclasses.replace(begun, unknowns=one)).share(at, step) for one in (plain, vibrating.unknowns)]
-    assert shares == [pytest.approx(1.0), pytest.approx(0.25)]
 
 
 @pytest.mark.parametrize(("rate", "decay"), [(500.0, 0.01), (1000.0, 0.05)])
