@@ -293,12 +293,12 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
 def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
     """The search without effects that the others have made needless, and with special cases in place of effects where they are enough.
 
-    The last effect has just been found to be needed.
+    An effect that was taken in last has just been found to be needed.
     """
     final, steps = found.final, list(found.steps)
-    for step in found.steps[:-1]:
+    for step in found.steps:
         one = step.alternatives[0]
-        if len(steps) < 2:
+        if one.fitted is found.final:
             break
         progress(f"asking whether {one.name} is still needed")
         try:

@@ -10,8 +10,10 @@ from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.start import problem_of
 from tests.effects.start import at_start
+from tests.identification.trajectory.conftest import shaken
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
 
@@ -47,6 +49,7 @@ def gains(seen, monkeypatch):
 
         monkeypatch.setattr(module, "_step", step)
         monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
+        monkeypatch.setattr(module, "_varied", lambda at, progress: None)
 
     return found
 
@@ -90,6 +93,35 @@ def test_a_search_adds_so_many_effects_and_no_more(seen, gains):
     gains(*((name, 900.0) for name in order))
     found = search(fitted(seen))
     assert (names(found), found.finished) == (order[:MOST_EFFECTS], True)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.01])
+def test_a_frequency_that_differs_between_records_gets_a_value_in_each(scatter):
+    """Free decays of one rig, of which the clock runs at another rate in each record."""
+    experiment, rates = shaken(6), 1.0 + scatter * np.array([1.2, -0.7, -1.5, 0.9, -0.4, 0.5])
+    records = [dataclasses.replace(one, time=one.time / rate) for one, rate in zip(experiment.records, rates, strict=True)]
+    found = module._varied(fit(problem_of(dataclasses.replace(experiment, records=tuple(records)))), lambda line: None)
+    if scatter == 0.0:
+        assert found is None
+    else:
+        place = found.problem.unknowns.own.index("variation.f_n")
+        np.testing.assert_allclose(found.at.own[:, place], np.log(rates / rates.mean()), atol=0.3 * scatter)
+
+
+def test_effects_are_looked_for_again_beside_values_of_their_own(seen, gains, monkeypatch):
+    """The second effect shows only then, and of the values it is asked once."""
+    gains(("coulomb_friction", 900.0), ("gap_drift", 12.0), ("mains_hum", 12.0))
+    asked = []
+
+    def varied(at: Fitted, progress) -> Fitted:
+        gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
+        asked.append([one.name for one in at.problem.model.effects])
+        return at
+
+    monkeypatch.setattr(module, "_varied", varied)
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
+    assert names(search(fitted(seen))) == ["coulomb_friction", "gap_drift"]
+    assert asked == [["coulomb_friction"]]
 
 
 @pytest.fixture
