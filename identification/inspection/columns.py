@@ -31,8 +31,10 @@ from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
-LONG_STEP = 0.05
-"""s: a median step above is more likely written in a smaller unit, for an impact lasts milliseconds."""
+SLOW_STEP = 0.05
+"""s: nothing states the unit of time and steps are longer: whether they are seconds is asked."""
+LONGEST_STEPS = {"s": 10.0, "ms": 200.0}
+"""By unit of time: a median step above is more likely written in a smaller one, as counted by a controller or an oscilloscope."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +62,7 @@ class FileColumns:
         file: its name.
         time: the column of time stamps; where the file has none, one without name that counts the samples.
         time_unit: of these stamps.
-        time_guessed: why the unit is a guess; empty where it was stated, or is s as it is without a statement.
+        time_guessed: why the unit is a guess; empty where it was stated, or steps are short enough for s as it is without a statement.
         columns: the others on the same time axis.
         unusable: why a column cannot be used, by name.
         notices: sentences on what had to be concluded in reading.
@@ -235,16 +237,17 @@ def _is_count(column: Column) -> bool:
 
 
 def _time_unit(time: Column) -> tuple[str, str]:
-    """The unit of the time stamps, and why it is a guess where the steps would be long for seconds."""
+    """The unit of the time stamps, and why it is a guess: without a statement s, but whole numbers count ms or us."""
     stated = next((known for known in FACTORS[TIME] if time.unit and same_unit(time.unit, known, TIME)), None)
     if stated is not None:
         return stated, ""
     stamps = time.values[np.isfinite(time.values)]
     steps = np.diff(stamps)
     step = 0.0 if not steps.size else float(np.median(steps) if steps.all() else (stamps[-1] - stamps[0]) / steps.size)
-    unit = next((one for one in ("s", "ms") if step * FACTORS[TIME][one] <= LONG_STEP), "us")
+    whole = step > SLOW_STEP and bool(np.array_equal(stamps, np.rint(stamps)))
+    unit = next((one for one, longest in LONGEST_STEPS.items() if step <= longest and not (whole and one == "s")), "us")
     statement = f"{time.unit!r} is no known unit of time" if time.unit else "the file states none"
-    return unit, "" if unit == "s" else f"{statement}, and steps of {step:.4g} are long for s"
+    return unit, f"{statement}, and {'whole' if whole else 'the'} numbers come in steps of {step:.4g}" if step > SLOW_STEP else ""
 
 
 # Parts of names in English, German and Portuguese, in lower case and without accents.

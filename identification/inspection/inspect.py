@@ -333,7 +333,7 @@ def _file(one: Inspected) -> list[RenderableType]:
     head = _bold(one.found.file)
     head.append(f": {one.time.samples} samples without time stamps" if one.found.untimed else f": {_time(one.time)}", "not bold")
     if one.found.time_guessed:
-        head.append(f"; time taken to be in {one.found.time_unit}: {one.found.time_guessed}", "not bold")
+        head.append(f"; time taken to be in {one.found.time_unit}: {one.found.time_guessed}; is {one.time.rate:.4g} Hz right?", "not bold")
     lines: list[RenderableType] = [head, table, *(Text(printable(notice)) for notice in one.found.notices)]
     if one.time.problem:
         lines.append(_bold(f"a fit would refuse it: {one.time.problem}"))

@@ -315,7 +315,7 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     elif one.uneven:
         lines.append(f"# rebuild_time = true # {one.uneven}: where the samples came evenly, and only their stamps vary")
     if found.time_guessed:
-        lines.append(f"time_unit = {_text(found.time_unit)} # guess: {found.time_guessed}")
+        lines.append(f"time_unit = {_text(found.time_unit)} # guess: {found.time_guessed}; is {one.time.rate:.4g} Hz right?")
     elif found.time_factor != 1.0 and not found.time.in_file:
         lines.append(f"time_unit = {_text(found.time.unit)}")
     return "\n".join(lines) + "\n"

@@ -51,7 +51,7 @@ def test_the_table_fits_a_terminal_of_80_characters(rig, monkeypatch, capsys):
 def test_a_guessed_unit_of_time_is_stated(rig, monkeypatch, capsys):
     (rig / "slow.csv").write_text("t,x\n" + "\n".join(f"{0.25 * i},{i % 7}" for i in range(400)))
     assert call(monkeypatch, "inspect", rig / "slow.csv") == 0
-    assert "time taken to be in ms: the file states none, and steps of 0.25 are long for s" in capsys.readouterr().out
+    assert "time taken to be in s: the file states none, and the numbers come in steps of 0.25; is 4 Hz right?" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("out", "file"), [("rig", "cart1.csv.gz"), ("rig/e.toml", "cart1.csv.gz"), ("e.toml", "rig/cart1.csv.gz")])

@@ -112,14 +112,24 @@ def test_names_and_units_in_a_header_are_understood(tmp_path):
         np.testing.assert_allclose(record.channels[channel], column, rtol=1e-12, atol=1e-18)
 
 
-@pytest.mark.parametrize(("unit", "per_second"), [("s", 1.0), ("ms", 1e3), ("us", 1e6)])
-def test_steps_that_are_long_for_seconds_are_taken_in_a_smaller_unit(unit, per_second, tmp_path):
-    write_csv(tmp_path / "a.csv", channels("cart-excitation"), per_second * TIME)
+@pytest.mark.parametrize(
+    ("stamps", "unit"),
+    [
+        (TIME, ""),  # short enough for s, so that nothing is asked
+        (np.arange(2048) / 15.0, "s"),  # of a camera
+        (2.5 * np.arange(2048), "s"),  # read off by hand
+        (5.0 * np.arange(2048), "ms"),
+        (100.0 * np.arange(2048), "ms"),
+        (np.rint(1e6 * TIME), "us"),
+        (1e6 * TIME, "us"),
+    ],
+)
+def test_a_time_without_a_unit_is_in_seconds_unless_it_counts(stamps, unit, tmp_path):
+    write_csv(tmp_path / "a.csv", channels("free-decay"), stamps)
     (record,) = loaded(tmp_path).records
-    np.testing.assert_allclose(record.time, TIME, rtol=1e-9)
-    assert record.excitation_frequency == 6.25
-    guess = f'time_unit = "{unit}" # guess: the file states none, and steps of '
-    assert (guess in (tmp_path / "experiment.toml").read_text()) == (unit != "s")
+    np.testing.assert_allclose(record.time, stamps * {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}[unit], rtol=1e-3)
+    proposed = (tmp_path / "experiment.toml").read_text()
+    assert re.findall(r'^time_unit = "(\w+)" # guess: the file states none, .* Hz right\?$', proposed, re.M) == ([unit] if unit else [])
 
 
 def test_a_stated_time_unit_is_taken(tmp_path):
