@@ -274,6 +274,8 @@ TURNS = 4.0 * np.pi
 """rad: an angle that spans more is more likely written in degrees."""
 TOO_FAR, LARGE_UNIT = 0.5, "mm"
 """m: a displacement that spans more is more likely written in this unit."""
+OFF_ZERO, MEAN_CROSSINGS = 0.5, 4
+"""Standard deviations, and crossings: a free motion about 0 that swings twice about its mean has a mean nearer to 0."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -300,6 +302,16 @@ class Mapped:
     def factor(self) -> float:
         """SI value of one unit, of a sensor's output in V or A."""
         return factor_to_si(self.unit, self.dimension, self.channel)
+
+    @property
+    def zero(self) -> float | None:
+        """How uncertain the zero is of a motion that swings, and about a mean far from 0, in the file's unit; else None."""
+        usable = self.column.values[np.isfinite(self.column.values)]
+        if CHANNELS[self.channel] == "force" or not usable.size:
+            return None
+        mean, swing = np.mean(usable), np.std(usable)
+        swings = np.count_nonzero(np.diff(usable > mean)) >= MEAN_CROSSINGS
+        return float(swing) if swings and abs(mean) > OFF_ZERO * swing else None
 
     @property
     def is_output(self) -> bool:

@@ -199,7 +199,11 @@ def propose(inspection: Inspection, folder: Path) -> str:
         *_rig([each for each, _ in sensors.values()], stopless),
     ]
     turned = any(one.turned for one in usable)
-    parts += [_sensor(*sensors[channel], turned=turned and channel == "impact_force") for channel in CHANNELS if channel in sensors]
+    parts += [
+        _sensor(*sensors[channel], turned=turned and channel == "impact_force", stopless=stopless)
+        for channel in CHANNELS
+        if channel in sensors
+    ]
     parts += [
         _record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}, stopless) for one in inspection.files
     ]
@@ -235,8 +239,8 @@ def _certainty(each: Mapped) -> int:
     return 2 if not each.guessed else int(each.unit != si_unit(each.channel))
 
 
-def _sensor(each: Mapped, one: Inspected, *, turned: bool) -> str:
-    """The table of a channel, as its first record has it; `turned` where impacts read as pulls."""
+def _sensor(each: Mapped, one: Inspected, *, turned: bool, stopless: bool) -> str:
+    """The table of a channel, as its first record has it; `turned` where impacts read as pulls, `stopless` where no gap has a zero."""
     file = printable(one.found.file)
     unit = f"# guess: {each.guessed}" if each.guessed else f"# as {file} states"
     sign = ["sign = -1 # guess: it falls in impacts, and a load cell has to rise in compression"] if turned else []
@@ -252,6 +256,10 @@ def _sensor(each: Mapped, one: Inspected, *, turned: bool) -> str:
     si = si_unit(each.channel)
     if facts.noise is not None:
         lines.append(f"# noise = {facts.noise * each.factor:.2g} # {si}; left out, it is estimated from each record: this is {file}")
+    if stopless and each.zero:
+        lines.append(
+            f"zero = {each.zero * each.factor:.2g} # guess, {si}: how uncertain the zero of {file} is; every record's is estimated"
+        )
     if facts.saturation:
         ends = sorted(found.level * each.factor for found in facts.saturation)
         low, high = (-ends[0], ends[0]) if len(ends) == 1 and ends[0] > 0 else (ends[0], ends[-1] if len(ends) > 1 else -ends[0])
@@ -292,6 +300,9 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
         lines.append('base = "measured" # guess: the recorded cart motion drives the model')
     names = {each.channel: each.column.name for each in one.mapped if not each.exact}
     names |= {TIME: found.time.name} if found.time.name not in (TIME, "") else {}
+    if off := [each.channel for each in one.mapped if stopless and each.zero]:
+        means = ", ".join(f'{channel} = "constant"' for channel in off)
+        lines.append(f"detrend = {{ {means} }} # guess: far from 0 beside the swing; remove it, and zero, where the rig rests at 0")
     if names:
         lines.append(f"columns = {{ {', '.join(f'{channel} = {_text(name)}' for channel, name in names.items())} }} # guess")
     taken = {each.column.name for each in one.mapped}

@@ -90,6 +90,19 @@ def test_a_cart_that_moves_otherwise_drives_the_model_as_measured(tmp_path):
     assert (record.kind, record.base) == ("cart-excitation", "measured")
 
 
+@pytest.mark.parametrize("offset", [0.42, 0.0])
+def test_a_free_motion_about_a_reading_far_from_zero_gets_a_zero_that_is_estimated(offset, tmp_path):
+    swing = noisy(0.05 * np.exp(-TIME) * np.cos(30.0 * TIME), 1e-5)
+    write_csv(
+        tmp_path / "a.csv", {"position": offset + swing, "velocity": np.gradient(swing, TIME), "acceleration": noisy(-900 * swing, 0.1)}
+    )
+    (record,) = loaded(tmp_path).records
+    proposed = tomllib.loads((tmp_path / "experiment.toml").read_text())
+    assert proposed["record"][0].get("detrend") == ({"hammer_displacement": "constant"} if offset else None)
+    assert proposed["sensors"]["hammer_displacement"].get("zero") == (pytest.approx(np.std(swing), rel=0.1) if offset else None)
+    np.testing.assert_allclose(record.channels["hammer_displacement"], swing - (swing.mean() if offset else 0.0), atol=1e-12)
+
+
 def test_names_and_units_in_a_header_are_understood(tmp_path):
     named = dict(zip(("Hammer LVDT [mm]", "cart pos (um)", "Load cell [kN]"), channels("cart-excitation").values(), strict=True))
     factors = (1e3, 1e6, 1e-3)
