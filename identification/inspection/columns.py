@@ -35,6 +35,8 @@ SLOW_STEP = 0.05
 """s: nothing states the unit of time and steps are longer: whether they are seconds is asked."""
 LONGEST_STEPS = {"s": 10.0, "ms": 200.0}
 """By unit of time: a median step above is more likely written in a smaller one, as counted by a controller or an oscilloscope."""
+GROWING_SHARE = 0.99
+"""Of the steps: a column without a name that grows in more is the time, of a clock that may step back."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,10 +221,10 @@ def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
 
 
 def _time_column(columns: list[Column]) -> Column:
-    """The column called time, or the first whose name says so, or the first that only grows; else a count of the samples."""
+    """The column called time, or the first whose name says so, or the first that grows; else a count of the samples."""
     called = [column for column in columns if column.name == TIME]
     called += [column for column in columns if is_time(column.name, column.unit or None) and np.isfinite(column.values).any()]
-    grows = [column for column in columns if column.values.size > 1 and bool(np.all(np.diff(column.values) > 0.0))]
+    grows = [column for column in columns if column.values.size > 1 and np.mean(np.diff(column.values) > 0.0) > GROWING_SHARE]
     called += [column for column in grows if not _is_count(column)]
     longest = max((column.values.size for column in columns), default=0)
     return called[0] if called else Column(name="", unit="", in_file=False, values=np.arange(longest, dtype=np.float64))
@@ -288,7 +290,8 @@ class Mapped:
         unit: of its numbers, known to the program: of what is measured, or of the sensor's output.
         guessed: why the unit is a guess; empty where it was stated.
         exact: whether the column bears the channel's name.
-        unknown: whether the file states a unit that is not known, so that the unit here is only a placeholder.
+        unknown: whether the file states a unit that is not known, or nothing at all of its only column, so that the unit here is only a
+            placeholder.
     """
 
     channel: str
@@ -342,6 +345,9 @@ def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
     chosen = exact | {channel: column for channel, column in alone.items() if column is not None}
     turned = any(_is_moment(column) for column in columns)
     found = [_mapped(channel, chosen[channel], turned=turned) for channel in CHANNELS if channel in chosen]
+    if not found and len(columns) == 1 and (not columns[0].unit or output_of(columns[0].unit)):  # what else would have been recorded
+        only = _mapped("hammer_displacement", columns[0], turned=False)
+        return (replace(only, unknown=not only.is_output),)
     large = next((one for one in found if one.guessed and one.unit == LARGE_UNIT), None)
     return tuple(replace(one, unit=large.unit, guessed=large.guessed) if large and _alike(one, large) else one for one in found)
 

@@ -173,6 +173,10 @@ NO_STOP = """\
 [contact]
 law = "none" # guess: no record shows an impact; take it out where there is a stop, and set every gap
 """
+UNKNOWN = """\
+# [sensors.hammer_displacement] # TO FILL IN: such a table for every channel that a record names in 'columns'
+# unit = "m"{outputs}
+"""
 FAR_GAP = 100.0
 """m: of a record without a stop."""
 
@@ -204,6 +208,10 @@ def propose(inspection: Inspection, folder: Path) -> str:
         for channel in CHANNELS
         if channel in sensors
     ]
+    if unknown := [column for one in usable if not one.mapped for column in one.found.columns]:
+        outputs = [f"{printable(column.name)} in {printable(column.unit)}" for column in unknown if output_of(column.unit)]
+        hint = f' # in its place give the sensitivity of each sensor, such as "11.2 mV/N", for {listed(outputs)}' if outputs else ""
+        parts.append(UNKNOWN.format(outputs=hint))
     parts += [
         _record(one, inspection, folder, {channel: each for channel, (each, _) in sensors.items()}, stopless) for one in inspection.files
     ]
@@ -225,10 +233,6 @@ def _reason(one: Inspected, inspection: Inspection) -> str:
     """Why a file cannot be a record; empty where it can."""
     if one.time.problem:
         return one.time.problem
-    if not one.mapped:
-        outputs = [f"{column.name} in {column.unit}" for column in one.found.columns if output_of(column.unit)]
-        sensitivity = f'; give the sensitivity of each sensor, such as "{example("force", "mV")}", for {listed(outputs)}' if outputs else ""
-        return f"no column could be taken for a channel; name them in 'columns' of the record{sensitivity}"
     stem = stem_of(one.found.file)
     twin = next(other for other in inspection.files if stem_of(other.found.file) == stem)
     return "" if twin is one else f"{printable(twin.found.file)} has the same name but for its suffix; rename one"
@@ -303,10 +307,14 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
     if off := [each.channel for each in one.mapped if stopless and each.zero]:
         means = ", ".join(f'{channel} = "constant"' for channel in off)
         lines.append(f"detrend = {{ {means} }} # guess: far from 0 beside the swing; remove it, and zero, where the rig rests at 0")
-    if names:
-        lines.append(f"columns = {{ {', '.join(f'{channel} = {_text(name)}' for channel, name in names.items())} }} # guess")
     taken = {each.column.name for each in one.mapped}
-    if left := [_text(column.name) for column in found.columns if column.name not in taken]:
+    left = [_text(column.name) for column in found.columns if column.name not in taken]
+    if not one.mapped:  # each line by itself, since a table within braces stands whole
+        lines += [f"columns.{channel} = {_text(name)} # guess" for channel, name in names.items()]
+        lines += [f"# columns.hammer_displacement = {name} # TO FILL IN: or another channel, where it is one" for name in left]
+    elif names:
+        lines.append(f"columns = {{ {', '.join(f'{channel} = {_text(name)}' for channel, name in names.items())} }} # guess")
+    if one.mapped and left:
         lines.append(
             f"# not taken for a channel: {', '.join(left)}; name what is one in columns = {{ CHANNEL = ... }}, with a [sensors.CHANNEL]"
         )

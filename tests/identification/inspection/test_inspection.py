@@ -103,6 +103,41 @@ def test_a_free_motion_about_a_reading_far_from_zero_gets_a_zero_that_is_estimat
     np.testing.assert_allclose(record.channels["hammer_displacement"], swing - (swing.mean() if offset else 0.0), atol=1e-12)
 
 
+def write_nameless(path, *columns):
+    np.savetxt(path, np.column_stack(columns), delimiter=",")
+
+
+def test_the_only_column_beside_the_time_asks_for_its_unit_alone(tmp_path):
+    swing = channels("free-decay")["hammer_displacement"]
+    write_nameless(tmp_path / "a.csv", TIME, 1e2 * swing)
+    text = filled(propose(inspect_path(tmp_path), tmp_path))
+    assert len(re.findall(r"^# .* = .*# TO FILL IN", text, re.M)) == 1
+    (tmp_path / "experiment.toml").write_text(text)
+    with pytest.raises(ExperimentError, match=r"unit is missing in \[sensors.hammer_displacement\]"):
+        load_experiment(tmp_path)
+    (tmp_path / "experiment.toml").write_text(re.sub('^# unit = "m+"', 'unit = "cm"', text, flags=re.M))
+    (record,) = load_experiment(tmp_path).records
+    np.testing.assert_allclose(record.time, TIME, atol=1e-12)
+    np.testing.assert_allclose(record.channels["hammer_displacement"], swing, atol=1e-12)
+
+
+def test_columns_that_nothing_names_get_a_line_each_beside_the_time(tmp_path):
+    """The time, in whole ms, steps back once."""
+    stamps = np.rint(24.0 * np.arange(TIME.size)) - 50.0 * (np.arange(TIME.size) > 1800)
+    values = channels("drop-test")
+    write_nameless(tmp_path / "a.csv", stamps, values["hammer_displacement"], values["impact_force"])
+    text = filled(propose(inspect_path(tmp_path), tmp_path))
+    (tmp_path / "experiment.toml").write_text(text)
+    with pytest.raises(ExperimentError, match="no channel is declared for record 'a.csv', which has column 1, column 2, column 3"):
+        load_experiment(tmp_path)
+    for line in ("columns.hammer_displacement", "[sensors.hammer_displacement]", 'unit = "m"'):
+        text = text.replace(f"# {line}", line, 1)
+    (tmp_path / "experiment.toml").write_text(text)
+    (record,) = load_experiment(tmp_path).records
+    np.testing.assert_allclose(record.time, 1e-3 * stamps[:1801], atol=1e-9)
+    np.testing.assert_allclose(record.channels["hammer_displacement"], values["hammer_displacement"][:1801], atol=1e-12)
+
+
 def test_names_and_units_in_a_header_are_understood(tmp_path):
     named = dict(zip(("Hammer LVDT [mm]", "cart pos (um)", "Load cell [kN]"), channels("cart-excitation").values(), strict=True))
     factors = (1e3, 1e6, 1e-3)
