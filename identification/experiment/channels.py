@@ -192,12 +192,12 @@ def unit_text(name: str) -> str | None:
     not be one of `_WORDS` either.
 
     Example:
-        >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("F (N) Run #1"), unit_text("Force min")
-        ('mm', 'raw', 'mm', 'N', None)
+        >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("v (m/s) Run #1"), unit_text("Force min")
+        ('mm', 'raw', 'mm', 'm/s', None)
     """
     units = {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table}
     at_end = _IN_NAME.search(name)
-    if within := [unit for unit in _BRACKETS.findall(name) if _canonical(unit) in units and (unit != "A" or at_end)]:
+    if within := [unit for unit in _BRACKETS.findall(name) if is_unit(unit) and (unit not in ("A", "K", "1") or at_end)]:
         return within[-1]
     if at_end:
         return at_end.group(1)

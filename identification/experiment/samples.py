@@ -85,6 +85,8 @@ MIN_RUN, MIN_RUNS = 4, 2
 """Samples of a stretch, and stretches, at one level that count as saturation."""
 STEEP_STEPS = 8.0
 """A smooth crest that quantisation flattens for four samples falls by about three steps within two more; a cut one falls faster."""
+FEW_LEVELS = 2
+"""At which neighbours may be alike in a channel that is not quantised, such as one that rests."""
 BASELINE_SHARE, BASELINE_NEAR_ZERO = 0.5, 0.02
 SAMPLED_DIGITS = 1000
 BUTTERWORTH_ORDER = 4
@@ -158,8 +160,12 @@ def find_saturation(values: Samples) -> tuple[Saturation, ...]:
 
 
 def _resolution(finite: Float64[np.ndarray, " usable"], size: float) -> float:
-    """Step between neighbouring values of about `size`: that of the quantisation, or of the digits the numbers were printed with."""
-    levels = np.diff(np.unique(finite))
+    """Step between neighbouring values of about `size`: that of the quantisation, or of the digits the numbers were printed with.
+
+    Where neighbours are alike at several levels between the extremes, it is that of these levels: others may be means or noise.
+    """
+    alike = np.unique(finite[1:][np.diff(finite) == 0.0])[1:-1]
+    levels = np.diff(alike if alike.size > FEW_LEVELS else np.unique(finite))
     sample = finite[:: max(1, finite.size // SAMPLED_DIGITS)]
     digits = max(len(f"{abs(value):.11e}".partition("e")[0].replace(".", "").rstrip("0")) for value in sample)
     return max(float(levels.min()), 10.0 ** (np.floor(np.log10(size)) - digits + 1))

@@ -348,6 +348,19 @@ def test_missing_samples_noise_range_and_saturation(tmp_path):
     assert "# range = [-25, 25] # N" in propose(inspect_path(tmp_path), tmp_path)
 
 
+@pytest.mark.parametrize("limit", [1.0, 0.02])
+def test_coarse_steps_with_means_between_them_are_no_saturation(limit, tmp_path):
+    """In cm, of a recorder that prints the mean of two samples at times; a sensor of finer steps that is cut off is one all the same."""
+    swing = 0.04 * np.sin(2 * np.pi * np.arange(200) / 43.0) - 0.007
+    values = np.round(swing, 2) if limit == 1.0 else np.minimum(np.round(swing, 4), limit)
+    values[[60, 141]] = 8.4e-4, -1.8e-4
+    name = "Velocity (m/s) Run #1"
+    write_csv(tmp_path / "a.csv", {"Position (m) Run #1": values, name: np.gradient(swing, 0.02)}, 0.02 * np.arange(200))
+    position, velocity = inspect_path(tmp_path).files[0].columns
+    assert [found.level for found in position.saturation] == ([] if limit == 1.0 else [limit])
+    assert (velocity.column, velocity.unit) == (name, "m/s")
+
+
 def test_a_column_of_text_spoils_no_other(tmp_path):
     lines = [f"{t},{x},start" for t, x in zip(TIME, channels("drop-test")["hammer_displacement"], strict=True)]
     (tmp_path / "a.csv").write_text("\n".join(["time,hammer_displacement,note", *lines]))
