@@ -19,7 +19,7 @@ from identification.experiment.noise import estimate_noise
 from identification.experiment.readers import READERS, check_suffix
 from identification.experiment.samples import Saturation, find_saturation
 from identification.experiment.signals import Sine, contact_force, fit_sine
-from identification.inspection.columns import Column, FileColumns, Mapped, is_angle, map_columns, matched, read_file
+from identification.inspection.columns import Column, FileColumns, Mapped, map_columns, matched, read_file
 from vibrojax.errors import printable
 
 GAP = 1.5
@@ -242,7 +242,7 @@ def _inspected(found: FileColumns) -> Inspected:
         return Inspected(found=found, time=time, columns=columns, mapped=mapped, guess=guess)
     mapped = matched(found.seconds, mapped)
     record = _as_drop_test(found, mapped)
-    guess = _guess(record, angle=any(map(is_angle, mapped)))
+    guess = _guess(record)
     turned = is_turned(record)
     if found.untimed:
         why = guess.why if guess.sine is None else "the cart moves as a sine; without time stamps its frequency is not known"
@@ -262,8 +262,8 @@ def _as_drop_test(found: FileColumns, mapped: tuple[Mapped, ...]) -> Record:
     return Record(file=found.file, kind="drop-test", gap=float("nan"), time=found.seconds, channels=channels, noise=noise)
 
 
-def _guess(record: Record, *, angle: bool) -> Guess:
-    """Guess the kind of a record from its channels; `angle` where one of them is an angle."""
+def _guess(record: Record) -> Guess:
+    """Guess the kind of a record from its channels; a drop test is only where impacts are seen."""
     for name in CART_CHANNELS:
         if name in record.channels and _moves(record, name, beside=name.replace("cart", "hammer")):
             return _excited(record.time, record.channels[name], name)
@@ -273,13 +273,10 @@ def _guess(record: Record, *, angle: bool) -> Guess:
         return Guess(kind="forced", why="an applied force is recorded and no cart moves", impacts=impacts)
     cart = any(name in record.channels for name in CART_CHANNELS)
     rest = "the cart is at rest" if cart else "no motion of a cart is recorded"
-    if impacts is None and "relative_displacement" in record.channels and not cart and angle:
-        return Guess(kind="free-decay", why=f"{rest}, and an angle is")
-    if impacts is None:
-        return Guess(kind="drop-test", why=f"{rest}; these channels do not show whether impacts occur")
     if impacts:
         return Guess(kind="drop-test", why=f"{rest} and impacts occur")
-    return Guess(kind="free-decay", why=f"{rest} and no impact is seen", impacts=False)
+    seen = "no impact is seen" if impacts is not None else "no channel shows whether impacts occur"
+    return Guess(kind="free-decay", why=f"{rest} and {seen}", impacts=impacts)
 
 
 def _excited(seconds: np.ndarray, cart: np.ndarray, name: str) -> Guess:

@@ -171,7 +171,7 @@ length = 1.0 # m: so that the arc is the angle in rad, mass the moment of inerti
 """
 NO_STOP = """\
 [contact]
-law = "none" # guess: no record shows an impact; take it out where there is a stop, and set every gap
+law = "none" # guess: no record shows an impact; take it out where there is a stop, and set every kind and gap
 """
 UNKNOWN = """\
 # [sensors.hammer_displacement] # TO FILL IN: such a table for every channel that a record names in 'columns'

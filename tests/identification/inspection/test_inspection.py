@@ -83,6 +83,14 @@ def test_the_kind_is_guessed_and_marked(kind, tmp_path):
     assert record.excitation_frequency == (6.25 if kind == "cart-excitation" else None)
 
 
+@pytest.mark.parametrize("channel", ["x [mm]", "relative_displacement", "theta"])
+def test_a_displacement_alone_is_a_free_decay_without_a_stop(channel, tmp_path):
+    write_csv(tmp_path / "a.csv", {channel: channels("free-decay")["hammer_displacement"]})
+    text = propose(inspect_path(tmp_path), tmp_path)
+    assert 'kind = "free-decay" # guess: no motion of a cart is recorded and no channel shows whether impacts occur' in text
+    assert 'law = "none" # guess' in text and "# gap" not in text
+
+
 def test_a_cart_that_moves_otherwise_drives_the_model_as_measured(tmp_path):
     shock = 2e-3 * np.exp(-(((TIME - 0.5) / 0.01) ** 2))
     write_csv(tmp_path / "a.csv", channels("drop-test") | {"cart_displacement": noisy(shock, 1e-6)})
