@@ -209,7 +209,8 @@ def _check_none_lost(time: Stamps, phase: Stamps, step: float, where: str) -> No
         if late > max(LOST_SHARE * beyond[at], 4.0 * spread):
             raise ExperimentError(
                 f"rebuild_time of {where} is set and its stamps stay {late:.4g} s late after {time[at]:.6g} s: expected samples that came "
-                "evenly, some seem to be lost there; cut the record with crop, or use its stamps as they are"
+                "evenly, some seem to be lost there; cut the record with crop, use its stamps as they are, or, where the intervals only "
+                f"jitter, give its sampling_frequency (about {1.0 / step:.4g} Hz) without a column of time, in 'columns' or called time"
             )
 
 

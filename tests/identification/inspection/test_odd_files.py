@@ -219,6 +219,16 @@ def test_a_clock_that_never_steps_back_has_no_stretches(tmp_path):
         loaded(tmp_path, {"[[record]]": "[[record]]\nstretch = 1"})
 
 
+def test_stamps_that_only_jitter_and_look_like_lost_samples_give_way_to_a_sampling_frequency(tmp_path):
+    """As the message says: without a column of time."""
+    stamps = TIME + np.interp(TIME, [0.2, 0.2005, 0.35, 0.5], [0.0, 2e-3, 2e-3, 0.0])
+    written(tmp_path, "t,Laser (mm),Load cell (N)", *rows(swing(), push(), time=stamps))
+    with pytest.raises(ExperimentError, match=r"only jitter, give its sampling_frequency \(about \d+ Hz\) without a column of time"):
+        loaded(tmp_path, {"[[record]]": "[[record]]\nrebuild_time = true"})
+    record = loaded(tmp_path, {"[[record]]": "[[record]]\nsampling_frequency = 2000.0", ', time = "t"': ""})
+    np.testing.assert_allclose(record.time, TIME, atol=1e-12)
+
+
 def in_blocks(seed: int = 7) -> np.ndarray:
     """s: stamps of blocks of 20 samples, each taken up to 2 ms late."""
     late = np.random.default_rng(seed).uniform(0.0, 2e-3, TIME.size // 20)
