@@ -254,16 +254,16 @@ def _sensor(each: Mapped, one: Inspected, *, turned: bool, stopless: bool) -> st
     if each.unknown:
         line = f'# unit = "{each.unit}" # TO FILL IN: the unit of the numbers in {file}, for {each.guessed}'
     lines = [f"[sensors.{each.channel}]", line, *sign]
+    si = si_unit(each.channel)
+    if stopless and each.zero:
+        why = f"how uncertain the zero of {file} is; every record's is estimated"
+        known = f"zero = {each.zero * each.factor:.2g} # guess, {si}: {why}"
+        lines.append(f"# zero = {each.zero:.2g} # TO FILL IN: this, of the file's unit, in {si}: {why}" if each.unknown else known)
     if each.unknown:
         return "\n".join(lines) + "\n"
     facts = next(facts for facts in one.columns if facts.column == each.column.name)
-    si = si_unit(each.channel)
     if facts.noise is not None:
         lines.append(f"# noise = {facts.noise * each.factor:.2g} # {si}; left out, it is estimated from each record: this is {file}")
-    if stopless and each.zero:
-        lines.append(
-            f"zero = {each.zero * each.factor:.2g} # guess, {si}: how uncertain the zero of {file} is; every record's is estimated"
-        )
     if facts.saturation:
         ends = sorted(found.level * each.factor for found in facts.saturation)
         low, high = (-ends[0], ends[0]) if len(ends) == 1 and ends[0] > 0 else (ends[0], ends[-1] if len(ends) > 1 else -ends[0])

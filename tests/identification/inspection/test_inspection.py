@@ -120,6 +120,8 @@ def test_the_only_column_beside_the_time_asks_for_its_unit_alone(tmp_path):
     write_nameless(tmp_path / "a.csv", TIME, 1e2 * swing)
     text = filled(propose(inspect_path(tmp_path), tmp_path))
     assert len(re.findall(r"^# .* = .*# TO FILL IN", text, re.M)) == 1
+    write_nameless(tmp_path / "b.csv", TIME, 40.0 + 1e2 * swing)
+    assert "# zero = " not in text and "# zero = 0.1" in propose(inspect_path(tmp_path / "b.csv"), tmp_path)
     (tmp_path / "experiment.toml").write_text(text)
     with pytest.raises(ExperimentError, match=r"unit is missing in \[sensors.hammer_displacement\]"):
         load_experiment(tmp_path)
