@@ -4,7 +4,7 @@ Levels, each set once:
 
 - `LEVEL`: chance by which noise alone passes for an effect. Null maxima of the gain were 8 to 14 on nine complete rigs, and free forms of
   sixteen columns gained up to 28; at this level one column of some two hundred candidates needs 26, sixteen of one of eight forms 52.
-- `IDENTIFIED`: a strength is further from nothing than so many of its standard errors.
+- `IDENTIFIED`: a strength is further from nothing, or a loss from taking energy, than so many of its standard errors.
 - `LEFT_OVER`: what a free form may gain over the effect, as a share of what the effect gains. True causes left up to 0.09, wrong ones
   at least 1.8; the geometric middle.
 - `BEYOND_NOISE`: a reading error of so many times the noise declared is not the sensor's. Stated noise is good to some ten per cent.
@@ -30,6 +30,7 @@ class Evidence:
         degrees: strengths that the effect adds.
         tried: candidates and places among which it was the best.
         strength: of its strongest part, over the standard error.
+        drives: the part of it that would drive the motion, of an effect that can only brake it, over the standard error.
         held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
         errors: rms error of the free motion on that, before and after; None likewise.
         left: largest gain of a free form over the model with the effect, likewise, with its columns and the number of forms.
@@ -39,6 +40,7 @@ class Evidence:
     degrees: int
     tried: int
     strength: float
+    drives: float
     held_out: float | None
     errors: tuple[float, float] | None
     left: float
@@ -52,6 +54,8 @@ def decide(evidence: Evidence, level: float = LEVEL) -> str:
         return "its gain of likelihood is no more than chance gives"
     if not evidence.strength > IDENTIFIED:
         return "these records do not identify its strength"
+    if evidence.drives > IDENTIFIED:
+        return "it would have to drive the motion that it can only brake"
     if evidence.held_out is not None and not evidence.held_out > 0.0:
         return "it does not predict better what was left out"
     if evidence.errors is not None and not evidence.errors[1] <= evidence.errors[0]:

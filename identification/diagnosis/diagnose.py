@@ -115,7 +115,7 @@ def diagnose_experiment(
         found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
         last = look(found.final, among, terms) if found.last is None else found.last.look
         final = polished(found.final, progress=progress)
-        found = dataclasses.replace(found, final=final, nominal=nominal if found.steps else final)
+        found = dataclasses.replace(found, final=final, nominal=found.nominal if found.steps else final)
     with course.stage("evidence"):
         progress("predicting what was left out")
         found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
@@ -200,10 +200,8 @@ def _verdict(found: Search, reasons: dict[str, str], *, unexplained: bool) -> st
 
 
 def _beyond_noise(fitted: Fitted) -> dict[str, float]:
-    """Channels whose readings are off by more than the noise that is declared for them, with the factor; the farthest first."""
-    records, chains = fitted.problem.experiment.records, fitted.problem.chains
-    guessed = {name for record in records for name in record.noise_estimated}
-    found = {name: one.std for name, one in zip(chains.channels, fitted.variances.readings, strict=True) if name not in guessed}
+    """Channels whose readings are off by more than their noise, declared or seen between samples, with the factor; the farthest first."""
+    found = {name: one.std for name, one in zip(fitted.problem.chains.channels, fitted.variances.readings, strict=True)}
     return {name: times for name, times in sorted(found.items(), key=lambda pair: -pair[1]) if times > BEYOND_NOISE}
 
 

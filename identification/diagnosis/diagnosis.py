@@ -92,6 +92,12 @@ class Profile:
         return float(np.average(self.mean, weights=np.maximum(self.stderr, 1e-300) ** -2.0))
 
     @property
+    def rms(self) -> float:
+        """Root mean square beyond the errors, of the bins by their standard errors: one that is hardly visited says little."""
+        weight = np.maximum(self.stderr, 1e-300) ** -2.0
+        return float(np.sqrt(max(np.sum(weight * self.mean**2) - len(weight), 0.0) / np.sum(weight)))
+
+    @property
     def size_unit(self) -> str:
         """Unit of the quantity: that of a force or a place, or none for a residual over the noise."""
         return {"force": "N", "stop": "m"}.get(self.quantity, "1")

@@ -64,8 +64,8 @@ class Judge:
             forms: of how many they are the best.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
-        evidence = self.evidence(before, after, one.best, one.degrees, one.tried)
-        evidence = dataclasses.replace(evidence, strength=strength(after, effect))
+        evidence, size = self.evidence(before, after, one.best, one.degrees, one.tried), strength(after, effect)
+        evidence = dataclasses.replace(evidence, strength=size, drives=size * driving_part(after, effect))
         if effect.record is not None:  # of one that acts in a single record the others say nothing
             evidence = dataclasses.replace(evidence, held_out=None, errors=None)
         if free:
@@ -93,12 +93,21 @@ class Judge:
             degrees=degrees,
             tried=tried,
             strength=np.inf,
+            drives=0.0,
             held_out=held_out,
             errors=errors,
             left=0.0,
             left_degrees=1,
             forms=1,
         )
+
+
+def driving_part(fitted: Fitted, effect: AbstractEffect) -> float:
+    """Part of an effect that can only brake the motion by which it would drive it beside the suspension's damping; 0 for none."""
+    values, needed = fitted.problem.values(fitted.at), float(effect.damping_needed)
+    mass = float(values.get("m", fitted.problem.experiment.mass))
+    damping = 4.0 * np.pi * values.get("zeta", 0.0) * values.get("f_n", 0.0) * mass
+    return max(1.0 - damping / needed, 0.0) if needed > 0.0 else 0.0
 
 
 def strength(fitted: Fitted, effect: AbstractEffect) -> float:

@@ -207,10 +207,9 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
     elif not best.is_even:
         parts.append(f"changes with the {coordinate}")
     if best.quantity == "force":
-        force = best.average if best.is_even else float(best.mean[np.argmax(np.abs(best.mean))])
-        way = (" against the motion" if force < 0.0 else " along the motion") if best.turns else ""
-        size = "" if best.is_even else "up to "
-        parts.append(f"with a missing force of {size}{significant(abs(force), 2)} N{way}")
+        way = (" against the motion" if best.average < 0.0 else " along the motion") if best.turns else ""
+        size = f"{significant(abs(best.average), 2)} N" if best.is_even else f"{significant(best.rms, 2)} N rms"
+        parts.append(f"with a missing force of {size}{way}")
     loud = [file for file, share in sorted(records.items(), key=lambda item: -item[1]) if share > 1.0 / len(records)]
     if len(records) > 1:
         even = max(records.values()) < 1.7 / len(records)

@@ -1,6 +1,6 @@
 """Forward selection of effects: a look, the best few with variances estimated anew, the best of these refitted; until nothing is left.
 
-Where none is left and records contradict each other in a parameter, it gets a value for each, and the selection goes on beside that.
+A value in each record, of parameters in which the records contradict each other, competes with the effects.
 """
 
 import dataclasses
@@ -11,8 +11,7 @@ import numpy as np
 from identification.diagnosis.augment import augmented, exchanged, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
-from identification.estimation.parameters import between_records
-from identification.estimation.varying import with_variations
+from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
@@ -130,7 +129,7 @@ def search(
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is still needed.
 
-    Once none is asked for, parameters in which records contradict each other may have a value for each; then effects are looked for again.
+    Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 
     Args:
         nominal: fitted.
@@ -139,19 +138,25 @@ def search(
         judge: says why an alternative is not taken in; the next one is then asked.
         progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
-    found, asked = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True), False
+    found = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True)
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
-            step = _step(look(found.final, among, terms), judge, progress)
-            taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
+            seen = look(found.final, among, terms)
+            weighed, names, varied, step, taken = _weighed(seen), contradicted(found.final), None, None, None
+            if names and _says_more(seen, names, weighed):
+                varied, names = with_values(found.final, names, progress), ()
+            if varied is None:
+                step = _step(seen, weighed, judge, progress)
+                taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
+            if names and taken is None and step.finished:
+                varied = with_values(found.final, names, progress)
             if taken is not None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
-            elif step.finished and not asked and (varied := _varied(found.final, progress)) is not None:
-                found = dataclasses.replace(found, final=varied)
+            elif varied is not None:  # beside which every later model stands
+                found = dataclasses.replace(found, final=varied, nominal=found.nominal if found.steps else varied)
             else:
                 found = dataclasses.replace(found, last=step, finished=step.finished)
-            asked = asked or taken is None
         return _needed(found, judge, progress) if found.finished else found
     except OutOfBudgetError:
         return dataclasses.replace(found, finished=False)
@@ -162,9 +167,17 @@ def is_significant(one: Alternative) -> bool:
     return chance(one.best, one.degrees, one.tried) < LEVEL
 
 
-def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
-    """Weigh the best candidates anew and refit those that may be the best, until one of these is taken in."""
-    finished, found = True, _weighed(seen)
+def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternative, Reestimated]]) -> bool:
+    """Whether a value of some parameters in each record says more than every candidate, by the information criterion at first order."""
+    samples = seen.fitted.local.samples
+    gain, degrees = gain_of_values(seen.fitted, names)
+    best = min((one.criterion(samples) for one, _ in weighed), default=0.0)
+    return chance(gain, degrees, 1) < LEVEL and degrees * float(np.log(samples)) - gain < best
+
+
+def _step(seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judging, progress: Progress) -> Step:
+    """Refit the candidates, weighed anew, that may be the best, until one of these is taken in."""
+    finished = True
     waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
     hidden = bool(waiting) and _hides_the_order(seen.fitted, waiting[0][1].variances)
     samples = seen.fitted.local.samples
@@ -192,20 +205,6 @@ def _step(seen: Look, judge: Judging, progress: Progress) -> Step:
     others = [one for one, _ in found if one.candidate.key not in done]
     without_equations = [tuple(dataclasses.replace(one, fitted=None) for one in part) for part in (kept[1:], refused)]
     return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
-
-
-def _varied(fitted: Fitted, progress: Progress) -> Fitted | None:
-    """The model with a value for each record of those nominal parameters in which these contradict each other; None where none has to."""
-    tested = between_records(fitted)
-    names = [one.name for one in tested if one.chance < LEVEL / len(tested) and "." not in one.name]
-    if not names:
-        return None
-    try:
-        found, std = with_variations(fitted, names, progress=progress)
-    except (np.linalg.LinAlgError, NoConvergenceError):
-        return None
-    gain, varying = fitted.deviance - found.deviance, sum(size > 0.0 for size in std.values())
-    return found if varying and chance(gain, varying, 1) < LEVEL and found.converged else None
 
 
 def _leaves_nothing_random(fitted: Fitted | None) -> bool:
@@ -314,6 +313,9 @@ def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
             refused = tuple(other for other in step.refused if other.name != simpler.name)
             chosen = dataclasses.replace(step, alternatives=(simpler, *others), refused=refused)
             final, steps = simpler.fitted or final, [chosen if other is step else other for other in steps]
+    if steps and differing(final) and steps[-1].alternatives[0].fitted is final:  # taken in beside values that it may have made needless
+        progress("asking whether records still differ")
+        final = if_still_needed(final, progress)
     return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)
 
 

@@ -218,7 +218,8 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     """
     shift, sigma = record_estimates(fitted)
     problem, files = fitted.problem, fitted.problem.chains.files
-    modelled = {name.partition(".")[2] for name in problem.unknowns.own if name.startswith("variation.")}
+    own = zip(problem.unknowns.own, problem.border.own.any(axis=0), strict=True)
+    modelled = {name.partition(".")[2] for name, free in own if name.startswith("variation.") and free}
     found = []
     for index, p in enumerate(problem.parameters):
         known = np.flatnonzero(sigma[:, index] < _WIDEST)

@@ -2,8 +2,8 @@
 
 A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
 random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
-stretch is `PERIODS` long, counted by the slower of suspension and drive; a vibration without impacts forgets its errors, and is one
-stretch.
+stretch is `PERIODS` long, counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
+which it follows the whole record best: beside a random force, a state is known from the samples near it alone.
 """
 
 import dataclasses
@@ -15,10 +15,13 @@ from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
 from identification.result.result import Nuisance, RecordFit
-from identification.trajectory.fit import Fitted
+from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.motion import Estimate, homes, shown, travelled
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import OF_RECORD, Chains, at_ceiling, chains_of
 from identification.trajectory.start import Problem
+from identification.trajectory.variances import SMALLEST_FORCE, Variances, vanishes
 from identification.windows.measured_input import driving_channels
 from vibrojax.channels import EVERY_CHANNEL, UNITS
 from vibrojax.compiling import soon_compiled
@@ -140,7 +143,7 @@ def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[
     samples = pieces.samples
     series = {name: np.full((len(pieces.record), samples), np.nan) for name in (*EVERY_CHANNEL, "relative_velocity", "u")}
     contact = np.zeros((len(pieces.record), samples), bool)
-    for one in free_motion(problem, at, pieces, begin, count, at.states[knots]):
+    for one in free_motion(problem, at, pieces, begin, count, _first_states(fitted, places)[knots]):
         for column, name in enumerate(EVERY_CHANNEL):
             series[name][one.piece] = one.readings[:, column]
         series["u"][one.piece], series["relative_velocity"][one.piece], contact[one.piece] = one.u, one.v, one.in_contact
@@ -156,6 +159,24 @@ def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[
         return _record_fit(fitted, index, predicted, of(series["u"]), of(series["relative_velocity"]), of(contact), of(window))
 
     return tuple(along(index, problem.experiment.records[index]) for index in places)
+
+
+def _first_states(fitted: Fitted, places: Collection[int]) -> Float[np.ndarray, "knots states"]:
+    """States from which the free motion begins: those of least squares for a vibration without impacts, else the fitted ones."""
+    problem, at, variances = fitted.problem, fitted.at, fitted.variances
+    alone = [problem.chains.knots[index].start for index in places if not strikes(problem, at, index)]
+    if not alone or vanishes(problem, variances.force):
+        return at.states
+    held = dataclasses.replace(problem.border, shared=np.zeros_like(problem.border.shared), own=np.zeros_like(problem.border.own))
+    force = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=variances.force.memory)
+    none = Variances(force=force, readings=tuple(ReadingError(innovation=one.std) for one in variances.readings))
+    try:
+        follows = settled(dataclasses.replace(problem, border=held), at, none).at.states
+    except np.linalg.LinAlgError:  # a wrong model may not follow the record at all
+        return at.states
+    found = at.states.copy()
+    found[alone] = follows[alone]
+    return found
 
 
 def strikes(problem: Problem, at: Estimate, index: int) -> bool:

@@ -8,7 +8,9 @@ from scipy.optimize import minimize_scalar
 
 from identification.estimation.parameters import deviance, record_estimates
 from identification.trajectory.fit import Fitted, fit, settled
+from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import with_variation
+from identification.trajectory.start import Problem
 from identification.trajectory.variances import reweighed
 
 _SWEEPS = 4
@@ -34,8 +36,7 @@ def with_variations(
         return fitted, dict.fromkeys(names, 0.0)
     progress(f"fitting {', '.join(std)} with a value for each record")
     problem = with_variation(fitted.problem, std)
-    start = dataclasses.replace(problem.start, shared=fitted.at.shared)
-    found, before = fit(dataclasses.replace(problem, start=start), seed=seed), dict(std)  # a common value would leave a random force
+    found, before = fit(problem, seed=seed, at=_carried(fitted, problem), begin=fitted.variances, both=False, progress=progress), dict(std)
     for _ in range(_SWEEPS):
         for name in [name for name, size in std.items() if size > 0.0]:
             std[name] = _likeliest(found, name, scatter[name], std)
@@ -50,12 +51,15 @@ def with_variations(
 def _settled(fitted: Fitted, std: dict[str, float]) -> Fitted:
     """The chain under these standard deviations."""
     problem = with_variation(fitted.problem, std)
-    own = fitted.at.own
-    if len(problem.unknowns.own) != own.shape[1]:
-        own = problem.start.own.copy()
-        for place, name in enumerate(fitted.problem.unknowns.own):
-            own[:, problem.unknowns.own.index(name)] = fitted.at.own[:, place]
-    return settled(problem, dataclasses.replace(fitted.at, own=np.where(problem.border.own, own, 0.0)), fitted.variances)
+    return settled(problem, _carried(fitted, problem), fitted.variances)
+
+
+def _carried(fitted: Fitted, problem: Problem) -> Estimate:
+    """The estimate in a problem with other deviations; new ones begin at none."""
+    own = problem.start.own.copy()
+    for place, name in enumerate(fitted.problem.unknowns.own):
+        own[:, problem.unknowns.own.index(name)] = fitted.at.own[:, place]
+    return dataclasses.replace(fitted.at, own=np.where(problem.border.own, own, 0.0))
 
 
 def _scatter(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:

@@ -48,6 +48,11 @@ class AsymmetricDamping(AbstractEffect):
 
     damping_difference: Value
 
+    @property
+    def damping_needed(self) -> Value:
+        """The mean of both directions: neither coefficient of a passive damper is below zero."""
+        return 0.5 * jnp.abs(self.damping_difference)
+
     def scaled(self, factor: Value) -> "AsymmetricDamping":
         """Difference in proportion."""
         return dataclasses.replace(self, damping_difference=factor * self.damping_difference)

@@ -122,6 +122,11 @@ class AbstractEffect(eqx.Module):
         return None
 
     @property
+    def damping_needed(self) -> Value:
+        """Coefficient of the suspension's viscous damping, N s/m, below which it would drive the motion; 0 where it drives none."""
+        return 0.0
+
+    @property
     def special_cases(self) -> tuple[str, ...]:
         """Names of listed effects that it holds as special cases: where one of these suffices, records need not separate the two."""
         return ()

@@ -110,10 +110,12 @@ class ProbeScales:
     def is_foreign(self, lines: np.ndarray) -> np.ndarray:
         """Whether lines, Hz, last ten cycles, and are those of the mains or not the motion's own.
 
-        That has multiples of the excitation, and f_n, where a tone would be another share of the free motion.
+        That has multiples of the excitation, and f_n, where a tone would be another share of the free motion: so it would be within one
+        cycle in the longest record, which does not resolve the two.
         """
-        lowest = _FEWEST_CYCLES / float(np.median([last - first for first, last in self.clock.values()]))
-        of_motion = np.abs(lines - self.f_n) <= _NEAR * self.f_n
+        durations = [last - first for first, last in self.clock.values()]
+        lowest = _FEWEST_CYCLES / float(np.median(durations))
+        of_motion = np.abs(lines - self.f_n) <= max(_NEAR * self.f_n, 1.0 / max(durations))
         for omega in self.drives:
             orders = lines * 2.0 * math.pi / omega
             of_motion |= (orders >= 0.5) & (np.abs(orders - np.round(orders)) <= _NEAR)

@@ -10,7 +10,9 @@ import pytest
 from identification.diagnosis import decide as module
 from identification.diagnosis.decide import BEYOND_NOISE, IDENTIFIED, LEFT_OVER, LEVEL, Evidence, decide
 
-SOUND = Evidence(gain=300.0, degrees=1, tried=200, strength=12.0, held_out=40.0, errors=(0.2, 0.1), left=20.0, left_degrees=16, forms=3)
+SOUND = Evidence(
+    gain=300.0, degrees=1, tried=200, strength=12.0, drives=2.0, held_out=40.0, errors=(0.2, 0.1), left=20.0, left_degrees=16, forms=3
+)
 """An effect that is asserted."""
 
 
@@ -25,6 +27,7 @@ SOUND = Evidence(gain=300.0, degrees=1, tried=200, strength=12.0, held_out=40.0,
         ({"gain": -5.0}, "no more than chance"),
         ({"strength": 2.9}, "do not identify"),
         ({"strength": math.nan}, "do not identify"),
+        ({"drives": 4.0}, "drive the motion"),
         ({"held_out": -1.0}, "does not predict better"),
         ({"held_out": math.nan}, "does not predict better"),
         ({"held_out": None}, ""),

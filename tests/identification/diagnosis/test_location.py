@@ -63,7 +63,12 @@ def test_the_coordinate_is_that_of_the_best_free_form_with_its_range_and_size(se
     assert found.interval is not None and 0.5 * fastest < found.interval[0] < found.interval[1] == pytest.approx(fastest)
     assert found.profiles[0].mean.min() == pytest.approx(-SIZE * seen.fitted.problem.scales.force)
     assert found.phase == "free flight"
-    assert "sits in free flight" in found.sentence and "missing force of up to" in found.sentence
+    profile = found.profiles[0]
+    acts = np.mean(profile.center > 0.5 * fastest)
+    assert profile.rms == pytest.approx(np.sqrt(acts) * SIZE * seen.fitted.problem.scales.force, rel=0.01)
+    hardly = dataclasses.replace(profile, mean=np.append(profile.mean, 1e3), stderr=np.append(profile.stderr, 1e3))
+    assert hardly.rms == pytest.approx(profile.rms, rel=0.01), "where the motion hardly ever is, a large force says nothing"
+    assert "sits in free flight" in found.sentence and "N rms" in found.sentence
 
 
 def test_dry_friction_is_a_force_against_the_motion_everywhere(seen, forms, records):

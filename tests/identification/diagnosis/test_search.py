@@ -10,10 +10,8 @@ from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted, fit
-from identification.trajectory.start import problem_of
+from identification.trajectory.fit import Fitted
 from tests.effects.start import at_start
-from tests.identification.trajectory.conftest import shaken
 from vibrojax.effects import EFFECTS
 from vibrojax.errors import InputError
 
@@ -39,7 +37,7 @@ def gains(seen, monkeypatch):
     """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
-        def step(at: Look, judge, progress) -> Step:
+        def step(at: Look, weighed, judge, progress) -> Step:
             inside = len(at.fitted.problem.model.effects)
             if inside >= len(order):
                 return Step(look=at, alternatives=())
@@ -49,13 +47,18 @@ def gains(seen, monkeypatch):
 
         monkeypatch.setattr(module, "_step", step)
         monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
-        monkeypatch.setattr(module, "_varied", lambda at, progress: None)
+        monkeypatch.setattr(module, "_weighed", lambda at: [])
+        monkeypatch.setattr(module, "contradicted", lambda at: ())
 
     return found
 
 
+def names_of(one: Fitted) -> list[str]:
+    return [effect.name for effect in one.problem.model.effects]
+
+
 def names(found: Search) -> list[str]:
-    return [one.name for one in found.final.problem.model.effects]
+    return names_of(found.final)
 
 
 def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, monkeypatch):
@@ -95,34 +98,34 @@ def test_a_search_adds_so_many_effects_and_no_more(seen, gains):
     assert (names(found), found.finished) == (order[:MOST_EFFECTS], True)
 
 
-@pytest.mark.parametrize("scatter", [0.0, 0.01])
-def test_a_frequency_that_differs_between_records_gets_a_value_in_each(scatter):
-    """Free decays of one rig, of which the clock runs at another rate in each record."""
-    experiment, rates = shaken(6), 1.0 + scatter * np.array([1.2, -0.7, -1.5, 0.9, -0.4, 0.5])
-    records = [dataclasses.replace(one, time=one.time / rate) for one, rate in zip(experiment.records, rates, strict=True)]
-    found = module._varied(fit(problem_of(dataclasses.replace(experiment, records=tuple(records)))), lambda line: None)
-    if scatter == 0.0:
-        assert found is None
-    else:
-        place = found.problem.unknowns.own.index("variation.f_n")
-        np.testing.assert_allclose(found.at.own[:, place], np.log(rates / rates.mean()), atol=0.3 * scatter)
-
-
-def test_effects_are_looked_for_again_beside_values_of_their_own(seen, gains, monkeypatch):
-    """The second effect shows only then, and of the values it is asked once."""
-    gains(("coulomb_friction", 900.0), ("gap_drift", 12.0), ("mains_hum", 12.0))
+def test_effects_are_looked_for_again_beside_values_in_each_record(seen, gains, monkeypatch):
+    """The second effect shows only beside values that no effect is asked for before; of them it is asked once."""
+    gains(("coulomb_friction", 900.0), ("gap_drift", 12.0))
     asked = []
 
-    def varied(at: Fitted, progress) -> Fitted:
+    def with_values(at: Fitted, differing, progress) -> Fitted:
         gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
-        monkeypatch.setattr(module, "_varied", varied)
-        asked.append([one.name for one in at.problem.model.effects])
+        asked.append((names_of(at), differing))
         return at
 
-    monkeypatch.setattr(module, "_varied", varied)
+    monkeypatch.setattr(module, "contradicted", lambda at: ("f_n",))
+    monkeypatch.setattr(module, "with_values", with_values)
     monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
     assert names(search(fitted(seen))) == ["coulomb_friction", "gap_drift"]
-    assert asked == [["coulomb_friction"]]
+    assert asked == [(["coulomb_friction"], ("f_n",))]
+
+
+@pytest.mark.parametrize(("gain", "first"), [(2000.0, True), (500.0, False)])
+def test_values_in_each_record_come_before_an_effect_that_says_less(seen, gains, monkeypatch, gain, first):
+    gains(("coulomb_friction", 900.0))
+    asked = []
+    best = dataclasses.replace(alternative("coulomb_friction", 900.0), fitted=None)
+    monkeypatch.setattr(module, "_weighed", lambda at: [(best, None)])
+    monkeypatch.setattr(module, "contradicted", lambda at: () if asked else ("f_n",))
+    monkeypatch.setattr(module, "gain_of_values", lambda at, differing: (gain, 3))
+    monkeypatch.setattr(module, "with_values", lambda at, differing, progress: asked.append(names_of(at)) or at)
+    assert names(search(fitted(seen))) == ["coulomb_friction"]
+    assert asked[0] == ([] if first else ["coulomb_friction"])
 
 
 @pytest.fixture
@@ -152,7 +155,7 @@ def refusing(*refused: str):
 
 def test_the_next_one_is_fitted_where_the_best_is_refused(seen, weighed):
     tried = weighed(second_mode=900.0, coulomb_friction=300.0, quadratic_drag=200.0, mains_hum=9.0)
-    step = module._step(seen, refusing("second_mode"), lambda line: None)
+    step = module._step(seen, module._weighed(seen), refusing("second_mode"), lambda line: None)
     assert tried == ["second_mode", "coulomb_friction", "quadratic_drag"], "the last of them within a half of the one before"
     assert [one.name for one in step.alternatives] == ["coulomb_friction", "quadratic_drag", "mains_hum"]
     assert [(one.name, one.refused) for one in step.refused] == [("second_mode", "it does not predict")]
@@ -175,16 +178,15 @@ def test_a_step_that_runs_out_of_time_keeps_what_was_fitted_and_says_so(seen, we
 
 def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(seen, weighed):
     tried = weighed(second_mode=900.0, coulomb_friction=300.0)
-    step = module._step(seen, refusing(), lambda line: None)
+    step = module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert (tried, step.refused) == (["second_mode"], ())
     assert [one.fitted is None for one in step.alternatives] == [False, True]
 
 
 def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
-    step = module._step(
-        seen, lambda model, one: dataclasses.replace(one, held_back=-55.0 if one.name == "second_mode" else 40.0), lambda line: None
-    )
+    held = lambda model, one: dataclasses.replace(one, held_back=-55.0 if one.name == "second_mode" else 40.0)  # noqa: E731
+    step = module._step(seen, module._weighed(seen), held, lambda line: None)
     assert [one.name for one in step.alternatives] == ["coulomb_friction", "second_mode"]
     assert step.alternatives[0].best == 90.0 and not is_significant(step.alternatives[1])
 
@@ -192,14 +194,15 @@ def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
 def test_fitted_alternatives_are_ranked_with_the_records_held_back(seen, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
     held_back = {"second_mode": 5.0, "coulomb_friction": 40.0}
-    step = module._step(seen, lambda model, one: dataclasses.replace(one, held_back=held_back[one.name]), lambda line: None)
+    held = lambda model, one: dataclasses.replace(one, held_back=held_back[one.name])  # noqa: E731
+    step = module._step(seen, module._weighed(seen), held, lambda line: None)
     assert [(one.name, one.best) for one in step.alternatives] == [("coulomb_friction", 90.0), ("second_mode", 65.0)]
 
 
 @pytest.mark.parametrize(("gain", "first"), [(310.0, "coulomb_friction"), (340.0, "power_law_damping")])
 def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed, gain, first):
     weighed(power_law_damping=gain, coulomb_friction=300.0)
-    assert module._step(seen, refusing(), lambda line: None).alternatives[0].name == first
+    assert module._step(seen, module._weighed(seen), refusing(), lambda line: None).alternatives[0].name == first
 
 
 @pytest.mark.parametrize(("lacks", "kept"), [(3.0, "coulomb_friction"), (40.0, "power_law_damping")])
@@ -251,7 +254,7 @@ def test_names_that_are_none_are_refused(given, expected):
 
 def test_a_special_case_is_fitted_however_far_its_first_order_is_below(seen, weighed):
     tried = weighed(power_law_damping=900.0, second_mode=300.0, coulomb_friction=200.0)
-    module._step(seen, refusing(), lambda line: None)
+    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["power_law_damping", "coulomb_friction"]
 
 

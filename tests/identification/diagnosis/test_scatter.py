@@ -1,0 +1,64 @@
+"""Parameters that differ between records: found, weighed, and given up once records no longer say otherwise."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
+from identification.result.evidence import chance
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.remodel import with_variation
+from identification.trajectory.start import problem_of
+from tests.identification.trajectory.conftest import shaken
+
+RATES = 1.0 + 0.01 * np.array([1.2, -0.7, -1.5, 0.9, -0.4, 0.5])
+
+
+def silent(line: str) -> None:
+    pass
+
+
+def decays(rates: np.ndarray) -> Fitted:
+    """Free decays of one rig, of which the clock runs at another rate in each record."""
+    experiment = shaken(len(rates))
+    records = [dataclasses.replace(one, time=one.time / rate) for one, rate in zip(experiment.records, rates, strict=True)]
+    return fit(problem_of(dataclasses.replace(experiment, records=tuple(records))))
+
+
+@pytest.fixture(scope="module")
+def scattered() -> Fitted:
+    return decays(RATES)
+
+
+@pytest.fixture(scope="module")
+def steady() -> Fitted:
+    return decays(np.ones(6))
+
+
+def test_a_frequency_that_differs_gets_a_value_in_each_record(scattered):
+    names = contradicted(scattered)
+    assert names == ("zeta", "f_n"), "records hardly tell one from another, and which it is is for the likelihood to say"
+    found = with_values(scattered, names, silent)
+    assert differing(found) == ("f_n",) and contradicted(found) == ()
+    place = found.problem.unknowns.own.index("variation.f_n")
+    np.testing.assert_allclose(found.at.own[:, place], np.log(RATES / RATES.mean()), atol=3e-3)
+
+
+def test_what_values_gain_at_first_order_is_more_than_chance_where_they_differ_alone(scattered, steady):
+    gain, degrees = gain_of_values(scattered, ("f_n",))
+    assert degrees == 5 and chance(gain, degrees, 1) < 1e-6
+    assert chance(*gain_of_values(steady, ("f_n",)), 1) > 1e-3
+
+
+def test_records_of_one_rig_contradict_each_other_in_nothing(steady):
+    assert contradicted(steady) == differing(steady) == ()
+    assert with_values(steady, ("f_n",), silent) is None
+
+
+def test_values_go_where_records_no_longer_differ(scattered, steady):
+    found = with_values(scattered, ("f_n",), silent)
+    assert differing(if_still_needed(found, silent)) == ("f_n",)
+    allowed = fit(with_variation(steady.problem, {"f_n": 1e-3}))
+    assert differing(allowed) == ("f_n",)
+    assert differing(if_still_needed(allowed, silent)) == ()
