@@ -3,6 +3,7 @@
 import dataclasses
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,6 +28,8 @@ from vibrojax.suspension import Linear
 _RATIOS = (0.5, 5.0)
 """Omega/omega of all sweeps, as far as the thesis's maps go."""
 _CURVE, _SWEEP, _LYAPUNOV, _MAP, _STATES, _MASSES = 151, 91, 91, (61, 41), 25, 117
+_AT_ONCE = 2
+"""Studies."""
 _CLEARANCES = (0.0, 6.0)
 _REACH = (-4.0, 1.0)
 """Initial displacements over the gap where basins are looked for; velocities up to the first of them times gap Omega."""
@@ -233,12 +236,17 @@ def make_gallery(
         progress: called with each plate.
     """
     found = []
-    for number, plate in enumerate(plates, 1):
-        progress(f"{number} of {len(plates)}: {plate.stem}")
-        try:
-            found.append(Made(plate, _one(model, plate, folder, look)))
-        except NoConvergenceError as error:
-            found.append(Made(plate, str(error), failed=True))
+    pool = ThreadPoolExecutor(_AT_ONCE)  # of studies, which compile and integrate outside the interpreter; figures are drawn one by one
+    try:
+        studies = [pool.submit(make, job) if (job := _job(model, plate)) else None for plate in plates]
+        for number, (plate, study) in enumerate(zip(plates, studies, strict=True), 1):
+            progress(f"{number} of {len(plates)}: {plate.stem}")
+            try:
+                found.append(Made(plate, _branch_of(model, plate, folder, look) if study is None else _written(plate, study, folder, look)))
+            except NoConvergenceError as error:
+                found.append(Made(plate, str(error), failed=True))
+    finally:
+        pool.shutdown(cancel_futures=True)
     (folder / PAGE).write_text(page(title, found, thesis=thesis), encoding="utf-8")
     return found
 
@@ -273,18 +281,26 @@ def _heading(plate: Plate) -> str:
     return f"{_TITLES[plate.study]}: {rest}" if rest else _TITLES[plate.study]
 
 
-def _one(model: Model, plate: Plate, folder: Path, look: FigureStyle) -> str:
-    """Make one plate and write it; the sentence of what it shows."""
-    if plate.study == "continue":
-        settings: Any = plate.settings
-        rig = ForcedRig(model, gap=settings["gap"], base_amplitude=settings["base_amplitude"], frequency_hz=settings["at"])
-        tail = plate.stem.removeprefix("branch")
-        where: Any = dict(at=settings["at"], start=settings["start"])
-        (branch,) = follow_and_write(rig, "frequency", plate.axes["frequency"], folder, tail=tail, look=look, **where)
-        return branch_finding(branch)
-    data = make(Job(study=plate.study, model=model, axes=plate.axes, settings=plate.settings))
+def _job(model: Model, plate: Plate) -> Job | None:
+    """The study of a plate; none for a branch, which is followed and written in one."""
+    return None if plate.study == "continue" else Job(study=plate.study, model=model, axes=plate.axes, settings=plate.settings)
+
+
+def _written(plate: Plate, study: Future, folder: Path, look: FigureStyle) -> str:
+    """Write a plate once its study is done; the sentence of what it shows."""
+    data = study.result()
     write_study(plate.study, data, folder, look=look, stem=plate.stem)
     return finding(plate.study, data)
+
+
+def _branch_of(model: Model, plate: Plate, folder: Path, look: FigureStyle) -> str:
+    """Follow a branch and write its plate; the sentence of what it shows."""
+    settings: Any = plate.settings
+    rig = ForcedRig(model, gap=settings["gap"], base_amplitude=settings["base_amplitude"], frequency_hz=settings["at"])
+    tail = plate.stem.removeprefix("branch")
+    where: Any = dict(at=settings["at"], start=settings["start"])
+    (branch,) = follow_and_write(rig, "frequency", plate.axes["frequency"], folder, tail=tail, look=look, **where)
+    return branch_finding(branch)
 
 
 def _rows(thesis: str) -> dict[str, dict[str, Any]]:
