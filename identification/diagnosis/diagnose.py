@@ -380,9 +380,11 @@ def _considered(found: Search) -> tuple[Considered, ...]:
     """All candidates by step and decreasing score, with what came of those that were weighed anew or fitted."""
     rows = []
     for step in (*found.steps, *([found.last] if found.last is not None else [])):
-        tried = {one.candidate.key: one for one in (*step.alternatives, *step.refused)}
         samples = step.look.fitted.local.samples
-        first = next(iter((*step.alternatives, *step.refused)), None)
+        tried = {
+            one.candidate.key: one for one in (*step.alternatives, *step.refused) if one.fitted_gain >= 0.0
+        }  # less is a fit that failed
+        lowest = min((one.criterion(samples) for one in tried.values()), default=0.0)
         beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
         for key, scored in best_of_each(step.look.listed).items():
             one = tried.get(key)
@@ -394,7 +396,7 @@ def _considered(found: Search) -> tuple[Considered, ...]:
                     gain=scored.gain,
                     chance=chance(scored.gain, degrees, len(step.look.listed)),
                     drop=None if one is None else one.fitted_gain,
-                    bic=None if one is None or first is None else one.criterion(samples) - first.criterion(samples),
+                    bic=None if one is None else one.criterion(samples) - lowest,
                     held_out=one.held_back if one is not None and one.held_back else None,
                     beside=beside,
                 )

@@ -149,8 +149,8 @@ class Considered:
         gain: expected improvement of twice the log-likelihood (score test).
         chance: probability that noise alone gives as much (Bonferroni).
         drop: improvement of twice the log-likelihood after the refit, at first order with all variances estimated anew where it was not
-            fitted; None where it was not weighed.
-        bic: Bayesian information criterion on the records fitted, less that of the best; None where it was not weighed.
+            fitted; None where it was not weighed, or its fit failed.
+        bic: Bayesian information criterion on the records fitted, less that of the best; None likewise.
         held_out: improvement of twice the log predictive density of the records held back; None without any, or where it was not fitted.
         beside: effects already in the model.
     """
