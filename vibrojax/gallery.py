@@ -2,6 +2,7 @@
 
 import dataclasses
 import tomllib
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -29,7 +30,7 @@ _RATIOS = (0.5, 5.0)
 """Omega/omega of all sweeps, as far as the thesis's maps go."""
 _CURVE, _SWEEP, _LYAPUNOV, _MAP, _STATES, _MASSES = 151, 91, 91, (61, 41), 25, 117
 _AT_ONCE = 2
-"""Studies."""
+"""Studies that are made at the same time."""
 _CLEARANCES = (0.0, 6.0)
 _REACH = (-4.0, 1.0)
 """Initial displacements over the gap where basins are looked for; velocities up to the first of them times gap Omega."""
@@ -235,18 +236,21 @@ def make_gallery(
         look: sizes of the figures.
         progress: called with each plate.
     """
-    found = []
-    pool = ThreadPoolExecutor(_AT_ONCE)  # of studies, which compile and integrate outside the interpreter; figures are drawn one by one
+    found: list[Made] = []
+    begun: deque[Future | None] = deque()
+    pool = ThreadPoolExecutor(_AT_ONCE)  # studies compile and integrate outside the interpreter; figures are drawn one by one
     try:
-        studies = [pool.submit(make, job) if (job := _job(model, plate)) else None for plate in plates]
-        for number, (plate, study) in enumerate(zip(plates, studies, strict=True), 1):
+        for number, plate in enumerate(plates, 1):
             progress(f"{number} of {len(plates)}: {plate.stem}")
+            for other in plates[number - 1 + len(begun) : number + _AT_ONCE]:
+                begun.append(pool.submit(make, job) if (job := _job(model, other)) else None)
+            study = begun.popleft()
             try:
                 found.append(Made(plate, _branch_of(model, plate, folder, look) if study is None else _written(plate, study, folder, look)))
             except NoConvergenceError as error:
                 found.append(Made(plate, str(error), failed=True))
     finally:
-        pool.shutdown(cancel_futures=True)
+        pool.shutdown(wait=False, cancel_futures=True)
     (folder / PAGE).write_text(page(title, found, thesis=thesis), encoding="utf-8")
     return found
 

@@ -199,9 +199,14 @@ def _verdict(found: Search, reasons: dict[str, str], *, unexplained: bool) -> st
     return RESTLESS if unrest(found.final, alpha=LEVEL) or _beyond_noise(found.final) else ADEQUATE
 
 
-def _beyond_noise(fitted: Fitted) -> dict[str, float]:
-    """Channels whose readings are off by more than their noise, declared or seen between samples, with the factor; the farthest first."""
-    found = {name: one.std for name, one in zip(fitted.problem.chains.channels, fitted.variances.readings, strict=True)}
+def _beyond_noise(fitted: Fitted, *, declared: bool = True) -> dict[str, float]:
+    """Channels whose readings are off by more than the noise that is declared for them, with the factor; the farthest first.
+
+    Or, of the others, by more than the noise seen between neighbouring samples: an error that lasts longer may well be the sensor's.
+    """
+    guessed = {name for record in fitted.problem.experiment.records for name in record.noise_estimated}
+    errors = zip(fitted.problem.chains.channels, fitted.variances.readings, strict=True)
+    found = {name: one.std for name, one in errors if (name in guessed) != declared}
     return {name: times for name, times in sorted(found.items(), key=lambda pair: -pair[1]) if times > BEYOND_NOISE}
 
 
@@ -280,6 +285,7 @@ def _concluded(
             formula,
             restless,
             _beyond_noise(after.fitted),
+            _beyond_noise(after.fitted, declared=False),
             reasons={name: reason for name, reason in reasons.items() if reason},
             finished=finished,
             limited=bool(limit_warning(among)),

@@ -65,7 +65,7 @@ class Judge:
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
         evidence, size = self.evidence(before, after, one.best, one.degrees, one.tried), strength(after, effect)
-        evidence = dataclasses.replace(evidence, strength=size, drives=size * driving_part(after, effect))
+        evidence = dataclasses.replace(evidence, strength=size, drives=drives(after, effect, size))
         if effect.record is not None:  # of one that acts in a single record the others say nothing
             evidence = dataclasses.replace(evidence, held_out=None, errors=None)
         if free:
@@ -102,12 +102,21 @@ class Judge:
         )
 
 
-def driving_part(fitted: Fitted, effect: AbstractEffect) -> float:
-    """Part of an effect that can only brake the motion by which it would drive it beside the suspension's damping; 0 for none."""
+def drives(fitted: Fitted, effect: AbstractEffect, size: float) -> float:
+    """By how many standard errors an effect that can only brake the motion would drive it beside the suspension's damping; 0 for none.
+
+    Args:
+        fitted: the model with it.
+        effect: in that model.
+        size: its strength over the standard error.
+    """
     values, needed = fitted.problem.values(fitted.at), float(effect.damping_needed)
     mass = float(values.get("m", fitted.problem.experiment.mass))
     damping = 4.0 * np.pi * values.get("zeta", 0.0) * values.get("f_n", 0.0) * mass
-    return max(1.0 - damping / needed, 0.0) if needed > 0.0 else 0.0
+    if not needed > damping:
+        return 0.0
+    error = damping * fitted.stderr[fitted.problem.unknowns.index("zeta")] if damping > 0.0 else 0.0
+    return float((needed - damping) / max(np.hypot(needed / size, error), 1e-300))
 
 
 def strength(fitted: Fitted, effect: AbstractEffect) -> float:

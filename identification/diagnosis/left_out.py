@@ -52,7 +52,7 @@ def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
             return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong model may leave no motion that comes near what it has not seen
         return LeftOut(fitted=fitted, density=np.inf, in_turn=(), held_back=())
-    return LeftOut(fitted=fitted, density=chain.deviance, in_turn=(), held_back=record_fits(chain))
+    return LeftOut(fitted=fitted, density=chain.deviance, in_turn=(), held_back=record_fits(_unknown_values(chain)))
 
 
 def folds(fitted: Fitted) -> tuple[Bool[np.ndarray, " segments"], ...]:
@@ -71,7 +71,10 @@ def left_out_density(fitted: Fitted) -> float:
 
 
 def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
-    """Every record with its prediction by the parameters that the others give; of a single one, its later half by the earlier."""
+    """Every record with its prediction by the parameters that the others give; of a single one, its later half by those of the earlier.
+
+    The state at its beginning, and what every record has of its own but values of common parameters, are those of the record itself.
+    """
     found: dict[int, RecordFit] = {}
     for fold in folds(fitted):
         step = _solved(fitted, fold).shared
@@ -87,8 +90,17 @@ def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
             own=at.own + own * border.own_scale,
         )
         chosen = np.unique(fitted.problem.chains.record[fold]).tolist()
-        found |= dict(zip(chosen, record_fits(dataclasses.replace(fitted, at=moved), chosen), strict=True))
+        without = dataclasses.replace(fitted, at=moved)
+        if len(fitted.problem.chains.knots) > 1:
+            without = _unknown_values(without)
+        found |= dict(zip(chosen, record_fits(without, chosen), strict=True))
     return tuple(found[index] for index in sorted(found))
+
+
+def _unknown_values(fitted: Fitted) -> Fitted:
+    """The model with the common value, where parameters have one in each record: that of a further record is not known beforehand."""
+    own = np.array([name.startswith("variation.") for name in fitted.problem.unknowns.own], bool)
+    return dataclasses.replace(fitted, at=dataclasses.replace(fitted.at, own=np.where(own, 0.0, fitted.at.own)))
 
 
 def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution:

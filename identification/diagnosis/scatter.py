@@ -1,4 +1,4 @@
-"""Parameters that differ between records: a rival of every effect, since a rig that does not repeat itself may look like one.
+"""Parameters that differ between records: an alternative to every effect, since a rig that does not repeat itself may look like one.
 
 Source: R. DerSimonian, N. Laird, Controlled Clinical Trials 7 (1986) 177-188 (random effects); W. G. Cochran, Biometrics 10 (1954) 101-129
 (homogeneity).
@@ -26,9 +26,10 @@ _VARIATION = "variation."
 def contradicted(fitted: Fitted) -> tuple[str, ...]:
     """Nominal parameters that may differ between records: all that these identify, where they contradict each other in one of them.
 
-    None once one has a value in each record. A record hardly tells k_i from n by itself, so that the test of one alone says little.
+    The most contradicted first; none once one has a value in each record. A record hardly tells k_i from n by itself, so that the test of
+    one alone says little.
     """
-    tested = [one for one in between_records(fitted) if "." not in one.name]
+    tested = sorted((one for one in between_records(fitted) if "." not in one.name), key=lambda one: one.chance)
     contradict = any(one.chance < LEVEL / len(tested) for one in tested) and not differing(fitted)
     return tuple(one.name for one in tested) if contradict else ()
 
@@ -36,18 +37,19 @@ def contradicted(fitted: Fitted) -> tuple[str, ...]:
 def differing(fitted: Fitted) -> tuple[str, ...]:
     """Parameters that have a value in each record."""
     problem = fitted.problem
-    own = zip(problem.unknowns.own, problem.border.own.any(axis=0), strict=True)
-    return tuple(name.removeprefix(_VARIATION) for name, free in own if name.startswith(_VARIATION) and free)
+    own = [name for place, name in enumerate(problem.unknowns.own) if problem.border.own[:, place].any()]
+    return tuple(name.removeprefix(_VARIATION) for name in own if name.startswith(_VARIATION))
 
 
 def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
-    """Gain of twice the log likelihood by a value in each record, and how many values that adds; 0 where they are too many to be weighed.
+    """Gain of twice the log likelihood by a value in each record, and how many values that adds.
 
-    At first order, all variances estimated anew.
+    At first order, all variances estimated anew; of the first names, as far as their values are not too many to be weighed, 0 of none.
     """
     chains, linear, unknowns = fitted.problem.chains, fitted.linear, fitted.problem.unknowns
     others = range(1, len(chains.files))
-    if not names or not 0 < len(names) * len(others) <= _COLUMNS:
+    names = names[: _COLUMNS // max(len(others), 1)]
+    if not names or not others:
         return 0.0, 1
     places = [len(unknowns.states) + 2 + unknowns.index(name) for name in names]
     inside = [chains.record == record for record in others]
@@ -61,7 +63,7 @@ def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
 
 
 def with_values(fitted: Fitted, names: tuple[str, ...], progress: Progress) -> Fitted | None:
-    """The model with a value of these parameters in each record; None where that gains no more than chance."""
+    """The model with a value of these parameters in each record; None where it cannot be fitted, or gains no more than chance."""
     try:
         found, std = with_variations(fitted, names, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):

@@ -143,23 +143,31 @@ def search(
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
             seen = look(found.final, among, terms)
-            weighed, names, varied, step, taken = _weighed(seen), contradicted(found.final), None, None, None
+            weighed, names = _weighed(seen), contradicted(found.final)
             if names and _says_more(seen, names, weighed):
-                varied, names = with_values(found.final, names, progress), ()
-            if varied is None:
-                step = _step(seen, weighed, judge, progress)
-                taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
-            if names and taken is None and step.finished:
-                varied = with_values(found.final, names, progress)
+                if (varied := with_values(found.final, names, progress)) is not None:
+                    found = _beside_values(found, varied)
+                    continue
+                names = ()
+            step = _step(seen, weighed, judge, progress)
+            taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
             if taken is not None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
-            elif varied is not None:  # beside which every later model stands
-                found = dataclasses.replace(found, final=varied, nominal=found.nominal if found.steps else varied)
+            elif names and step.finished and (varied := with_values(found.final, names, progress)) is not None:
+                found = _beside_values(found, varied)
             else:
                 found = dataclasses.replace(found, last=step, finished=step.finished)
-        return _needed(found, judge, progress) if found.finished else found
+        if not found.finished:
+            return found
+        found = _needed(found, judge, progress)
+        return found if differing(found.final) else dataclasses.replace(found, nominal=nominal)
     except OutOfBudgetError:
         return dataclasses.replace(found, finished=False)
+
+
+def _beside_values(found: Search, varied: Fitted) -> Search:
+    """The search that goes on beside values in each record, which the nominal model has too unless effects came first."""
+    return dataclasses.replace(found, final=varied, nominal=found.nominal if found.steps else varied)
 
 
 def is_significant(one: Alternative) -> bool:

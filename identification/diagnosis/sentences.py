@@ -20,6 +20,7 @@ def sentences(
     formula: str,
     unrest: Unrest | None = None,
     beyond: Mapping[str, float] = {},
+    longer: Mapping[str, float] = {},
     *,
     reasons: Mapping[str, str] = {},
     finished: bool = True,
@@ -28,6 +29,7 @@ def sentences(
     """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
     `unrest`: random force beside the final model. `beyond`: errors of readings over the noise declared, by channel, where they are larger.
+    `longer`: likewise over the noise that is seen from sample to sample, where none is declared.
     `reasons`: why the best listed effects are not asserted, by name. `limited`: not all listed effects were looked for.
     """
     unseen = "records left out in turn" if len(before.records) > 1 else "the later half of the record, left out"
@@ -35,7 +37,12 @@ def sentences(
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     restless = () if unrest is None else (unrest.sentence(),)
     if verdict in (ADEQUATE, RESTLESS):
-        return (_nothing_missing(verdict, before, after, unrest, beyond), *restless, _error_of_nominal(before, unseen), *_varying(after))
+        return (
+            _nothing_missing(verdict, before, after, unrest, beyond, longer),
+            *restless,
+            _error_of_nominal(before, unseen),
+            *_varying(after),
+        )
     where = (location.sentence,) if location is not None else ()
     falls = (
         f"Reduced chi-square falls from {before.chi2_reduced:.3g} to {after.chi2_reduced:.3g}; nothing could be left out of the fit."
@@ -61,7 +68,9 @@ def sentences(
     return (first, *best, *where, *learned, *restless, *_varying(after))
 
 
-def _nothing_missing(verdict: str, before: Side, after: Side, unrest: Unrest | None, beyond: Mapping[str, float]) -> str:
+def _nothing_missing(
+    verdict: str, before: Side, after: Side, unrest: Unrest | None, beyond: Mapping[str, float], longer: Mapping[str, float]
+) -> str:
     """First sentence where no deterministic effect is missing; it names the parameters that need a value for each record."""
     chi2 = f"reduced chi-square {before.chi2_reduced:.3f}"
     each = joined([p.symbol for p in after.parameters if p.name in after.varying])
@@ -72,6 +81,13 @@ def _nothing_missing(verdict: str, before: Side, after: Side, unrest: Unrest | N
             channel, times = next(iter(beyond.items()))
             cause = f"the error of {spoken(channel)} is {significant(times, 2)} times its noise ({chi2})"
         return f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}: {cause}."
+    if longer:
+        channel, times = next(iter(longer.items()))
+        return (
+            f"Nothing is missing that motion, drive, time or record show, but the error of {spoken(channel)} is"
+            f" {significant(times, 2)} times its noise from sample to sample ({chi2}):"
+            " declare the sensor's noise, and a diagnosis says whether that is too much."
+        )
     if each:
         return f"With a separate value of {each} in each record, the nominal model explains the records to the noise ({chi2})."
     return f"Nothing beyond the noise: the nominal model explains the records ({chi2})."

@@ -218,8 +218,8 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     """
     shift, sigma = record_estimates(fitted)
     problem, files = fitted.problem, fitted.problem.chains.files
-    own = zip(problem.unknowns.own, problem.border.own.any(axis=0), strict=True)
-    modelled = {name.partition(".")[2] for name, free in own if name.startswith("variation.") and free}
+    own = enumerate(problem.unknowns.own)
+    modelled = {name.partition(".")[2] for place, name in own if name.startswith("variation.") and problem.border.own[:, place].any()}
     found = []
     for index, p in enumerate(problem.parameters):
         known = np.flatnonzero(sigma[:, index] < _WIDEST)

@@ -132,9 +132,23 @@ def free_motion(
 
 def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[RecordFit, ...]:
     """Records of a fit with their prediction: all, or the chosen ones, in order."""
+    places = list(range(len(fitted.problem.chains.files))) if chosen is None else sorted(chosen)
+    found, followed = _predicted(fitted, places, fitted.at.states), _following(fitted, places)
+    if followed is None:
+        return found
+    return tuple(min(pair, key=_misfit) for pair in zip(found, _predicted(fitted, places, followed), strict=True))
+
+
+def _misfit(record: RecordFit) -> float:
+    """Squared error of a prediction over the noise; infinite where it failed."""
+    chi2 = sum(record.chi2_reduced.values())
+    return chi2 if np.isfinite(chi2) else np.inf
+
+
+def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "knots states"]) -> tuple[RecordFit, ...]:
+    """Records with the motion from given states at the beginnings of their stretches."""
     problem, at = fitted.problem, fitted.at
     pieces, segments = pieces_of(problem, at)
-    places = range(len(pieces.files)) if chosen is None else sorted(chosen)
     stretches = [_stretches(problem, at, index, pieces) for index in places]
     begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
     first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
@@ -143,7 +157,7 @@ def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[
     samples = pieces.samples
     series = {name: np.full((len(pieces.record), samples), np.nan) for name in (*EVERY_CHANNEL, "relative_velocity", "u")}
     contact = np.zeros((len(pieces.record), samples), bool)
-    for one in free_motion(problem, at, pieces, begin, count, _first_states(fitted, places)[knots]):
+    for one in free_motion(problem, at, pieces, begin, count, states[knots]):
         for column, name in enumerate(EVERY_CHANNEL):
             series[name][one.piece] = one.readings[:, column]
         series["u"][one.piece], series["relative_velocity"][one.piece], contact[one.piece] = one.u, one.v, one.in_contact
@@ -161,19 +175,19 @@ def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[
     return tuple(along(index, problem.experiment.records[index]) for index in places)
 
 
-def _first_states(fitted: Fitted, places: Collection[int]) -> Float[np.ndarray, "knots states"]:
-    """States from which the free motion begins: those of least squares for a vibration without impacts, else the fitted ones."""
+def _following(fitted: Fitted, places: list[int]) -> Float[np.ndarray, "knots states"] | None:
+    """States with those of least squares at the beginning of vibrations without impacts; None where there is nothing to change."""
     problem, at, variances = fitted.problem, fitted.at, fitted.variances
     alone = [problem.chains.knots[index].start for index in places if not strikes(problem, at, index)]
     if not alone or vanishes(problem, variances.force):
-        return at.states
+        return None
     held = dataclasses.replace(problem.border, shared=np.zeros_like(problem.border.shared), own=np.zeros_like(problem.border.own))
     force = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=variances.force.memory)
     none = Variances(force=force, readings=tuple(ReadingError(innovation=one.std) for one in variances.readings))
     try:
         follows = settled(dataclasses.replace(problem, border=held), at, none).at.states
     except np.linalg.LinAlgError:  # a wrong model may not follow the record at all
-        return at.states
+        return None
     found = at.states.copy()
     found[alone] = follows[alone]
     return found

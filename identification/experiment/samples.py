@@ -162,10 +162,10 @@ def find_saturation(values: Samples) -> tuple[Saturation, ...]:
 def _resolution(finite: Float64[np.ndarray, " usable"], size: float) -> float:
     """Step between neighbouring values of about `size`: that of the quantisation, or of the digits the numbers were printed with.
 
-    Where neighbours are alike at several levels between the extremes, it is that of these levels: others may be means or noise.
+    Where neighbours are alike at most levels, it is that of these: the few others may be means.
     """
-    alike = np.unique(finite[1:][np.diff(finite) == 0.0])[1:-1]
-    levels = np.diff(alike if alike.size > FEW_LEVELS else np.unique(finite))
+    alike, every = np.unique(finite[1:][np.diff(finite) == 0.0])[1:-1], np.unique(finite)
+    levels = np.diff(alike if alike.size > FEW_LEVELS and 2 * alike.size > every.size else every)
     sample = finite[:: max(1, finite.size // SAMPLED_DIGITS)]
     digits = max(len(f"{abs(value):.11e}".partition("e")[0].replace(".", "").rstrip("0")) for value in sample)
     return max(float(levels.min()), 10.0 ** (np.floor(np.log10(size)) - digits + 1))

@@ -197,7 +197,7 @@ def propose(inspection: Inspection, folder: Path) -> str:
         for each in one.mapped:
             if each.channel not in sensors or _certainty(each) > _certainty(sensors[each.channel][0]):
                 sensors[each.channel] = each, one
-    stopless = bool(usable) and all(one.guess.kind in ("free-decay", "forced") and not one.guess.impacts for one in usable)
+    stopless = bool(usable) and all(one.mapped and one.guess.kind in ("free-decay", "forced") and not one.guess.impacts for one in usable)
     parts = [
         HEAD.format(name=_text(inspection.folder.resolve().name or "experiment")),
         *_rig([each for each, _ in sensors.values()], stopless),

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cholesky_banded, get_lapack_funcs
+from scipy.optimize import lsq_linear
 
 from identification.trajectory.chain_equations import Border, Scales, Sums, Weighed, motion_covariance
 from identification.trajectory.motion import Estimate
@@ -79,20 +80,13 @@ class Solution:
         return np.concatenate([np.concatenate([shared, across.swapaxes(1, 2)], axis=2), np.concatenate([across, own], axis=2)], axis=1)
 
     def within(self, least: np.ndarray, most: np.ndarray) -> "Solution":
-        """The best step with the shared unknowns between limits, scaled: what goes beyond is held there, the farthest first."""
-        step, held = self.shared, np.zeros(len(self.shared), bool)
-        for _ in step:
-            beyond = np.where(held, 0.0, np.maximum(step - most, least - step))
-            if not beyond.max() > _BEYOND:
-                break
-            held[np.argmax(beyond)] = True
-            change = np.where(held, np.clip(step, least, most) - self.shared, 0.0)
-            rows = self.precision[~held]
-            change[~held] = -np.linalg.solve(rows[:, ~held], rows[:, held] @ change[held])
-            step = self.shared + change
-        change = step - self.shared
-        if not change.any():
+        """The best step with the shared unknowns between limits, scaled."""
+        if not np.any((self.shared < least - _BEYOND) | (self.shared > most + _BEYOND)):
             return self
+        values, vectors = np.linalg.eigh(self.precision)
+        root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+        step = np.clip(lsq_linear(root, root @ self.shared, (least - _BEYOND, most + _BEYOND), method="bvls").x, least, most)
+        change = step - self.shared
         of_own = -self.own_by_shared @ change
         knots = self.by_shared @ change + (self.by_own * of_own[self._rows]).sum(axis=1)
         return dataclasses.replace(self, shared=step, own=self.own + of_own, knots=self.knots - knots.reshape(self.knots.shape))

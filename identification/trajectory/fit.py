@@ -277,7 +277,11 @@ def _converged(
     least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
     for count in range(_ROUNDS):
         linear, local, solution = equations(problem, at, Variances(force=force, readings=readings))
-        (step, share), off, before = stride.taken(at, solution, whole=is_largest(problem, force)), change(problem, at, solution), force
+        (step, share), off, before = (
+            stride.taken(at, solution, whole=count < held or is_largest(problem, force)),
+            change(problem, at, solution),
+            force,
+        )
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
         if count >= coloured_from and not _stays_white(problem, force):

@@ -25,7 +25,7 @@ class Stride:
     """How much of each step is taken: none moves a parameter too far, and none goes back and forth.
 
     Where a parameter's step turns back on the one before, of which a share was taken, the line through both puts the place of no step at
-    share / (1 + r) of it, with r the ratio of their lengths (secant rule).
+    about share / (1 + r) of it, with r the ratio of their lengths (secant rule).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -43,7 +43,7 @@ class Stride:
         logarithmic = _logarithmic(self._problem)
         size = np.maximum(1.0, np.abs(at.shared) / np.maximum(self._scale, np.abs(self._first)))
         down = np.minimum(np.where(logarithmic, 1.0, size) * _LONGEST_STEP, self._range)
-        up = np.where(logarithmic, _exp(down if whole else np.maximum(down, self._first - at.shared)) - 1.0, down)
+        up = down if whole else np.where(logarithmic, _to_grow(np.maximum(down, self._first - at.shared)), down)
         inside = solution if whole else solution.within(np.maximum(least, -down), np.minimum(most, up))
         step, last = inside.shared, self._last
         share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / np.maximum(np.where(step < 0, down, up), 1e-300), initial=0.0)), 1e-300))
@@ -58,12 +58,12 @@ class Stride:
 def moved(problem: Problem, at: Estimate, solution: Solution, share: float) -> Estimate:
     """The estimate after a share of the step.
 
-    What the equations say of a logarithm that grows is taken for the number itself, x (1 + step): readings are closer to linear in that,
-    and one that is far too small comes back at once.
+    A long step of a logarithm that grows is taken for one of the number itself, x (1 + step): one that is far too small comes back at once.
     """
     border = problem.border
     step = share * solution.shared * border.shared_scale
-    step = np.where(_logarithmic(problem) & (step > 0.0), np.log1p(np.maximum(step, 0.0)), step)
+    grown = np.maximum(np.minimum(step, _LONGEST_STEP), np.log1p(np.maximum(step, 0.0)))
+    step = np.where(_logarithmic(problem) & (step > 0.0), grown, step)
     return Estimate(
         states=at.states + share * solution.knots[:, :-1],
         force=at.force + share * solution.knots[:, -1],
@@ -83,7 +83,7 @@ def _limits(problem: Problem, at: Estimate) -> tuple[np.ndarray, np.ndarray]:
     """Shortest and longest step of the shared unknowns inside their bounds, scaled; no step leads back from beyond them."""
     border = problem.border
     least, most = ((limit - at.shared) / border.shared_scale for limit in (border.lower, border.upper))
-    most = np.where(_logarithmic(problem), _exp(most) - 1.0, most)
+    most = np.where(_logarithmic(problem), _to_grow(most), most)
     return np.minimum(least, 0.0), np.maximum(most, 0.0)
 
 
@@ -92,6 +92,6 @@ def _logarithmic(problem: Problem) -> np.ndarray:
     return np.array([logarithmic for _, logarithmic in problem.unknowns.shared], bool)
 
 
-def _exp(values: np.ndarray) -> np.ndarray:
-    """Exponentials that do not overflow."""
-    return np.exp(np.minimum(values, 100.0))
+def _to_grow(change: np.ndarray) -> np.ndarray:
+    """Step by which a logarithm grows by `change`."""
+    return np.where(change > _LONGEST_STEP, np.maximum(np.expm1(np.minimum(change, 100.0)), _LONGEST_STEP), change)

@@ -8,7 +8,7 @@ import pytest
 from identification.diagnosis import diagnose
 from identification.diagnosis import evidence as module
 from identification.diagnosis.diagnosis import ADEQUATE, RESTLESS
-from identification.diagnosis.evidence import Judge, driving_part, strength
+from identification.diagnosis.evidence import Judge, drives, strength
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.look import Candidate, Look, Scored
 from identification.diagnosis.search import Alternative, Search
@@ -147,20 +147,28 @@ def test_the_exponent_of_a_strength_is_held(seen):
     assert strength(fitted, effect) == pytest.approx(10.0)
 
 
-@pytest.mark.parametrize(("difference", "part"), [(1.0, 0.0), (2.0, 0.0), (-4.0, 0.5)])
-def test_a_passive_damper_drives_the_motion_in_neither_direction(seen, difference, part):
-    """Its mean is the suspension's damping, 2 zeta omega m."""
-    values = seen.fitted.problem.values(seen.fitted.at)
-    damping = 4.0 * np.pi * values["zeta"] * values["f_n"] * seen.fitted.problem.experiment.mass
-    assert driving_part(seen.fitted, AsymmetricDamping(difference * damping)) == pytest.approx(part)
-    assert driving_part(seen.fitted, QuadraticDrag(1e3)) == 0.0
+@pytest.mark.parametrize(("difference", "errors"), [(1.0, 0.0), (2.0, 0.0), (-4.0, 10.0)])
+def test_a_passive_damper_drives_the_motion_in_neither_direction(seen, difference, errors):
+    """Its mean is the suspension's damping, 2 zeta omega m, known to a tenth."""
+    one, index = seen.fitted, seen.fitted.problem.unknowns.index("zeta")
+    covariance = np.zeros_like(one.solution.covariance)
+    covariance[index, index] = 0.1**2
+    fitted = dataclasses.replace(one, solution=dataclasses.replace(one.solution, covariance=covariance))
+    values = one.problem.values(one.at)
+    damping = 4.0 * np.pi * values["zeta"] * values["f_n"] * one.problem.experiment.mass
+    found = drives(fitted, AsymmetricDamping(difference * damping), size=1e6)
+    assert found == pytest.approx(errors, rel=1e-3)
+    assert drives(fitted, QuadraticDrag(1e3), size=1e6) == 0.0
 
 
-@pytest.mark.parametrize(("innovation", "verdict"), [(1.2, ADEQUATE), (2.0, RESTLESS)])
-def test_readings_that_are_off_by_more_than_their_noise_are_not_adequate(seen, innovation, verdict):
+@pytest.mark.parametrize(("innovation", "guessed", "verdict"), [(1.2, False, ADEQUATE), (2.0, False, RESTLESS), (2.0, True, ADEQUATE)])
+def test_readings_that_are_off_by_more_than_the_noise_declared_are_not_adequate(seen, innovation, guessed, verdict):
     one = seen.fitted
     readings = tuple(ReadingError(innovation=innovation) for _ in one.variances.readings)
     none = RandomForce(std=SMALLEST_FORCE * one.problem.scales.force, memory=0.01)
-    fitted = dataclasses.replace(one, variances=Variances(force=none, readings=readings))
+    names = frozenset(one.problem.chains.channels if guessed else ())
+    records = tuple(dataclasses.replace(record, noise_estimated=names) for record in one.problem.experiment.records)
+    problem = dataclasses.replace(one.problem, experiment=dataclasses.replace(one.problem.experiment, records=records))
+    fitted = dataclasses.replace(one, problem=problem, variances=Variances(force=none, readings=readings))
     found = Search(nominal=fitted, final=fitted, steps=(), last=None, finished=True)
     assert diagnose._verdict(found, {}, unexplained=False) == verdict

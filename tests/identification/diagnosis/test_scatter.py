@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.diagnosis.left_out import left_out
 from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
 from identification.result.evidence import chance
 from identification.trajectory.fit import Fitted, fit
@@ -38,11 +39,17 @@ def steady() -> Fitted:
 
 def test_a_frequency_that_differs_gets_a_value_in_each_record(scattered):
     names = contradicted(scattered)
-    assert names == ("zeta", "f_n"), "records hardly tell one from another, and which it is is for the likelihood to say"
+    assert names == ("f_n", "zeta"), "records hardly tell one from another, and which it is is for the likelihood to say"
     found = with_values(scattered, names, silent)
     assert differing(found) == ("f_n",) and contradicted(found) == ()
     place = found.problem.unknowns.own.index("variation.f_n")
     np.testing.assert_allclose(found.at.own[:, place], np.log(RATES / RATES.mean()), atol=3e-3)
+
+
+def test_a_record_left_out_is_predicted_without_a_value_of_its_own(scattered):
+    """Where records differ by nothing else, its error is no smaller than with a common value."""
+    found = with_values(scattered, ("f_n",), silent)
+    assert left_out(found, found.problem.experiment).error > 0.5 * left_out(scattered, scattered.problem.experiment).error
 
 
 def test_what_values_gain_at_first_order_is_more_than_chance_where_they_differ_alone(scattered, steady):

@@ -30,6 +30,13 @@ def test_nothing_missing_is_said_with_the_error_of_prediction(made):
     assert "random force" not in text
 
 
+def test_an_error_that_lasts_longer_than_the_noise_that_was_seen_is_not_called_noise(made):
+    one = made[ADEQUATE]
+    of = (ADEQUATE, (), (), one.location, one.nominal, one.augmented, "")
+    text = sentences(*of, longer={"hammer_displacement": 16.2})[0]
+    assert "the error of hammer displacement is 16 times its noise from sample to sample" in text and "declare" in text
+
+
 def test_the_random_force_of_a_restless_rig_is_stated(made):
     text = said(made[RESTLESS], unrest=UNREST)
     assert text.startswith(

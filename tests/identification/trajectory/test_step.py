@@ -35,7 +35,15 @@ def test_a_parameter_that_would_go_too_far_stops_at_its_limit_and_leaves_the_oth
     stride = Stride(vibrating)
     steps = [stride.taken(vibrating.start, of(one, size, -0.2)) for size in (-0.1, -0.3, -1.4)]
     assert [share for _, share in steps] == [1.0, 1.0, 1.0]
-    assert [step.shared.tolist() for step, _ in steps] == [[-0.1, -0.2], [-0.3, -0.2], [-0.7, -0.2]]
+    np.testing.assert_allclose([step.shared for step, _ in steps], [[-0.1, -0.2], [-0.3, -0.2], [-0.7, -0.2]])
+
+
+def test_what_need_not_be_held_beside_a_limit_is_let_go(one):
+    """Of two that both go beyond theirs, one comes back once the other is held."""
+    hessian = np.array([[1.0, -0.9], [-0.9, 1.0]]) * np.outer([1.0, 0.1], [1.0, 0.1])
+    both = dataclasses.replace(of(one, 2.0, 10.0), precision=hessian)
+    found = both.within(np.full(2, -np.inf), np.zeros(2)).shared
+    np.testing.assert_allclose(found, [0.0, 10.0 - 0.09 * 2.0 / 0.01], atol=1e-6)
 
 
 def test_a_whole_step_is_shortened_alike(vibrating, one):
