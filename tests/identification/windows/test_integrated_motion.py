@@ -103,7 +103,6 @@ def test_a_base_known_by_its_acceleration_alone_drives_many_short_records(board)
     assert values["zeta"] == pytest.approx(0.02, rel=0.02)
 
 
-@pytest.mark.xfail(strict=True, reason="5.1 where 4.1 is expected: the noise of a measured base is taken for a slow random force")
 def test_the_misfit_is_the_sensors_noise_and_what_that_of_the_base_makes_the_model_do(board):
     """White noise of variance s^2 at f_s passes an oscillator of quality Q = 1 / (2 zeta) with a variance of s^2 pi f_n Q / f_s."""
     assert board.chi2_reduced == pytest.approx(1.0 + np.pi * 400.0 * 25.0 / 10_000.0, rel=0.2)
