@@ -23,7 +23,7 @@ from identification.diagnosis.diagnosis import (
     Number,
     Side,
 )
-from identification.diagnosis.evidence import Free, Judge
+from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, best_of_each, detail, known_effects, limit_warning, look, weighed_anew
@@ -190,7 +190,7 @@ def _free(seen: Look) -> Free:
 
 def _verdict(found: Search, reasons: dict[str, str], *, unexplained: bool) -> str:
     """The verdict; `decide` alone says whether an effect is asserted."""
-    if not found.finished or not found.final.converged:
+    if not found.finished or not found.final.converged or NOT_CONVERGED in reasons.values():
         return UNDECIDED
     if reasons and not any(reasons.values()):
         return MISSING

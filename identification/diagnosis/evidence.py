@@ -16,6 +16,7 @@ from vibrojax.effects import AbstractEffect
 Free = tuple[tuple[Scored, Reestimated, float], ...]
 """Free forms with all variances estimated anew, and their gains, the best first."""
 
+NOT_CONVERGED = "its fit has not converged"
 _BEYOND = 1e6
 """Gain where one of two models cannot follow a record at all."""
 
@@ -50,6 +51,8 @@ class Judge:
         """An alternative with its gain on the records held back, and why it is not taken in beside a model."""
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         after = one.fitted
+        if not after.converged:
+            return dataclasses.replace(one, refused=NOT_CONVERGED)
         one = dataclasses.replace(one, held_back=self.held_back_gain(before, after))
         return dataclasses.replace(one, refused=self.why_not(before, one, after))
 

@@ -7,8 +7,8 @@ import pytest
 
 from identification.diagnosis import diagnose
 from identification.diagnosis import evidence as module
-from identification.diagnosis.diagnosis import ADEQUATE, RESTLESS
-from identification.diagnosis.evidence import Judge, drives, strength
+from identification.diagnosis.diagnosis import ADEQUATE, RESTLESS, UNDECIDED
+from identification.diagnosis.evidence import NOT_CONVERGED, Judge, drives, strength
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.look import Candidate, Look, Scored
 from identification.diagnosis.search import Alternative, Search
@@ -70,6 +70,15 @@ def test_records_held_back_count_and_each_model_predicts_once(seen, predicted):
     one = judge(seen.fitted, friction(seen))
     assert (one.held_back, one.best, one.fitted_gain, one.refused) == (40.0, 90.0, 50.0, "")
     assert len(asked) == 2
+
+
+def test_a_fit_that_has_not_converged_is_not_taken_in_and_leaves_no_verdict(seen, predicted):
+    judge, asked = predicted()
+    one = friction(seen)
+    refused = judge(seen.fitted, dataclasses.replace(one, fitted=dataclasses.replace(one.fitted, converged=False))).refused
+    assert (refused, asked) == (NOT_CONVERGED, [])
+    found = Search(nominal=seen.fitted, final=seen.fitted, steps=(), last=None, finished=True)
+    assert diagnose._verdict(found, {"coulomb_friction": refused}, unexplained=False) == UNDECIDED
 
 
 def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refuse(seen, predicted):
