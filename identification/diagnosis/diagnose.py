@@ -387,9 +387,8 @@ def _considered(found: Search) -> tuple[Considered, ...]:
     rows = []
     for step in (*found.steps, *([found.last] if found.last is not None else [])):
         samples = step.look.fitted.local.samples
-        tried = {
-            one.candidate.key: one for one in (*step.alternatives, *step.refused) if one.fitted_gain >= 0.0
-        }  # less is a fit that failed
+        weighed = [one for one in (*step.alternatives, *step.refused) if one.fitted_gain >= 0.0]  # less is a fit that failed
+        tried = {one.candidate.key: one for one in weighed}
         lowest = min((one.criterion(samples) for one in tried.values()), default=0.0)
         beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
         for key, scored in best_of_each(step.look.listed).items():
