@@ -78,16 +78,16 @@ class Scorer:
         if len(acts):
             pulled = self.precision[acts] @ -end[acts]
             cross[acts] += self.local.defect[acts].swapaxes(1, 2) @ pulled
-            square += np.einsum("ksc,ksd->cd", -end[acts], pulled)
-            right += np.einsum("ksc,ks->c", pulled, self.local.gap[acts])
-        knots = np.zeros((size * (chains.knot_count + 1), columns))
-        start = size * chains.left
-        for i in range(3 * size):
-            knots[start + i] += cross[:, i]
+            flat = pulled.reshape(-1, columns)
+            square -= end[acts].reshape(-1, columns).T @ flat
+            right += flat.T @ self.local.gap[acts].ravel()
+        knots = np.zeros((chains.knot_count + 1, size, columns))
+        for behind in range(3):
+            knots[chains.left + behind] += cross[:, behind * size : (behind + 1) * size]
         begins = np.flatnonzero(chains.first)
         a, b = slice(3 * size, 3 * size + shared), slice(3 * size + shared, None)
         of_own = np.add.reduceat(cross[:, b], begins, axis=0)
-        return Cross(knots=knots[size:], shared=cross[:, a].sum(axis=0), own=of_own, square=square, right=right)
+        return Cross(knots=knots[1:].reshape(-1, columns), shared=cross[:, a].sum(axis=0), own=of_own, square=square, right=right)
 
     def reduced(self, cross: "Cross") -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
         """Gradient and information of the columns once everything else has been eliminated."""

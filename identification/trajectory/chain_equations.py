@@ -120,7 +120,7 @@ class Weighed:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Sums:
-    """Local systems of the readings, added up over the chain, and those of the motion with the segments last.
+    """Local systems of the readings, added up over the chain, and those of the motion with the knots last.
 
     One knot more stands in front of the chain, since the first segment has none before it.
 
@@ -128,7 +128,8 @@ class Sums:
         band: of the knots' Hessian, lower; (3 size, size (knots + 1)).
         rhs: gradient of the knots, and their Hessian's border with shared and own unknowns; (1 + shared + own, size (knots + 1)).
         border: the same products of shared and own unknowns, and with the residual, by record; (records, 1 + shared + own, ...).
-        defect: derivative of the defects by own knots and border, and the defects; (states, 2 size + shared + own + 1, segments).
+        defect: derivative of the defects by both knots of a segment and by the border, and the defects, at the knot where the segment
+            begins, 0 at the last one of a record; (states, 2 size + shared + own + 1, knots + 1).
     """
 
     band: np.ndarray
@@ -152,8 +153,9 @@ def _summed(local: Weighed, chains: Chains, size: int, shared: int) -> Sums:
     border = np.zeros((len(begins), 1 + outside, 1 + outside))
     border[:, 1:, 1:] = np.add.reduceat(local.gram[:, inside:, inside:], begins, axis=0)
     border[:, 0, 1:] = border[:, 1:, 0] = np.add.reduceat(local.right[:, inside:], begins, axis=0)
-    moving = np.concatenate([local.defect[..., size:], local.gap[..., None]], axis=-1)
-    return Sums(band=band, rhs=rhs, border=border, defect=np.ascontiguousarray(moving.transpose(1, 2, 0)))
+    moving = np.zeros((local.gap.shape[1], local.defect.shape[-1] - size + 1, chains.knot_count + 1))
+    moving[:, :-1, chains.left + 1], moving[:, -1, chains.left + 1] = local.defect[..., size:].transpose(1, 2, 0), local.gap.T
+    return Sums(band=band, rhs=rhs, border=border, defect=moving)
 
 
 def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, ...]) -> tuple[Whitening, ...]:
@@ -230,7 +232,7 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
             squares[c] = float((residual**2).sum())
             square += squares[c]
     defect = np.zeros((segments, states, columns))
-    defect[..., _own_columns(size, columns)] = -_scaled(chains, border, linear.end_by, states)
+    defect[..., own] = -_scaled(chains, border, linear.end_by, states)
     defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0
     gap = at.states[chains.left + 1] - linear.end
     lost = ~linear.done

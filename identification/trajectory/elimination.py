@@ -238,26 +238,28 @@ def _with_motion(
     products: np.ndarray,
 ) -> tuple[float, float]:
     """Add the equations of motion and of the random force; sum of squares and log determinant, those of the readings included."""
-    root = np.linalg.cholesky(motion_covariance(chains, scales, force, mass))
-    rows = sums.defect.copy()
+    root, knots = np.linalg.cholesky(motion_covariance(chains, scales, force, mass)), chains.left + 1
+    rows, factor = sums.defect.copy(), np.ones((root.shape[1], root.shape[2], sums.defect.shape[-1]))
+    factor[..., knots] = root.transpose(1, 2, 0)
     for state in range(len(rows)):
         if state == 1:  # u and u' move together; every other state has a floor of its own
-            rows[1] -= root[:, 1, 0] * rows[0]
-        rows[state] /= root[:, state, state]
-    start, inner, begins = size * chains.left, 2 * size, np.flatnonzero(chains.first)
+            rows[1] -= factor[1, 0] * rows[0]
+        rows[state] /= factor[state, state]
+    inner, by_knot, right = 2 * size, band.reshape(len(band), -1, size), rhs.reshape(len(rhs), -1, size)
     for i in range(inner):
-        here = start + size + i
         for j in range(i + 1):
-            band[i - j, here - i + j] += (rows[:, i] * rows[:, j]).sum(axis=0)
+            product = np.einsum("sk,sk->k", rows[:, i], rows[:, j])
+            by_knot[i - j, j // size :, j % size] += product[: len(product) - j // size]
         for column, j in enumerate((rows.shape[1] - 1, *range(inner, rows.shape[1] - 1))):
-            rhs[column, here] += (rows[:, i] * rows[:, j]).sum(axis=0)
+            product = np.einsum("sk,sk->k", rows[:, i], rows[:, j])
+            right[column, i // size :, i % size] += product[: len(product) - i // size]
     outer = np.concatenate([rows[:, -1:], rows[:, inner:-1]], axis=1)
-    for record, (begin, end) in enumerate(zip(begins, (*begins[1:], len(chains.left)), strict=True)):
-        part = outer[:, :, begin:end].transpose(1, 0, 2).reshape(outer.shape[1], -1)
+    for record, one in enumerate(chains.knots):
+        part = outer[:, :, one.start + 1 : one.stop + 1].transpose(1, 0, 2).reshape(outer.shape[1], -1)
         products[record] += part @ part.T
     correlation, variance = force.step(chains.duration)
     jump = at.force[chains.left + 1] - correlation * at.force[chains.left]
-    here, there = start + inner - 1, start + 3 * size - 1
+    here, there = size * knots + size - 1, size * knots + inner - 1
     band[0, there] += 1.0 / variance
     band[0, here] += correlation**2 / variance
     band[size, here] -= correlation / variance
