@@ -102,13 +102,6 @@ def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Pr
     return _with(seen.fitted, (*seen.fitted.problem.model_at(seen.fitted.at).effects, effect))
 
 
-def exchanged(fitted: Fitted, name: str, seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate]:
-    """The problem with a candidate of an earlier look in place of one effect, and its estimate by the model with that effect."""
-    effect, own = strengthened(candidate.members, strengths)
-    effects = tuple(effect if other.name == name else other for other in fitted.problem.model_at(fitted.at).effects)
-    return _with(fitted, effects, own=own, states=_states(seen, effect))
-
-
 def without(fitted: Fitted, name: str) -> tuple[Problem, Estimate]:
     """The problem without one effect, and its estimate by the model with it."""
     return _with(fitted, tuple(effect for effect in fitted.problem.model_at(fitted.at).effects if effect.name != name))

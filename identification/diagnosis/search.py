@@ -8,14 +8,14 @@ from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, exchanged, refitted, without
+from identification.diagnosis.augment import augmented, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
 from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
-from identification.trajectory.variances import Variances, vanishes
+from identification.trajectory.variances import Variances
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
@@ -127,7 +127,7 @@ def search(
     judge: Judging = lambda model, one: one,
     progress: Progress = lambda line: None,
 ) -> Search:
-    """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is still needed.
+    """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
 
     Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 
@@ -159,7 +159,7 @@ def search(
                 found = dataclasses.replace(found, last=step, finished=step.finished)
         if not found.finished:
             return found
-        found = _needed(found, judge, progress)
+        found = _needed(found, among, terms, judge, progress)
         return found if differing(found.final) else dataclasses.replace(found, nominal=nominal)
     except OutOfBudgetError:
         return dataclasses.replace(found, finished=False)
@@ -183,15 +183,19 @@ def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternati
     return chance(gain, degrees, 1) < LEVEL and degrees * float(np.log(samples)) - gain < best
 
 
-def _step(seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judging, progress: Progress) -> Step:
-    """Refit the candidates, weighed anew, that may be the best, until one of these is taken in."""
-    finished = True
+def _step(
+    seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judging, progress: Progress, *, known: Alternative | None = None
+) -> Step:
+    """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` is one that is fitted already."""
+    finished, before = True, [] if known is None else [known]
+    found = [pair for pair in found if known is None or pair[0].candidate.key != known.candidate.key]
     waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
     hidden = bool(waiting) and _hides_the_order(seen.fitted, waiting[0][1].variances)
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
-    while waiting and finished and not any(_is_taken(one) for one in asked):
-        tried: list[Alternative] = []
+    while (waiting or before) and finished and not any(_is_taken(one) for one in asked):
+        tried, before = before, []
+        hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         try:
             for one, weighed in list(waiting):
                 best = max((other.gain for other in tried), default=0.0)
@@ -202,7 +206,7 @@ def _step(seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judgi
                 if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
                     progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
                     tried += _refitted(seen, one, weighed, progress)
-                hidden = hidden and not any(_leaves_nothing_random(other.fitted) for other in tried)
+                hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         except OutOfBudgetError:
             finished = False
         asked += _ranked([judge(seen.fitted, one) if one.best > 0.0 else one for one in tried], samples)
@@ -215,9 +219,9 @@ def _step(seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judgi
     return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
 
 
-def _leaves_nothing_random(fitted: Fitted | None) -> bool:
-    """Whether a model needs no random force and no reading error that would hide the order of others: none can explain much more."""
-    return fitted is not None and vanishes(fitted.problem, fitted.variances.force) and not _hides_the_order(fitted, fitted.variances)
+def _still_hides(fitted: Fitted | None) -> bool:
+    """Whether a model leaves as much random as would hide the order of candidates; one that does not is as good as the right one."""
+    return fitted is None or _hides_the_order(fitted, fitted.variances)
 
 
 def _is_taken(one: Alternative) -> bool:
@@ -297,64 +301,43 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
     return bool(max(parts) > LARGE_PART)
 
 
-def _needed(found: Search, judge: Judging, progress: Progress) -> Search:
-    """The search without effects that the others have made needless, and with special cases in place of effects where they are enough.
+def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
+    """The search without effects that others have made needless, and with a better one in place of one that was taken in before these.
 
-    An effect that was taken in last has just been found to be needed.
+    An effect that was taken in last has just been found to be needed, and to be the best, unless another was exchanged since.
     """
-    final, steps = found.final, list(found.steps)
+    final, steps, exchanged = found.final, list(found.steps), False
     for step in found.steps:
         one = step.alternatives[0]
-        if one.fitted is found.final:
+        if one.fitted is found.final and not exchanged:
             break
         progress(f"asking whether {one.name} is still needed")
         try:
             lesser = refitted(*without(final, one.name), final, progress)
         except (np.linalg.LinAlgError, NoConvergenceError):  # without it the motion cannot be followed
             continue
+        if not lesser.converged:
+            continue
         rise = lesser.deviance - final.deviance
-        again = judge(lesser, dataclasses.replace(one, fitted=final, drop=rise))
-        if not is_significant(again) and lesser.converged:
+        again = judge(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise))
+        if not is_significant(again):
             final, steps = lesser, [other for other in steps if other is not step]
-        elif lesser.converged and (simpler := _special_case(again, lesser, step, judge, progress)):
-            others = [dataclasses.replace(other, fitted=None) for other in step.alternatives if other.name != simpler.name]
-            refused = tuple(other for other in step.refused if other.name != simpler.name)
-            chosen = dataclasses.replace(step, alternatives=(simpler, *others), refused=refused)
-            final, steps = simpler.fitted or final, [chosen if other is step else other for other in steps]
+            continue
+        progress(f"scoring what may act in place of {one.name}")
+        seen = look(lesser, among, terms)
+        best = _step(seen, _weighed(seen), judge, progress, known=again)
+        if not best.finished:
+            raise OutOfBudgetError
+        winner = best.alternatives[0]
+        if winner.fitted is final:
+            rivals = dataclasses.replace(step, alternatives=best.alternatives, refused=best.refused)
+            steps = [rivals if other is step else other for other in steps]
+        elif winner.fitted is not None and _is_taken(winner):
+            final, exchanged, steps = winner.fitted, True, [*(other for other in steps if other is not step), best]
     if steps and differing(final) and steps[-1].alternatives[0].fitted is final:  # taken in beside values that it may have made needless
         progress("asking whether records still differ")
         final = if_still_needed(final, progress)
     return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)
-
-
-def _special_case(whole: Alternative, lesser: Fitted, step: Step, judge: Judging, progress: Progress) -> Alternative | None:
-    """A special case of the effect that a step took in, fitted in its place, unless the records reject it.
-
-    Args:
-        whole: the effect in the last model, judged beside `lesser`, the model without it.
-        lesser: converged.
-        step: that took the effect in.
-        judge: of the search.
-        progress: likewise.
-
-    Returns:
-        The special case in the last model, with its gain in the step; None where there is none that is enough.
-    """
-    one, final = step.alternatives[0], whole.fitted
-    if final is None:
-        return None
-    for special in (other for other in (*step.alternatives, *step.refused) if other.name in one.candidate.members[0].special_cases):
-        progress(f"asking whether {special.name} is enough in place of {one.name}")
-        strengths = weighed_anew(step.look, special.candidate).strengths
-        try:
-            fitted = refitted(*exchanged(final, one.name, step.look, special.candidate, strengths), final, progress)
-        except (np.linalg.LinAlgError, NoConvergenceError):
-            continue
-        found = judge(lesser, dataclasses.replace(special, fitted=fitted, drop=lesser.deviance - fitted.deviance, refused=""))
-        lacks = whole.best - found.best
-        if fitted.converged and _is_taken(found) and chance(lacks, max(one.degrees - special.degrees, 1), 1) > LEVEL:
-            return dataclasses.replace(found, drop=one.fitted_gain - (fitted.deviance - final.deviance))
-    return None
 
 
 def _beside(fitted: Fitted) -> str:

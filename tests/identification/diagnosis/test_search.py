@@ -37,7 +37,9 @@ def gains(seen, monkeypatch):
     """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
-        def step(at: Look, weighed, judge, progress) -> Step:
+        def step(at: Look, weighed, judge, progress, known=None) -> Step:
+            if known is not None:
+                return Step(look=at, alternatives=(known,))
             inside = len(at.fitted.problem.model.effects)
             if inside >= len(order):
                 return Step(look=at, alternatives=())
@@ -205,28 +207,40 @@ def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed,
     assert module._step(seen, module._weighed(seen), refusing(), lambda line: None).alternatives[0].name == first
 
 
-@pytest.mark.parametrize(("lacks", "kept"), [(3.0, "coulomb_friction"), (40.0, "power_law_damping")])
-def test_beside_a_later_effect_a_special_case_may_be_enough(seen, monkeypatch, lacks, kept):
-    def refitted(problem, near, beside, progress):
-        if problem is None:
-            return fitted(seen, "nonlinear_reading", deviance=-80.0)
-        return fitted(seen, problem, "nonlinear_reading", deviance=lacks - 980.0)
-
-    one = seen.fitted
-    anew = Reestimated(deviance=0.0, strengths=np.ones(1), stderr=np.ones(1), variances=one.variances, at=one.at)
-    monkeypatch.setattr(module, "weighed_anew", lambda at, candidate: anew)
-    monkeypatch.setattr(module, "exchanged", lambda final, name, at, candidate, strengths: (candidate.name, None))
-    monkeypatch.setattr(module, "without", lambda final, name: (None, None))
-    monkeypatch.setattr(module, "refitted", refitted)
-    first, both = fitted(seen, "power_law_damping"), fitted(seen, "power_law_damping", "nonlinear_reading", deviance=-980.0)
+@pytest.mark.parametrize(
+    ("first", "others", "expected"),
+    [
+        pytest.param("power_law_damping", {"coulomb_friction": 897.0}, ["nonlinear_reading", "coulomb_friction"], id="a special case"),
+        pytest.param("power_law_damping", {"coulomb_friction": 860.0}, ["power_law_damping", "nonlinear_reading"], id="rejected"),
+        pytest.param("hysteresis", {"cubic_stiffness": 1200.0}, ["nonlinear_reading", "cubic_stiffness"], id="a better one"),
+        pytest.param("hysteresis", {"cubic_stiffness": 890.0}, ["hysteresis", "nonlinear_reading"], id="a twin"),
+        pytest.param("hysteresis", {"cubic_stiffness": 400.0}, ["hysteresis", "nonlinear_reading"], id="far below"),
+    ],
+)
+def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighed, monkeypatch, first, others, expected):
+    """The first effect gains 900 beside the later one."""
+    tried = weighed(**{first: 900.0, **others})
+    again = lambda at, one, *rest: [alternative(one.name, one.gain, fitted(at, "nonlinear_reading", one.name, deviance=-80 - one.gain))]  # noqa: E731
+    monkeypatch.setattr(module, "_refitted", lambda *given: tried.append(given[1].name) or again(*given))
+    candidates = module._weighed
+    monkeypatch.setattr(module, "_weighed", lambda at: candidates(at) if names_of(at.fitted) == ["nonlinear_reading"] else [])
+    monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
+    monkeypatch.setattr(module, "without", lambda final, name: (name, None))
+    kept = {first: "nonlinear_reading", "nonlinear_reading": next(iter(others))}
+    left = {first: -80.0, "nonlinear_reading": -900.0}
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, kept[problem], deviance=left[problem]))
+    both = fitted(seen, first, "nonlinear_reading", deviance=-980.0)
     steps = (
-        Step(look=seen, alternatives=(alternative("power_law_damping", 900.0, first), alternative("coulomb_friction", 850.0))),
+        Step(look=seen, alternatives=(alternative(first, 900.0, fitted(seen, first)),)),
         Step(look=seen, alternatives=(alternative("nonlinear_reading", 80.0, both),)),
     )
     found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
-    found = module._needed(found, lambda model, one: one, lambda line: None)
-    assert names(found) == [kept, "nonlinear_reading"]
-    assert [step.alternatives[0].name for step in found.steps] == [kept, "nonlinear_reading"]
+    found = module._needed(found, EFFECTS, (), refusing(), lambda line: None)
+    assert sorted(names(found)) == sorted(expected)
+    assert [step.alternatives[0].name for step in found.steps] == expected
+    assert tried[:1] == ([] if others.get("cubic_stiffness") == 400.0 else list(others))
+    twins = diagnose._twins(found.steps[0])
+    assert twins == (["cubic_stiffness"] if others.get("cubic_stiffness") == 890.0 else [])
 
 
 def test_all_listed_effects_are_looked_for_unless_limited():
