@@ -260,8 +260,8 @@ def _concluded(
     named = tuple(_asserted(found, step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
     named = tuple(sorted(named, key=lambda one: -one.probability))
     asserted = {one.effect.name for one in named}
-    twins = dict.fromkeys(name for step in found.steps for name in _twins(step) if name not in asserted)
-    ambiguous = tuple(twins) if verdict == MISSING else ()
+    twins = {step.alternatives[0].name: [name for name in _twins(step) if name not in asserted] for step in found.steps}
+    ambiguous = {name: those for name, those in twins.items() if those} if verdict == MISSING else {}
     location = None
     if verdict in (MISSING, UNLISTED, UNDECIDED):
         first = found.steps[0].look if found.steps else found.last.look if found.last is not None else None
@@ -292,7 +292,7 @@ def _concluded(
         ),
         effects=named,
         free_form=formula,
-        ambiguous_with=ambiguous,
+        ambiguous_with=tuple(dict.fromkeys(name for those in ambiguous.values() for name in those)),
         location=location,
         considered=_considered(found),
         nominal=shown_before,

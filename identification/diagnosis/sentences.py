@@ -13,7 +13,7 @@ from identification.wording.numbers import joined, percent, rounded, significant
 def sentences(
     verdict: str,
     effects: Sequence[Asserted],
-    ambiguous: Sequence[str],
+    ambiguous: Mapping[str, Sequence[str]],
     location: Location | None,
     before: Side,
     after: Side,
@@ -28,7 +28,8 @@ def sentences(
 ) -> tuple[str, ...]:
     """Verdict in sentences: what is missing, where, and its effect on the error; the first sentence is complete in itself.
 
-    `unrest`: random force beside the final model. `beyond`: errors of readings over the noise declared, by channel, where they are larger.
+    `ambiguous`: by effect, others that the records do not separate from it. `unrest`: random force beside the final model.
+    `beyond`: errors of readings over the noise declared, by channel, where they are larger.
     `longer`: likewise over the noise that is seen from sample to sample, where none is declared.
     `reasons`: why the best listed effects are not asserted, by name. `limited`: not all listed effects were looked for.
     """
@@ -55,8 +56,11 @@ def sentences(
         named = joined([f"{one.effect.summary} ({_main(one)})" for one in effects])
         explain = "explains" if len(effects) == 1 else "explain"
         first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
-        doubt = (f"These records cannot separate it from {', '.join(ambiguous)}.",) if ambiguous else ()
-        return (first, *where, falls, *restless, *doubt, *_varying(after))
+        doubts = [
+            f"In place of {spoken(name)}, these records allow {joined([spoken(twin) for twin in twins], 'or')} too."
+            for name, twins in ambiguous.items()
+        ]
+        return (first, *where, falls, *restless, *doubts, *_varying(after))
     no_effect = f"no {'effect that was looked for' if limited else 'listed effect'} explains"
     first = f"Something real is missing, and {no_effect} it."
     if verdict == UNDECIDED:

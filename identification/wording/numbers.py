@@ -142,14 +142,14 @@ def _fixed(number: float, decimals: int) -> str:
     return text.replace("-", "−") if float(text) else text.replace("-", "")
 
 
-def joined(words: Sequence[str]) -> str:
-    """Words joined by commas and, before the last one, "and".
+def joined(words: Sequence[str], last: str = "and") -> str:
+    """Words joined by commas and, before the last one, "and" or another word.
 
     Example:
         >>> joined(["a", "b", "c"]), joined(["a"]), joined([])
         ('a, b and c', 'a', '')
     """
-    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
+    return f" {last} ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
 
 
 def grouped(said: Iterable[tuple[str, str]]) -> list[str]:

@@ -64,8 +64,6 @@ def _effects(diagnosis: Diagnosis) -> list[Text]:
         lines.append(f"  {one.effect.name}{f' ({where(one)})' if where(one) else ''}: {probability_text(one.probability)}; {found}")
     if diagnosis.free_form:
         lines.append(f"  learned in its place: {diagnosis.free_form}")
-    if diagnosis.ambiguous_with and not any(name in said for said in diagnosis.sentences for name in diagnosis.ambiguous_with):
-        lines.append(f"  these records cannot separate it from {effects_words(diagnosis.ambiguous_with)}")
     return list(map(Text, lines))
 
 

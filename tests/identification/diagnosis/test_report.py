@@ -127,7 +127,6 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
         "force = −Fc sign(u′)",
         "> 99.9 %",
         "Coulomb 1785",
-        "cannot separate it from drag that grows with the square of the velocity",
         "Parameters before and after",
         "−4.0 σ",
         "Prediction before and after",
