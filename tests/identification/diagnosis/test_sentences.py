@@ -19,7 +19,7 @@ def made():
     return {verdict: made_diagnosis(result, verdict) for verdict in (ADEQUATE, RESTLESS, MISSING, UNLISTED, UNDECIDED)}
 
 
-def said(diagnosis, *, ambiguous={}, unrest=None, after=None) -> str:
+def said(diagnosis, *, ambiguous=MappingProxyType({}), unrest=None, after=None) -> str:
     of = (diagnosis.verdict, diagnosis.effects, ambiguous, diagnosis.location, diagnosis.nominal, after or diagnosis.augmented)
     return " ".join(sentences(*of, diagnosis.free_form, unrest))
 
