@@ -27,7 +27,7 @@ from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, best_of_each, detail, known_effects, limit_warning, look, weighed_anew
-from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, is_twin, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
 from identification.estimation.prediction import record_fits
@@ -377,9 +377,7 @@ def _probability(step: Step) -> float:
 def _twins(step: Step) -> list[str]:
     """Effects that the records cannot separate from the best: chance alone could have put these first."""
     best, samples = step.alternatives[0], step.look.fitted.local.samples
-    within = -2.0 * float(np.log(LEVEL))
-    near = [one for one in _rivals(step)[1:] if one.criterion(samples) - best.criterion(samples) < within]
-    return [one.name for one in near if one.name != best.name]
+    return [one.name for one in _rivals(step)[1:] if one.name != best.name and is_twin(one, best, samples)]
 
 
 def _considered(found: Search) -> tuple[Considered, ...]:

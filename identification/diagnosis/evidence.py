@@ -44,17 +44,22 @@ class Judge:
         Numbers that every record has of its own are fitted to those too, and cost 2 each (Akaike).
         """
         held_back = len(self._experiment.held_back)
+        if not held_back:
+            return 0.0
         densities = [self.left_out(one).density + 2.0 * held_back * int(one.problem.border.own_strengths.sum()) for one in (before, after)]
-        return float(np.clip(densities[0] - densities[1], -_BEYOND, _BEYOND)) if held_back and np.isfinite(densities).any() else 0.0
+        return float(np.clip(densities[0] - densities[1], -_BEYOND, _BEYOND)) if np.isfinite(densities).any() else 0.0
+
+    def with_held_back(self, before: Fitted, one: Alternative) -> Alternative:
+        """A fitted alternative with its gain on the records held back."""
+        assert one.fitted is not None, "a candidate is judged once it is fitted"
+        gain = self.held_back_gain(before, one.fitted) if one.fitted.converged and one.best > 0.0 else 0.0
+        return dataclasses.replace(one, held_back=gain)
 
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
-        """An alternative with its gain on the records held back, and why it is not taken in beside a model."""
+        """A fitted alternative with the reason why it is not taken in beside a model; empty where it is."""
         assert one.fitted is not None, "a candidate is judged once it is fitted"
-        after = one.fitted
-        if not after.converged:
-            return dataclasses.replace(one, refused=NOT_CONVERGED)
-        one = dataclasses.replace(one, held_back=self.held_back_gain(before, after))
-        return dataclasses.replace(one, refused=self.why_not(before, one, after))
+        reason = self.why_not(before, one, one.fitted) if one.fitted.converged else NOT_CONVERGED
+        return dataclasses.replace(one, refused=reason)
 
     def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1) -> str:
         """Why an effect is not asserted; empty where it is.

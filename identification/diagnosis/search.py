@@ -5,6 +5,7 @@ A value in each record, of parameters in which the records contradict each other
 
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -30,8 +31,18 @@ _WORTH_FITTING = 0.05
 """Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
 Progress = Callable[[str], None]
-Judging = Callable[[Fitted, "Alternative"], "Alternative"]
-"""An alternative beside a model, with what it predicts of the records held back, and why it is not taken in."""
+
+
+class Judging(Protocol):
+    """Asks an alternative beside a model."""
+
+    def with_held_back(self, before: Fitted, one: "Alternative") -> "Alternative":
+        """With its gain on the records held back."""
+        ...
+
+    def __call__(self, before: Fitted, one: "Alternative") -> "Alternative":
+        """With the reason why it is not taken in."""
+        ...
 
 
 class OutOfBudgetError(Exception):
@@ -124,7 +135,7 @@ def search(
     among: Collection[str] = EFFECTS,
     *,
     terms: Sequence[Formula] = (),
-    judge: Judging = lambda model, one: one,
+    judge: Judging,
     progress: Progress = lambda line: None,
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
@@ -175,6 +186,11 @@ def is_significant(one: Alternative) -> bool:
     return chance(one.best, one.degrees, one.tried) < LEVEL
 
 
+def is_twin(one: Alternative, best: Alternative, samples: int) -> bool:
+    """Whether chance alone could have put the best before an alternative."""
+    return one.criterion(samples) - best.criterion(samples) < -2.0 * float(np.log(LEVEL))
+
+
 def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternative, Reestimated]]) -> bool:
     """Whether a value of some parameters in each record says more than every candidate, by the information criterion at first order."""
     samples = seen.fitted.local.samples
@@ -198,7 +214,7 @@ def _step(
         hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         try:
             for one, weighed in list(waiting):
-                best = max((other.gain for other in tried), default=0.0)
+                best = max((max(other.gain, other.best) for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
@@ -209,7 +225,7 @@ def _step(
                 hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         except OutOfBudgetError:
             finished = False
-        asked += _ranked([judge(seen.fitted, one) if one.best > 0.0 else one for one in tried], samples)
+        asked += _judged(seen.fitted, tried, judge, samples)
     asked.sort(key=_is_taken, reverse=True)
     refused = [one for one in asked if one.refused and is_significant(one)]
     kept = [one for one in asked if not any(one is other for other in refused)]
@@ -217,6 +233,15 @@ def _step(
     others = [one for one, _ in found if one.candidate.key not in done]
     without_equations = [tuple(dataclasses.replace(one, fitted=None) for one in part) for part in (kept[1:], refused)]
     return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
+
+
+def _judged(model: Fitted, tried: list[Alternative], judge: Judging, samples: int) -> list[Alternative]:
+    """Fitted alternatives, the best first, asked until one is taken in; of the others those that chance could have put first."""
+    ranked, asked = _ranked([judge.with_held_back(model, one) for one in tried], samples), []
+    for one in ranked:
+        taken = next((other for other in asked if _is_taken(other)), None)
+        asked.append(judge(model, one) if one.best > 0.0 and (taken is None or is_twin(one, taken, samples)) else one)
+    return asked
 
 
 def _still_hides(fitted: Fitted | None) -> bool:
@@ -319,7 +344,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
         if not lesser.converged:
             continue
         rise = lesser.deviance - final.deviance
-        again = judge(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise))
+        again = judge.with_held_back(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise))
         if not is_significant(again):
             final, steps = lesser, [other for other in steps if other is not step]
             continue

@@ -66,7 +66,7 @@ def names(found: Search) -> list[str]:
 def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
     monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
-    found = search(fitted(seen))
+    found = search(fitted(seen), judge=refusing())
     assert (names(found), found.finished) == (["coulomb_friction", "gap_drift"], True)
     assert [step.alternatives[0].name for step in found.steps] == names(found)
     assert found.last is not None and found.last.alternatives[0].name == "mains_hum"
@@ -76,7 +76,7 @@ def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, 
 def test_an_effect_that_a_later_one_makes_needless_is_left_out(seen, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("hysteresis", 800.0))
     monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "hysteresis", deviance=-1695.0))
-    found = search(fitted(seen))
+    found = search(fitted(seen), judge=refusing())
     assert names(found) == ["hysteresis"] == [step.alternatives[0].name for step in found.steps]
 
 
@@ -89,14 +89,14 @@ def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
         if len(lines) == 2:
             raise OutOfBudgetError
 
-    found = search(fitted(seen), progress=progress)
+    found = search(fitted(seen), judge=refusing(), progress=progress)
     assert (names(found), found.finished, found.last) == (["coulomb_friction"], False, None)
 
 
 def test_a_search_adds_so_many_effects_and_no_more(seen, gains):
     order = list(EFFECTS)[: MOST_EFFECTS + 1]
     gains(*((name, 900.0) for name in order))
-    found = search(fitted(seen))
+    found = search(fitted(seen), judge=refusing())
     assert (names(found), found.finished) == (order[:MOST_EFFECTS], True)
 
 
@@ -113,7 +113,7 @@ def test_effects_are_looked_for_again_beside_values_in_each_record(seen, gains, 
     monkeypatch.setattr(module, "contradicted", lambda at: ("f_n",))
     monkeypatch.setattr(module, "with_values", with_values)
     monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
-    assert names(search(fitted(seen))) == ["coulomb_friction", "gap_drift"]
+    assert names(search(fitted(seen), judge=refusing())) == ["coulomb_friction", "gap_drift"]
     assert asked == [(["coulomb_friction"], ("f_n",))]
 
 
@@ -126,7 +126,7 @@ def test_values_in_each_record_come_before_an_effect_that_says_less(seen, gains,
     monkeypatch.setattr(module, "contradicted", lambda at: () if asked else ("f_n",))
     monkeypatch.setattr(module, "gain_of_values", lambda at, differing: (gain, 3))
     monkeypatch.setattr(module, "with_values", lambda at, differing, progress: asked.append(names_of(at)) or at)
-    assert names(search(fitted(seen))) == ["coulomb_friction"]
+    assert names(search(fitted(seen), judge=refusing())) == ["coulomb_friction"]
     assert asked[0] == ([] if first else ["coulomb_friction"])
 
 
@@ -150,9 +150,24 @@ def weighed(seen, monkeypatch):
     return found
 
 
-def refusing(*refused: str):
-    """A judge."""
-    return lambda model, one: dataclasses.replace(one, refused="it does not predict" if one.name in refused else "")
+@dataclasses.dataclass(frozen=True)
+class Judge:
+    """Refuses some effects, and knows what records held back say of others."""
+
+    refused: tuple[str, ...] = ()
+    held_back: dict[str, float] = dataclasses.field(default_factory=dict)
+    asked: list[str] = dataclasses.field(default_factory=list)
+
+    def with_held_back(self, before: Fitted, one: Alternative) -> Alternative:
+        return dataclasses.replace(one, held_back=self.held_back.get(one.name, 0.0))
+
+    def __call__(self, before: Fitted, one: Alternative) -> Alternative:
+        self.asked.append(one.name)
+        return dataclasses.replace(one, refused="it does not predict" if one.name in self.refused else "")
+
+
+def refusing(*refused: str) -> Judge:
+    return Judge(refused=refused)
 
 
 def test_the_next_one_is_fitted_where_the_best_is_refused(seen, weighed):
@@ -187,17 +202,16 @@ def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(seen, weighed
 
 def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
-    held = lambda model, one: dataclasses.replace(one, held_back=-55.0 if one.name == "second_mode" else 40.0)  # noqa: E731
-    step = module._step(seen, module._weighed(seen), held, lambda line: None)
+    judge = Judge(held_back={"second_mode": -55.0, "coulomb_friction": 40.0})
+    step = module._step(seen, module._weighed(seen), judge, lambda line: None)
     assert [one.name for one in step.alternatives] == ["coulomb_friction", "second_mode"]
     assert step.alternatives[0].best == 90.0 and not is_significant(step.alternatives[1])
 
 
 def test_fitted_alternatives_are_ranked_with_the_records_held_back(seen, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
-    held_back = {"second_mode": 5.0, "coulomb_friction": 40.0}
-    held = lambda model, one: dataclasses.replace(one, held_back=held_back[one.name])  # noqa: E731
-    step = module._step(seen, module._weighed(seen), held, lambda line: None)
+    judge = Judge(held_back={"second_mode": 5.0, "coulomb_friction": 40.0})
+    step = module._step(seen, module._weighed(seen), judge, lambda line: None)
     assert [(one.name, one.best) for one in step.alternatives] == [("coulomb_friction", 90.0), ("second_mode", 65.0)]
 
 
@@ -241,6 +255,13 @@ def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighe
     assert tried[:1] == ([] if others.get("cubic_stiffness") == 400.0 else list(others))
     twins = diagnose._twins(found.steps[0])
     assert twins == (["cubic_stiffness"] if others.get("cubic_stiffness") == 890.0 else [])
+
+
+def test_the_best_is_asked_and_what_chance_could_have_put_first(seen, weighed):
+    weighed(second_mode=900.0, coulomb_friction=890.0, quadratic_drag=700.0)
+    judge = refusing()
+    module._step(seen, module._weighed(seen), judge, lambda line: None)
+    assert judge.asked == ["second_mode", "coulomb_friction"]
 
 
 def test_all_listed_effects_are_looked_for_unless_limited():
