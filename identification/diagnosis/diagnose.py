@@ -178,13 +178,13 @@ def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weig
 
 def _free(seen: Look) -> Free:
     """The best free forms beside a model, all variances estimated anew."""
-    base, found = weighed_anew(seen, None).deviance, []
+    found = []
     for one in seen.free[:_FORMS]:
         try:
             weighed = weighed_anew(seen, one.candidate)
         except np.linalg.LinAlgError:  # at first order it takes the motion too far to be weighed
             continue
-        found.append((one, weighed, base - weighed.deviance))
+        found.append((one, weighed, seen.deviance - weighed.deviance))
     return tuple(sorted(found, key=lambda one: -one[2]))
 
 

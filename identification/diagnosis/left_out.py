@@ -16,6 +16,7 @@ from identification.result.result import RecordFit
 from identification.trajectory.elimination import Solution, solve
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Linearised
+from identification.trajectory.segments import VARIATION
 from identification.trajectory.variances import reweighed
 from vibrojax.errors import NoConvergenceError
 
@@ -99,7 +100,7 @@ def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
 
 def _unknown_values(fitted: Fitted) -> Fitted:
     """The model with the common value, where parameters have one in each record: that of a further record is not known beforehand."""
-    own = np.array([name.startswith("variation.") for name in fitted.problem.unknowns.own], bool)
+    own = np.array([name.startswith(VARIATION) for name in fitted.problem.unknowns.own], bool)
     return dataclasses.replace(fitted, at=dataclasses.replace(fitted.at, own=np.where(own, 0.0, fitted.at.own)))
 
 

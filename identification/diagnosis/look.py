@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Collection, Sequence
 from difflib import get_close_matches
+from functools import cached_property
 
 import numpy as np
 
@@ -82,6 +83,11 @@ class Look:
     by: BySample
     listed: tuple[Scored, ...]
     free: tuple[Scored, ...]
+
+    @cached_property
+    def deviance(self) -> float:
+        """-2 log likelihood of the model itself, all variances estimated anew as in `weighed_anew`."""
+        return weighed_anew(self, None).deviance
 
 
 def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:

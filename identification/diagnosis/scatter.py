@@ -16,11 +16,11 @@ from identification.result.evidence import chance
 from identification.trajectory.additions import reestimated
 from identification.trajectory.fit import Fitted, Progress
 from identification.trajectory.remodel import with_variation
+from identification.trajectory.segments import VARIATION
 from vibrojax.errors import NoConvergenceError
 
 _COLUMNS = 48
 """Values that are weighed together at first order, at most."""
-_VARIATION = "variation."
 
 
 def contradicted(fitted: Fitted) -> tuple[str, ...]:
@@ -38,7 +38,7 @@ def differing(fitted: Fitted) -> tuple[str, ...]:
     """Parameters that have a value in each record."""
     problem = fitted.problem
     own = [name for place, name in enumerate(problem.unknowns.own) if problem.border.own[:, place].any()]
-    return tuple(name.removeprefix(_VARIATION) for name in own if name.startswith(_VARIATION))
+    return tuple(name.removeprefix(VARIATION) for name in own if name.startswith(VARIATION))
 
 
 def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:

@@ -256,7 +256,7 @@ def _is_taken(one: Alternative) -> bool:
 
 def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
     """The best candidates with all variances estimated anew, by decreasing gain."""
-    base, found = weighed_anew(seen, None).deviance, []
+    found = []
     for scored in _shortlist(seen):
         try:
             weighed = weighed_anew(seen, scored.candidate)
@@ -265,7 +265,7 @@ def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
         one = Alternative(
             candidate=scored.candidate,
             expected=scored.gain,
-            gain=base - weighed.deviance,
+            gain=seen.deviance - weighed.deviance,
             degrees=_numbers(scored.candidate, len(seen.fitted.problem.chains.knots)),
             tried=scored.candidate.members[0].probe.tried(seen.scales, len(seen.listed)),
         )

@@ -14,7 +14,7 @@ from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.innovations import whiteness
 from identification.trajectory.random_force import RandomForce
-from identification.trajectory.segments import OF_RECORD
+from identification.trajectory.segments import OF_RECORD, VARIATION
 from identification.trajectory.start import weighable
 from identification.trajectory.variances import SMALLEST_FORCE, is_largest, reweighed
 from vibrojax.channels import UNITS
@@ -219,7 +219,7 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     shift, sigma = record_estimates(fitted)
     problem, files = fitted.problem, fitted.problem.chains.files
     own = enumerate(problem.unknowns.own)
-    modelled = {name.partition(".")[2] for place, name in own if name.startswith("variation.") and problem.border.own[:, place].any()}
+    modelled = {name.partition(".")[2] for place, name in own if name.startswith(VARIATION) and problem.border.own[:, place].any()}
     found = []
     for index, p in enumerate(problem.parameters):
         known = np.flatnonzero(sigma[:, index] < _WIDEST)
@@ -241,7 +241,7 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
     A deviation that the model has for the record is part of the shift, and is not estimated beside it.
     """
     problem, unknowns = fitted.problem, fitted.problem.unknowns
-    varying = [place for place, name in enumerate(unknowns.own) if name.startswith("variation.")]
+    varying = [place for place, name in enumerate(unknowns.own) if name.startswith(VARIATION)]
     solution, already = fitted.solution, np.zeros((len(problem.chains.files), len(unknowns.shared)))
     if varying:
         free = problem.border.own.copy()

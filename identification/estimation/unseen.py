@@ -11,6 +11,7 @@ from identification.experiment import Experiment
 from identification.result.result import RecordFit
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.remodel import remodelled, with_variation
+from identification.trajectory.segments import VARIATION
 from identification.trajectory.start import problem_of
 
 SIGNAL = 9.0
@@ -33,7 +34,7 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     varying = {
         name.partition(".")[2]: float(border.own_scale[place])
         for place, name in enumerate(of_fit.own)
-        if name.startswith("variation.") and border.own[:, place].any()
+        if name.startswith(VARIATION) and border.own[:, place].any()
     }
     problem = with_variation(problem, varying)
     shared = np.array([fitted.at.shared[of_fit.index(name)] for name, _ in problem.unknowns.shared])

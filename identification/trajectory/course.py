@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import CHUNK, Estimate, homes, linearise, travelled, vectors_of
 from identification.trajectory.remodel import late_channels
-from identification.trajectory.segments import APPROACH_SPEED, Chains, chains_of
+from identification.trajectory.segments import APPROACH_SPEED, VARIATION, Chains, chains_of
 from identification.trajectory.start import Problem
 from identification.windows.measured_input import inputs_of
 from vibrojax.channels import recorded
@@ -129,8 +129,8 @@ def record_system(problem: Problem, at: Estimate, index: int) -> System:
     record, own = problem.experiment.records[index], dict(zip(problem.unknowns.own, at.own[index], strict=True))
     values = problem.values(at)
     for name, logarithmic in zip(problem.unknowns.own, problem.unknowns.logarithmic_own, strict=True):
-        if name.startswith("variation."):
-            shared = name.removeprefix("variation.")
+        if name.startswith(VARIATION):
+            shared = name.removeprefix(VARIATION)
             values[shared] = values[shared] * np.exp(own[name]) if dict(problem.unknowns.shared)[shared] else values[shared] + own[name]
         elif name in problem.model.values():
             values[name] = np.exp(own[name]) if logarithmic else own[name]

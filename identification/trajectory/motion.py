@@ -17,7 +17,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
-from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, Chains, Segments, Unknowns
+from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, VARIATION, Chains, Segments, Unknowns
 from vibrojax.channels import recorded
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractInstantaneousLaw
@@ -88,10 +88,10 @@ def segment_system(model: Model, unknowns: Unknowns, files: tuple[str, ...], one
     mine = dict(zip(unknowns.own, own, strict=True))
     values = {}
     for (name, logarithmic), value in zip(unknowns.shared, shared, strict=True):
-        value = value + mine.get(f"variation.{name}", 0.0)
+        value = value + mine.get(f"{VARIATION}{name}", 0.0)
         values[name] = jnp.exp(value) if logarithmic else value
     for name, logarithmic in zip(unknowns.own, unknowns.logarithmic_own, strict=True):
-        if name not in OF_RECORD and not name.startswith(("zero.", "variation.")):
+        if name not in OF_RECORD and not name.startswith(("zero.", VARIATION)):
             values[name] = jnp.exp(mine[name]) if logarithmic else mine[name]
     base = one.motion
     if base is None:

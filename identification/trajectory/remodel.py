@@ -9,13 +9,11 @@ import numpy as np
 
 from identification.trajectory.chain_equations import Border
 from identification.trajectory.motion import Estimate, is_late
-from identification.trajectory.segments import APPROACH_SPEED, Lateness, chains_of
+from identification.trajectory.segments import APPROACH_SPEED, VARIATION, Lateness, chains_of
 from identification.trajectory.start import FLIGHT_STEPS, Problem
 from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
-
-_VARIATION = "variation."
 
 
 def remodelled(
@@ -159,18 +157,18 @@ def with_variation(problem: Problem, std: Mapping[str, float]) -> Problem:
 
     Where it is 0, the parameter is the same in all records.
     """
-    absent = [name for name in std if f"{_VARIATION}{name}" not in problem.unknowns.own]
+    absent = [name for name in std if f"{VARIATION}{name}" not in problem.unknowns.own]
     before, border = problem.unknowns, problem.border
     place = len(before.own) - len(problem.model.record_parameters)
 
     def widened(values: np.ndarray, value: float | bool) -> np.ndarray:
         return np.insert(values, [place] * len(absent), value, axis=-1)
 
-    own = (*before.own[:place], *(f"{_VARIATION}{name}" for name in absent), *before.own[place:])
+    own = (*before.own[:place], *(f"{VARIATION}{name}" for name in absent), *before.own[place:])
     logarithmic = (*before.logarithmic_own[:place], *(False for _ in absent), *before.logarithmic_own[place:])
     free, scale, precision = widened(border.own, True), widened(border.own_scale, 1.0), widened(border.own_precision, 1.0)
     for name, size in std.items():
-        column = own.index(f"{_VARIATION}{name}")
+        column = own.index(f"{VARIATION}{name}")
         free[:, column] = size > 0.0
         scale[column], precision[:, column] = (size, size**-2.0) if size > 0.0 else (1.0, 1.0)
     return dataclasses.replace(

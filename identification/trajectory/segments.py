@@ -33,6 +33,8 @@ GAP_PRIOR_STD_M = 1e-3
 """Prior standard deviation of the gap's setting error, m."""
 OF_RECORD = ("base_sine", "base_cosine", "gap_error")
 """Own to each record: y = base_sine sin(Omega t) + base_cosine cos(Omega t), m, and the setting error of the gap, m."""
+VARIATION = "variation."
+"""Before the name of a shared parameter: its deviation in a record."""
 APPROACH_SPEED = "approach_speed"
 """State: speed at the last touch, m/s."""
 Lateness = Callable[[np.ndarray], np.ndarray]
@@ -148,7 +150,7 @@ class Chains:
 
 def unknowns_of(model: Model, parameters: Sequence[Parameter], *, zeros: Sequence[str] = (), varying: Sequence[str] = ()) -> Unknowns:
     """Unknowns of a model: `parameters` are shared, `zeros` name channels of unknown zero, `varying` parameters that deviate in records."""
-    own = (*OF_RECORD, *(f"zero.{name}" for name in zeros), *(f"variation.{name}" for name in varying))
+    own = (*OF_RECORD, *(f"zero.{name}" for name in zeros), *(f"{VARIATION}{name}" for name in varying))
     of_effects, of_motion = model.record_parameters, ("u", "v")
     effects = tuple(f"{effect.name}.{state.name}" for effect in model.acting for state in effect.own_states)
     return Unknowns(
