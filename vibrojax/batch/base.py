@@ -11,9 +11,14 @@ import abc
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.system import System
+
+
+Count = int | Int[Array, " lanes"]
+"""Cycles: as many of all lanes, or each lane's own."""
 
 
 class Lanes(NamedTuple):
@@ -69,6 +74,12 @@ TABLES = ("u", "v", "impacts", "peak_force", "impact_speed")
 """Those of `Cycles` with a row a recorded cycle."""
 
 
+def numbered(cycles: Count, recorded: int, lanes: int) -> Int[Array, "rows lanes"]:
+    """Which of its cycles each lane is in, row by row, so that all end with the last; a lane waits while its number is negative."""
+    rows = cycles if isinstance(cycles, int) else recorded
+    return jnp.arange(rows)[:, None] + jnp.broadcast_to(cycles - rows, (lanes,))
+
+
 class AbstractEngine(eqx.Module):
     """A method that advances many lanes at once."""
 
@@ -83,12 +94,13 @@ class AbstractEngine(eqx.Module):
         """Why it cannot integrate these rigs; None where it can. Needs concrete values."""
 
     @abc.abstractmethod
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
         """Take every lane on by so many whole cycles of its own excitation.
 
         Arguments:
             lanes: the rigs.
             state: of every lane at a strobe.
-            cycles: how many; this and the next are static numbers, for each pair of which a program is compiled.
+            cycles: how many; this and the next are static numbers, for each pair of which a program is compiled. Or an array: how many of
+                each lane, from 1 to `recorded`.
             recorded: how many of them, the last ones, are handed back; the tables may have more rows, which mean nothing.
         """

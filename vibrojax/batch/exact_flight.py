@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.base import AbstractEngine, Count, Cycles, Lanes, LaneState
 from vibrojax.batch.contact_steps import Contact, contact_step, peak_so_far, touching
 from vibrojax.batch.linear_flow import Flight, Flow, at_stop, flow_of, fly, highest, point, safe_step, take_off, to_strobe, within_turn
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
@@ -100,7 +100,7 @@ class ExactFlight(AbstractEngine):
             return "a suspension that does not oscillate (zeta >= 1, or f_n = 0)"
         return None
 
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
         """See `AbstractEngine`."""
         system, flow = lanes.systems, flow_of(lanes.systems)
         law = system.law
@@ -193,10 +193,10 @@ class ExactFlight(AbstractEngine):
         )
 
 
-def _start(flow: Flow, state: LaneState, cycles: int, recorded: int) -> _Carry:
+def _start(flow: Flow, state: LaneState, cycles: Count, recorded: int) -> _Carry:
     rows = 1 << (recorded - 1).bit_length()  # shapes in a GPU kernel are powers of two
     nothing = jnp.zeros((rows, state.u.shape[0]), state.u.dtype)
-    first = jnp.full(state.u.shape, recorded - cycles)
+    first = jnp.broadcast_to(jnp.asarray(recorded - cycles), state.u.shape)
     finite = jnp.isfinite(state.u) & jnp.isfinite(state.v)
     return _Carry(
         flight=take_off(flow, state.u, state.v, jnp.zeros_like(state.u)),
@@ -284,7 +284,7 @@ def _with_impact(
     )
 
 
-def _finish(state: LaneState, end: _Carry, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
+def _finish(state: LaneState, end: _Carry, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
     sections, impacts = end.sections, end.impacts
     u, v = _row(sections.u, recorded - 1), _row(sections.v, recorded - 1)
     finite = jnp.isfinite(u) & jnp.isfinite(v)

@@ -19,17 +19,17 @@ MOST_LANES = 2**17
 
 
 def in_one_kernel(
-    engine: AbstractEngine, form: Any, cycles: int, recorded: int, rigs: jax.Array, state: jax.Array, *, interpret: bool = False
+    engine: AbstractEngine, form: Any, cycles: int | None, recorded: int, rigs: jax.Array, state: jax.Array, *, interpret: bool = False
 ) -> tuple[jax.Array, Cycles]:
     """What `engine.advance` does, block by block; effects have no states of their own here.
 
     Arguments:
         engine: one whose `in_kernel` says that Pallas lowers it.
         form: tree of the `Lanes` of which `rigs` holds the leaves.
-        cycles: see `AbstractEngine.advance`.
+        cycles: see `AbstractEngine.advance`; None where they are the last row of the state.
         recorded: the same.
         rigs: one row a leaf, `(rows, lanes)`.
-        state: as `vibrojax.batch.packed` lays it out, `(6, lanes)`.
+        state: as `vibrojax.batch.packed` lays it out, `(6, lanes)`, and one row more without `cycles`.
         interpret: run the kernel as ordinary operations, on any device, to check it.
 
     Returns:
@@ -46,7 +46,7 @@ def in_one_kernel(
         nothing = jnp.zeros((BLOCK, 0), dtype)
         before = LaneState(given[0], given[1], given[2] > 0.5, given[3], given[4], (given[5] + 0.5).astype(int), nothing)
         lanes_here = jax.tree.unflatten(form, [rigs_ref[row, :] for row in range(rigs.shape[0])])
-        after, what = engine.advance(lanes_here, before, cycles, recorded)
+        after, what = engine.advance(lanes_here, before, (given[6] + 0.5).astype(int) if cycles is None else cycles, recorded)
         for row, values in enumerate(after[:6]):
             after_ref[row, :] = values.astype(dtype)
         for into, name in zip((u, v, impacts, peak_force, impact_speed), TABLES, strict=True):
@@ -60,7 +60,7 @@ def in_one_kernel(
 
     count = jnp.asarray(0).dtype
     table, row = (rows, lanes), (lanes,)
-    shapes = [laid_out(*state.shape), *(laid_out(*table, kind=kind) for kind in (dtype, dtype, count, dtype, dtype))]
+    shapes = [laid_out(6, lanes), *(laid_out(*table, kind=kind) for kind in (dtype, dtype, count, dtype, dtype))]
     shapes += [laid_out(*row), laid_out(*row, kind=count), laid_out(*row, kind=count)]
     call = pl.pallas_call(
         block,

@@ -6,6 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from vibrojax.batch.base import TABLES
 from vibrojax.batch.points import LONG_SINCE
 from vibrojax.batch.run import Strobes
 from vibrojax.integrate.base import SUCCESS
@@ -25,6 +26,9 @@ _AWAY = 0.01
 """Of A0, and of A0 Omega: so it is where it was taken farther from the orbit."""
 _SAME = 1e-4
 """Of A0, and of A0 Omega: closer section points are one; an orbit that repeats earlier has the shorter period."""
+
+_ROWS = 8
+"""Cycles for which a passage has room, at least: one program then serves all periods up to it."""
 
 
 class Orbits(NamedTuple):
@@ -137,24 +141,18 @@ def same_orbit(strobes: Float[np.ndarray, "cycle 2 starts"], other: Float[np.nda
 
 
 def _run(strobes: Strobes, index: np.ndarray, start: np.ndarray, touch: np.ndarray, period: np.ndarray, longest: int) -> _Passage:
-    """One period of each motion, cycle by cycle, so that one program serves every period."""
+    """One period of each motion."""
     gap = np.asarray(jax.tree.unflatten(strobes.form, list(strobes.rigs)).systems.gap)[index]
     inside = start[0] > gap
     state = np.stack([*start, inside, touch[0], np.where(inside, touch[1], 0.0), np.zeros(index.size)]).astype(float)
-    points = np.zeros((longest + 1, 2, index.size))
-    points[0] = start
-    impacts, force, speed, whole = np.zeros(index.size, int), *np.zeros((2, index.size)), np.ones(index.size, bool)
-    for cycle in range(1, longest + 1):
-        on = np.flatnonzero((period >= cycle) & whole)
-        if on.size == 0:
-            break
-        state[:, on], what = strobes.advance(index[on], state[:, on], 1, 1)
-        points[cycle][:, on] = state[:2, on]
-        impacts[on] += what["impacts"][0]
-        force[on], speed[on] = np.maximum(force[on], what["peak_force"][0]), np.maximum(speed[on], what["impact_speed"][0])
-        whole[on] = what["result"] == SUCCESS
-    touch = np.stack([state[3], np.where(state[4] > 0, state[4], LONG_SINCE)])
-    return _Passage(points, impacts, force, speed, touch, whole)
+    rows = max(_ROWS, longest)
+    after, what = strobes.advance(index, state, period, rows)
+    row = rows - period + np.minimum(np.arange(longest)[:, None], period - 1)
+    u, v, impacts, force, speed = (np.take_along_axis(what[name], row, axis=0) for name in TABLES)
+    once = np.arange(longest)[:, None] < period
+    touch = np.stack([after[3], np.where(after[4] > 0, after[4], LONG_SINCE)])
+    points = np.concatenate([start[None], np.stack([u, v], axis=1)])
+    return _Passage(points, (impacts * once).sum(axis=0), force.max(axis=0), speed.max(axis=0), touch, what["result"] == SUCCESS)
 
 
 def _note(passage: _Passage, ran: _Passage, here: np.ndarray) -> None:

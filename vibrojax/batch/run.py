@@ -5,7 +5,7 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import jax
@@ -17,7 +17,7 @@ from vibrojax.batch.exact_flight import ExactFlight
 from vibrojax.batch.kernel import BLOCK, MOST_LANES, in_one_kernel
 from vibrojax.batch.points import Points, Responses, lanes_of
 from vibrojax.batch.stepping import Stepping
-from vibrojax.compiling import compiled_for_long_runs
+from vibrojax.compiling import LONG
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
@@ -209,30 +209,35 @@ class Strobes:
     def __exit__(self, *_: object) -> None:
         self._pool.shutdown()
 
-    def advance(self, index: np.ndarray, state: np.ndarray, cycles: int, recorded: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    def advance(
+        self, index: np.ndarray, state: np.ndarray, cycles: int | np.ndarray, recorded: int
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Take lanes on by so many cycles.
 
         Arguments:
             index: which lanes; one may occur several times.
             state: of each, as `packed` lays it out, `(rows, lanes)`.
-            cycles: how many.
-            recorded: how many of them are handed back, the last ones.
+            cycles: how many; or of each lane, at most `recorded`.
+            recorded: how many of them are handed back, the last ones; rows before a lane's own mean nothing.
 
         Returns:
             The states, and what `Cycles` holds by name: tables `(recorded, lanes)`, `u_max` and `result` `(lanes,)`.
         """
-        pieces = [slice(i, i + self.chunk) for i in range(0, index.size, self.chunk)]
-        found = list(self._pool.map(lambda piece: self._piece(index[piece], state[:, piece], cycles, recorded), pieces))
-        sizes = [index[piece].size for piece in pieces]
-        states = np.concatenate([after[:, :size] for size, (after, _) in zip(sizes, found, strict=True)], axis=1)
+        order, same = np.arange(index.size), cycles if isinstance(cycles, int) else None
+        if same is None:
+            order, state = np.argsort(cycles, kind="stable"), np.concatenate([state, [cycles]])
+        pieces = [order[i : i + self.chunk] for i in range(0, index.size, self.chunk)]
+        found = list(self._pool.map(lambda piece: self._piece(index[piece], state[:, piece], same, recorded), pieces))
+        sizes, back = [piece.size for piece in pieces], np.argsort(order)
+        states = np.concatenate([after[:, :size] for size, (after, _) in zip(sizes, found, strict=True)], axis=1)[:, back]
 
         def joined(name: str) -> np.ndarray:
             parts = [np.asarray(getattr(what, name))[..., :size] for size, (_, what) in zip(sizes, found, strict=True)]
-            return np.concatenate(parts, axis=-1)
+            return np.concatenate(parts, axis=-1)[..., back]
 
         return states, {name: joined(name) for name in (*TABLES, "u_max", "result")}
 
-    def _piece(self, index: np.ndarray, state: np.ndarray, cycles: int, recorded: int) -> tuple[np.ndarray, Cycles]:
+    def _piece(self, index: np.ndarray, state: np.ndarray, cycles: int | None, recorded: int) -> tuple[np.ndarray, Cycles]:
         """One chunk, or a small one where that is enough; lanes that are missing are copies of its last one."""
         chunk = self.small if index.size <= self.small else self.chunk
         full = np.minimum(np.arange(chunk), index.size - 1)
@@ -328,13 +333,17 @@ class Batch:
 
 @lru_cache(maxsize=64)
 def _compiled(
-    engine: AbstractEngine, form: Any, rows: tuple[int, int], lanes: int, cycles: int, recorded: int
+    engine: AbstractEngine, form: Any, rows: tuple[int, int], lanes: int, cycles: int | None, recorded: int
 ) -> Callable[[Any, Any], tuple[jax.Array, Cycles]]:
-    """The program of one chunk: few arguments, since each costs as much to hand over as several steps."""
+    """The program of one chunk: few arguments, since each costs as much to hand over as several steps.
 
-    @compiled_for_long_runs
+    Without `cycles`, these are the last row of the state.
+    """
+
+    @partial(jax.jit, compiler_options=LONG)  # of arrays alone: `equinox.filter_jit` costs as much a call as thirty steps
     def by_xla(rigs: jax.Array, state: jax.Array):
-        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), unpacked(state), cycles, recorded)
+        state, count = (state[:-1], jnp.round(state[-1]).astype(int)) if cycles is None else (state, cycles)
+        after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), unpacked(state), count, recorded)
         return _packed_array(after), _recorded(what, recorded)
 
     @jax.jit

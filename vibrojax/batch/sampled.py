@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.base import AbstractEngine, Count, Cycles, Lanes, LaneState, numbered
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.integrate.base import AbstractIntegrator, without_effects
 from vibrojax.integrate.smoothed import Smoothed
@@ -43,10 +43,10 @@ class Sampled(AbstractEngine):
             return "a rigid stop, whose touches lie between samples"
         return None
 
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
         """See `AbstractEngine`."""
 
-        def one_lane(system: System, frequency_hz: Array, cycle: Array, u: Array, v: Array):
+        def one_lane(system: System, frequency_hz: Array, cycle: Array, numbers: Array, u: Array, v: Array):
             def one_cycle(carry, number):
                 t = (cycle + number + jnp.linspace(0.0, 1.0, self.samples + 1)) / frequency_hz
                 path = self.integrator(system, t, jnp.stack(carry))
@@ -54,14 +54,17 @@ class Sampled(AbstractEngine):
                 inside = system.indentation(path.u) > 0
                 touch = inside[1:] & ~inside[:-1]
                 speed = jnp.max(jnp.where(touch, path.v[:-1], 0.0))
-                after = path.u[-1], path.v[-1]
+                after = tuple(jnp.where(number < 0, before, ys[-1]) for before, ys in zip(carry, (path.u, path.v), strict=True))
                 return after, (*after, jnp.sum(touch), jnp.max(push), speed, jnp.max(path.u), path.result, path.steps)
 
-            _, found = lax.scan(one_cycle, (u, v), jnp.arange(cycles).astype(u.dtype))
+            _, found = lax.scan(one_cycle, (u, v), numbers)
             return found
 
         cycle = state.cycle.astype(state.u.dtype)
-        found = jax.vmap(one_lane, out_axes=-1)(lanes.systems, lanes.frequency_hz, cycle, state.u, state.v)
+        numbers = numbered(cycles, recorded, cycle.shape[0]).astype(cycle.dtype)
+        found = jax.vmap(one_lane, in_axes=(0, 0, 0, 1, 0, 0), out_axes=-1)(
+            lanes.systems, lanes.frequency_hz, cycle, numbers, state.u, state.v
+        )
         u, v, impacts, peak, speed, u_max, result, steps = found
         worst, most = jnp.max(result, axis=0), jnp.max(u_max[-recorded:], axis=0)
         kept = [part[-recorded:] for part in (u, v, impacts, peak, speed)]

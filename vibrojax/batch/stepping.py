@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
+from vibrojax.batch.base import AbstractEngine, Count, Cycles, Lanes, LaneState, numbered
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS
 from vibrojax.integrate.impacts import Push, peak_of_step, push_of
@@ -54,7 +54,7 @@ class Stepping(AbstractEngine):
         """It integrates every rig."""
         return None
 
-    def advance(self, lanes: Lanes, state: LaneState, cycles: int, recorded: int) -> tuple[LaneState, Cycles]:
+    def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
         """See `AbstractEngine`."""
         system = lanes.systems
         period = 1.0 / lanes.frequency_hz
@@ -64,12 +64,13 @@ class Stepping(AbstractEngine):
         )
         motion = motion._replace(in_contact=state.in_contact, approach_speed=jnp.maximum(state.approach_speed, motion.approach_speed * 0))
 
-        def one_cycle(motion: LandingState, number: Array):
-            target = (state.cycle + number + 1).astype(period.dtype) * period
+        def one_cycle(motion: LandingState, number: Int[Array, " lanes"]):
+            target = (state.cycle + jnp.maximum(number + 1, 0)).astype(period.dtype) * period
             motion, cycle, steps, late = self._to_strobe(system, period, target, motion)
             return motion, (motion.u, motion.v, cycle, steps, late)
 
-        motion, (u, v, cycle, steps, late) = lax.scan(one_cycle, motion, jnp.arange(cycles))
+        numbers = numbered(cycles, recorded, period.shape[0])
+        motion, (u, v, cycle, steps, late) = lax.scan(one_cycle, motion, numbers)
         finite = jnp.isfinite(motion.u) & jnp.isfinite(motion.v)
         result = jnp.where(finite, jnp.where(jnp.any(late, axis=0), STEP_LIMIT, SUCCESS), NOT_FINITE)
         nothing = jnp.zeros_like(motion.u)

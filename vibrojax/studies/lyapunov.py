@@ -4,7 +4,6 @@ import dataclasses
 import os
 from concurrent.futures import ThreadPoolExecutor
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from jaxtyping import Array, Float
 
 from vibrojax.batch import AbstractEngine, Lanes, LaneState, Points, Span, engine_for, grid, integrate
 from vibrojax.batch.points import lanes_of
+from vibrojax.compiling import compiled_for_long_runs
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
@@ -59,13 +59,12 @@ def exponents(
     """
     lanes, _ = lanes_of(model, points)
     engine, index = engine_for(lanes), np.flatnonzero(chosen)
-    scales = _scales(model, points)
+    everyone = jax.tree.map(np.asarray, (lanes, state, _scales(model, points)))
     pieces = [index[i : i + chunk] for i in range(0, index.size, chunk)]
 
     def one(piece: np.ndarray) -> np.ndarray:
-        full = jnp.asarray(np.concatenate([piece, np.full(chunk - piece.size, piece[-1])]))
-        rigs, start, scale = jax.tree.map(lambda leaf: leaf[full], (lanes, state, jnp.asarray(scales)))
-        return np.asarray(_growth(engine, rigs, start, scale, cycles, number))[: piece.size]
+        full = np.concatenate([piece, np.full(chunk - piece.size, piece[-1])])
+        return np.asarray(_growth(engine, *jax.tree.map(lambda leaf: leaf[full], everyone), cycles, number))[: piece.size]
 
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
         return np.concatenate(list(pool.map(one, pieces)))
@@ -79,7 +78,7 @@ def _scales(model: Model, points: Points) -> np.ndarray:
     return np.stack([amplitude, amplitude * omega, *own], axis=1)
 
 
-@eqx.filter_jit
+@compiled_for_long_runs
 def _growth(
     engine: AbstractEngine, lanes: Lanes, state: LaneState, scale: Float[Array, "lanes states"], cycles: int, number: int
 ) -> Float[Array, "lanes exponents"]:

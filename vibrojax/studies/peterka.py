@@ -17,7 +17,7 @@ from vibrojax.studies.coexistence import KICKS, kicked
 from vibrojax.studies.lyapunov import exponents
 from vibrojax.studies.orbit_plane import SLOTS, OrbitPlane
 
-_SIDE_BY_SIDE, _FEW = 256, 64
+_SIDE_BY_SIDE, _FEW = 64, 16
 """Lanes on a processor while orbits are looked for, and where there are few: many, since a period is often one cycle."""
 _ASKED = 24
 """Cells along each axis at which all starts are tried, at most."""
