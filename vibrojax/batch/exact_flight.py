@@ -1,6 +1,7 @@
 """The fast path: exact linear flight from touch to touch, graded Runge-Kutta in contact."""
 
-from typing import ClassVar, NamedTuple
+from functools import partial
+from typing import ClassVar, NamedTuple, cast
 
 import equinox as eqx
 import jax
@@ -12,7 +13,8 @@ from jaxtyping import Array, Bool, Float, Int
 from vibrojax.batch.base import AbstractEngine, Count, Cycles, Lanes, LaneState
 from vibrojax.batch.contact_steps import Contact, contact_step, peak_so_far, touching
 from vibrojax.batch.linear_flow import Flight, Flow, at_stop, flow_of, fly, highest, point, safe_step, take_off, to_strobe, within_turn
-from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
+from vibrojax.compiling import as_one_function
+from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS
@@ -113,14 +115,18 @@ class ExactFlight(AbstractEngine):
         def unfinished(carry: _Carry):
             return _any(runs(carry))
 
-        def onward(carry: _Carry) -> _Carry:
+        def onward(flow: Flow, law: AbstractContactLaw, mass: _Lanes, carry: _Carry) -> _Carry:
             carry = self._fly_to_touch(flow, carry, runs(carry) & ~carry.in_contact, recorded)
             entering = runs(carry) & carry.in_contact
-            if isinstance(law, AbstractInstantaneousLaw):
-                return _rebound(flow, law, carry, entering)
-            return self._through_contact(flow, law, jnp.asarray(system.mass), carry, entering)
+            if isinstance(law, AbstractCompliantLaw):
+                return self._through_contact(flow, law, mass, carry, entering)
+            return _rebound(flow, cast(AbstractInstantaneousLaw, law), carry, entering)
 
-        return _finish(state, lax.while_loop(unfinished, onward, _start(flow, state, cycles, recorded)), cycles, recorded)
+        @as_one_function
+        def to_the_end(flow: Flow, law: AbstractContactLaw, mass: _Lanes, carry: _Carry) -> _Carry:
+            return lax.while_loop(unfinished, partial(onward, flow, law, mass), carry)
+
+        return _finish(state, to_the_end(flow, law, jnp.asarray(system.mass), _start(flow, state, cycles, recorded)), cycles, recorded)
 
     def _fly_to_touch(self, flow: Flow, carry: _Carry, flies: Bool[Array, " lanes"], recorded: int) -> _Carry:
         """The lanes that fly, to their next touch, or past a few strobes and then back to the last of them."""
