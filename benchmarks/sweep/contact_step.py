@@ -13,7 +13,7 @@ from vibrojax.batch import grid
 from vibrojax.batch.contact_steps import Contact, contact_step, touching
 from vibrojax.batch.linear_flow import flow_of, take_off
 from vibrojax.batch.points import lanes_of
-from vibrojax.compiling import compiled_for_long_runs
+from vibrojax.compiling import as_one_function, compiled_for_long_runs
 from vibrojax.contact import AbstractCompliantLaw
 
 _LANES, _STEPS, _REPEATS = 64, 9.0, 20_000
@@ -46,6 +46,7 @@ def contact_cost(problem: Problem) -> dict[str, float]:
         return contact_step(flow, touch, at, moves, _STEPS)
 
     @compiled_for_long_runs
+    @as_one_function
     def many(flow: Any, law: Any, mass: Any, begin: Contact):
         touch = touching(law, mass, begin.v, _STEPS)
 

@@ -77,7 +77,7 @@ TABLES = ("u", "v", "impacts", "peak_force", "impact_speed")
 def numbered(cycles: Count, recorded: int, lanes: int) -> Int[Array, "rows lanes"]:
     """Which of its cycles each lane is in, row by row, so that all end with the last; a lane waits while its number is negative."""
     rows = cycles if isinstance(cycles, int) else recorded
-    return jnp.arange(rows)[:, None] + jnp.broadcast_to(cycles - rows, (lanes,))
+    return jnp.arange(rows)[:, None] + jnp.broadcast_to(cycles - rows, (1, lanes))
 
 
 class AbstractEngine(eqx.Module):
