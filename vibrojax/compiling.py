@@ -1,6 +1,8 @@
 """Options of the compiler: for programs that run briefly, a short compilation; for programs that run long, wide vectors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, ParamSpec, TypeVar, cast
 
 import equinox as eqx
@@ -22,6 +24,8 @@ LONG = {"xla_cpu_prefer_vector_width": 512} if (0, 10) <= _VERSION <= (0, 12) el
 _ONE = {"inlineable": "false", "xla_cpu_small_call": "true"} if _VERSION == (0, 10) else {}
 """By this XLA marks small loops that it compiles as one function. Tried: 0.10.2."""
 
+_IN_KERNEL = ContextVar("in_kernel", default=False)
+
 
 def as_one_function(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """Decorator for a loop within a compiled program: on a CPU it becomes one function of machine code.
@@ -29,10 +33,10 @@ def as_one_function(function: Callable[..., _Result]) -> Callable[..., _Result]:
     Else XLA calls a function for every fused operation, which takes as long as its arithmetic on some hundred numbers. What the loop
     closes over has to be an argument, too. Arguments of one kind go in as one: XLA aborts over one that the loop has no use for.
     """
-    if not _ONE or jax.default_backend() != "cpu":
-        return function
 
     def called(*given: Any) -> _Result:
+        if not _ONE or _IN_KERNEL.get() or jax.default_backend() != "cpu":
+            return function(*given)
         leaves, form = jax.tree.flatten(given)
         leaves = [jnp.asarray(leaf) for leaf in leaves]
         kinds = [(leaf.shape, leaf.dtype) for leaf in leaves]
@@ -49,6 +53,16 @@ def as_one_function(function: Callable[..., _Result]) -> Callable[..., _Result]:
             return inside(together)
 
     return called
+
+
+@contextmanager
+def in_kernel() -> Iterator[None]:
+    """Where Pallas lowers what is traced, loops stay as they are."""
+    before = _IN_KERNEL.set(True)
+    try:
+        yield
+    finally:
+        _IN_KERNEL.reset(before)
 
 
 def soon_compiled(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jax.experimental import pallas as pl
 
 from vibrojax.batch.base import TABLES, AbstractEngine, Cycles, LaneState
+from vibrojax.compiling import in_kernel
 
 BLOCK = 64
 """Lanes in a block: two warps. The chunk is a multiple of it."""
@@ -46,7 +47,8 @@ def in_one_kernel(
         nothing = jnp.zeros((BLOCK, 0), dtype)
         before = LaneState(given[0], given[1], given[2] > 0.5, given[3], given[4], (given[5] + 0.5).astype(int), nothing)
         lanes_here = jax.tree.unflatten(form, [rigs_ref[row, :] for row in range(rigs.shape[0])])
-        after, what = engine.advance(lanes_here, before, (given[6] + 0.5).astype(int) if cycles is None else cycles, recorded)
+        with in_kernel():
+            after, what = engine.advance(lanes_here, before, (given[6] + 0.5).astype(int) if cycles is None else cycles, recorded)
         for row, values in enumerate(after[:6]):
             after_ref[row, :] = values.astype(dtype)
         for into, name in zip((u, v, impacts, peak_force, impact_speed), TABLES, strict=True):
