@@ -29,6 +29,21 @@ def test_options_are_asked_for_where_jax_is_known_to_have_them(monkeypatch, vers
     assert traced == ["first"], "compiled once"
 
 
+def test_a_loop_as_one_function_gives_the_same_numbers():
+    """With an argument that the loop has no use for, and one that only its end needs."""
+
+    def halved(x, unused, y, number):
+        return jax.lax.while_loop(lambda loop: jnp.max(loop[0]) > 1.0, lambda loop: (0.5 * loop[0], loop[1] + 1), (x, number))[0] + y
+
+    x = jnp.linspace(0.0, 9.0, 13)
+    given = x, 3.0 * x, jnp.sqrt(x), jnp.asarray(0)
+    program = jax.jit(compiling.as_one_function(halved))
+    assert ("xla_cpu_small_call" in program.lower(*given).as_text()) is bool(compiling._ONE)
+    np.testing.assert_array_equal(program(*given), jax.jit(halved)(*given))
+    with compiling.in_kernel():
+        assert "xla_cpu_small_call" not in jax.jit(compiling.as_one_function(halved)).lower(*given).as_text()
+
+
 @pytest.fixture(autouse=True)
 def as_installed():
     """The module as the rest of the suite has it."""

@@ -8,6 +8,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.experimental.xla_metadata import set_xla_metadata
 
 _Arguments = ParamSpec("_Arguments")
@@ -19,11 +20,8 @@ _SOON = {"xla_cpu_use_fusion_emitters": False} if _VERSION == (0, 10) else {}
 """Every fused loop costs the newer emitters of XLA a pipeline of MLIR; the older one compiles sooner, and what it makes runs slower."""
 LONG = {"xla_cpu_prefer_vector_width": 512} if (0, 10) <= _VERSION <= (0, 12) else {}
 """XLA takes 256 bits by default; processors that have no 512 run two halves."""
-
-
 _ONE = {"inlineable": "false", "xla_cpu_small_call": "true"} if _VERSION == (0, 10) else {}
 """By this XLA marks small loops that it compiles as one function. Tried: 0.10.2."""
-
 _IN_KERNEL = ContextVar("in_kernel", default=False)
 
 
@@ -31,7 +29,7 @@ def as_one_function(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """Decorator for a loop within a compiled program: on a CPU it becomes one function of machine code.
 
     Else XLA calls a function for every fused operation, which takes as long as its arithmetic on some hundred numbers. What the loop
-    closes over has to be an argument, too. Arguments of one kind go in as one: XLA aborts over one that the loop has no use for.
+    closes over has to be an argument, too. All go in as one array of floats: XLA aborts over an argument that a loop has no use for.
     """
 
     def called(*given: Any) -> _Result:
@@ -39,16 +37,16 @@ def as_one_function(function: Callable[..., _Result]) -> Callable[..., _Result]:
             return function(*given)
         leaves, form = jax.tree.flatten(given)
         leaves = [jnp.asarray(leaf) for leaf in leaves]
-        kinds = [(leaf.shape, leaf.dtype) for leaf in leaves]
-        each = list(dict.fromkeys(kinds))
+        ends = np.cumsum([leaf.size for leaf in leaves])
 
         @jax.jit
-        def inside(together: list[jax.Array]) -> _Result:
-            rows = {kind: iter(part) for kind, part in zip(each, together, strict=True)}
+        def inside(together: jax.Array) -> _Result:
             with set_xla_metadata(**dict.fromkeys(_ONE)):  # of the call alone
-                return function(*jax.tree.unflatten(form, [next(rows[kind]) for kind in kinds]))
+                parts = [together[end - leaf.size : end] for leaf, end in zip(leaves, ends, strict=True)]
+                shaped = [part.reshape(leaf.shape).astype(leaf.dtype) for leaf, part in zip(leaves, parts, strict=True)]
+                return function(*jax.tree.unflatten(form, shaped))
 
-        together = [jnp.stack([leaf for leaf, kind in zip(leaves, kinds, strict=True) if kind == one]) for one in each]
+        together = jnp.concatenate([leaf.ravel().astype(float) for leaf in leaves])
         with set_xla_metadata(**_ONE):
             return inside(together)
 

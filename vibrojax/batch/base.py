@@ -16,7 +16,6 @@ from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.system import System
 
-
 Count = int | Int[Array, " lanes"]
 """Cycles: as many of all lanes, or each lane's own."""
 
