@@ -225,7 +225,7 @@ class Strobes:
         """
         order, same = np.arange(index.size), cycles if isinstance(cycles, int) else None
         if same is None:
-            order, state = np.argsort(cycles, kind="stable"), np.concatenate([state, [cycles]])
+            order, state = np.argsort(cycles, kind="stable"), np.concatenate([state, np.asarray(cycles)[None]])
         pieces = [order[i : i + self.chunk] for i in range(0, index.size, self.chunk)]
         found = list(self._pool.map(lambda piece: self._piece(index[piece], state[:, piece], same, recorded), pieces))
         sizes, back = [piece.size for piece in pieces], np.argsort(order)

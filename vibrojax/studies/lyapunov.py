@@ -64,7 +64,8 @@ def exponents(
 
     def one(piece: np.ndarray) -> np.ndarray:
         full = np.concatenate([piece, np.full(chunk - piece.size, piece[-1])])
-        return np.asarray(_growth(engine, *jax.tree.map(lambda leaf: leaf[full], everyone), cycles, number))[: piece.size]
+        rigs, start, scale = jax.tree.map(lambda leaf: leaf[full], everyone)
+        return np.asarray(_growth(engine, rigs, start, scale, cycles, number))[: piece.size]
 
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
         return np.concatenate(list(pool.map(one, pieces)))
