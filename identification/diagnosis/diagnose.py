@@ -156,7 +156,8 @@ def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Wei
             reason = tried.reasons[name] or "the effects beside it are not asserted"
             dropped = (f"{name} was taken in and left out again: {reason}", *dropped)
             final = polished(step.look.fitted, progress=course.within_budget)
-            lesser = dataclasses.replace(lesser, final=final, steps=tried.search.steps[:-1], last=step)
+            kept = tuple(dataclasses.replace(one, beside_later=()) for one in tried.search.steps[:-1])
+            lesser = dataclasses.replace(lesser, final=final, steps=kept, last=step)
             tried = _weigh(lesser, step.look, judge, course.within_budget)
     except OutOfBudgetError:
         reasons = {step.alternatives[0].name: _TIME for step in found.steps}
@@ -264,8 +265,7 @@ def _concluded(
     ambiguous = {name: those for name, those in twins.items() if those} if verdict == MISSING else {}
     location = None
     if verdict in (MISSING, UNLISTED, UNDECIDED):
-        first = found.steps[0].look if found.steps else found.last.look if found.last is not None else None
-        if first is not None:
+        if (first := found.first) is not None:
             free = _free(first) if found.steps else left
             effect = next((one.effect for one in named if one.effect.record is not None), named[0].effect if named else None)
             location = locate(first, shown_before.records, free, effect)
@@ -358,9 +358,9 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     )
 
 
-def _rivals(step: Step) -> list[Alternative]:
+def _rivals(alternatives: Sequence[Alternative]) -> list[Alternative]:
     """The effect taken in, and others that were fitted and not refused beside it, those that contain it left out."""
-    best, *others = step.alternatives
+    best, *others = alternatives
     fitted = [one for one in others if one.drop is not None and not one.refused]
     return [best, *(one for one in fitted if best.name not in one.candidate.members[0].special_cases)]
 
@@ -369,15 +369,15 @@ def _probability(step: Step) -> float:
     """Weight exp(-BIC / 2) of the best among the alternatives of its step, times 1 - chance."""
     best, samples = step.alternatives[0], step.look.fitted.local.samples
     lowest = best.criterion(samples)
-    weights = {id(one): float(np.exp(-0.5 * np.clip(one.criterion(samples) - lowest, 0.0, 1400.0))) for one in _rivals(step)}
-    mine = sum(weights[id(one)] for one in _rivals(step) if one.name == best.name)
+    weights = {id(one): float(np.exp(-0.5 * np.clip(one.criterion(samples) - lowest, 0.0, 1400.0))) for one in _rivals(step.alternatives)}
+    mine = sum(weights[id(one)] for one in _rivals(step.alternatives) if one.name == best.name)
     return (1.0 - chance(best.best, best.degrees, best.tried)) * mine / sum(weights.values())
 
 
 def _twins(step: Step) -> list[str]:
-    """Effects that the records cannot separate from the best: chance alone could have put these first."""
-    best, samples = step.alternatives[0], step.look.fitted.local.samples
-    return [one.name for one in _rivals(step)[1:] if one.name != best.name and is_twin(one, best, samples)]
+    """Effects that the records cannot separate from the best: chance alone could have put these first, beside later effects if any."""
+    best, *others = _rivals(step.beside_later or step.alternatives)
+    return [one.name for one in others if one.name != best.name and is_twin(one, best, step.look.fitted.local.samples)]
 
 
 def _considered(found: Search) -> tuple[Considered, ...]:

@@ -11,6 +11,7 @@ from identification.diagnosis.search import Alternative
 from identification.experiment import Experiment
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
+from identification.trajectory.variances import is_largest
 from vibrojax.effects import AbstractEffect
 
 Free = tuple[tuple[Scored, Reestimated, float], ...]
@@ -56,10 +57,15 @@ class Judge:
         return dataclasses.replace(one, held_back=gain)
 
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
-        """A fitted alternative with the reason why it is not taken in beside a model; empty where it is."""
+        """A fitted alternative with the reason why it is not taken in beside a model; empty where it is.
+
+        Beside a random force as large as it may be, more is missing: what the free motion predicts there speaks against no effect.
+        """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
-        reason = self.why_not(before, one, one.fitted) if one.fitted.converged else NOT_CONVERGED
-        return dataclasses.replace(one, refused=reason)
+        if not one.fitted.converged:
+            return dataclasses.replace(one, refused=NOT_CONVERGED)
+        unfinished = is_largest(one.fitted.problem, one.fitted.variances.force)
+        return dataclasses.replace(one, refused="" if unfinished else self.why_not(before, one, one.fitted))
 
     def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1) -> str:
         """Why an effect is not asserted; empty where it is.

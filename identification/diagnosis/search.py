@@ -103,12 +103,14 @@ class Step:
         alternatives: that may be taken in, the best first; the first one is, where its gain is significant.
         refused: that were fitted and are significant, and were not taken in.
         finished: whether every candidate that could be the best was fitted.
+        beside_later: alternatives to the first one beside the effects that were taken in after it; empty where it was not asked again.
     """
 
     look: Look
     alternatives: tuple[Alternative, ...]
     refused: tuple[Alternative, ...] = ()
     finished: bool = True
+    beside_later: tuple[Alternative, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -121,6 +123,7 @@ class Search:
         steps: by effect taken in, in order.
         last: step beside the final model, in which no effect was taken in.
         finished: whether it came to its end before its budget did.
+        first: look beside the nominal model.
     """
 
     nominal: Fitted
@@ -128,6 +131,7 @@ class Search:
     steps: tuple[Step, ...]
     last: Step | None
     finished: bool
+    first: Look | None = None
 
 
 def search(
@@ -154,6 +158,7 @@ def search(
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
             seen = look(found.final, among, terms)
+            found = found if found.steps else dataclasses.replace(found, first=seen)
             weighed, names = _weighed(seen), contradicted(found.final)
             if names and _says_more(seen, names, weighed):
                 if (varied := with_values(found.final, names, progress)) is not None:
@@ -200,17 +205,17 @@ def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternati
 
 
 def _step(
-    seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judging, progress: Progress, *, known: Alternative | None = None
+    seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judging, progress: Progress, *, known: tuple[Alternative, ...] = ()
 ) -> Step:
-    """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` is one that is fitted already."""
-    finished, before = True, [] if known is None else [known]
-    found = [pair for pair in found if known is None or pair[0].candidate.key != known.candidate.key]
+    """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` are fitted already."""
+    finished, fitted_before = True, list(known)
+    found = [pair for pair in found if all(pair[0].candidate.key != one.candidate.key for one in known)]
     waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
     hidden = bool(waiting) and _hides_the_order(seen.fitted, waiting[0][1].variances)
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
-    while (waiting or before) and finished and not any(_is_taken(one) for one in asked):
-        tried, before = before, []
+    while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
+        tried, fitted_before = fitted_before, []
         hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         try:
             for one, weighed in list(waiting):
@@ -219,7 +224,7 @@ def _step(
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))
-                if not _special_case_is_as_good(one, [other for other, _ in found], asked, samples):
+                if not _special_case_is_as_good(one, [*known, *(other for other, _ in found)], asked, samples):
                     progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
                     tried += _refitted(seen, one, weighed, progress)
                 hidden = hidden and all(_still_hides(other.fitted) for other in tried)
@@ -344,20 +349,20 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
         if not lesser.converged:
             continue
         rise = lesser.deviance - final.deviance
-        again = judge.with_held_back(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise))
+        again = judge.with_held_back(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise, held_back=0.0))
         if not is_significant(again):
             final, steps = lesser, [other for other in steps if other is not step]
             continue
         progress(f"scoring what may act in place of {one.name}")
         seen = look(lesser, among, terms)
-        best = _step(seen, _weighed(seen), judge, progress, known=again)
+        best = _step(seen, _weighed(seen), judge, progress, known=(again,))
         if not best.finished:
             raise OutOfBudgetError
-        winner = best.alternatives[0]
-        if winner.fitted is final:
-            rivals = dataclasses.replace(step, alternatives=best.alternatives, refused=best.refused)
-            steps = [rivals if other is step else other for other in steps]
-        elif winner.fitted is not None and _is_taken(winner):
+        winner = best.alternatives[0] if best.alternatives else again
+        if winner.fitted is None or winner.fitted is final or not is_twin(winner, again, seen.fitted.local.samples):
+            asked_again = dataclasses.replace(step, beside_later=(dataclasses.replace(again, fitted=None), *best.alternatives[1:]))
+            steps = [asked_again if other is step else other for other in steps]
+        elif _is_taken(winner):
             final, exchanged, steps = winner.fitted, True, [*(other for other in steps if other is not step), best]
     if steps and differing(final) and steps[-1].alternatives[0].fitted is final:  # taken in beside values that it may have made needless
         progress("asking whether records still differ")

@@ -8,6 +8,7 @@ from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDE
 from identification.result.variation import Unrest
 from identification.wording.names import spoken
 from identification.wording.numbers import joined, percent, rounded, significant, with_unit
+from vibrojax.effects import EFFECTS
 
 
 def sentences(
@@ -57,7 +58,7 @@ def sentences(
         explain = "explains" if len(effects) == 1 else "explain"
         first = f"{named[0].upper()}{named[1:]} {explain} what the nominal model leaves out."
         doubts = [
-            f"In place of {spoken(name)}, these records allow {joined([spoken(twin) for twin in twins], 'or')} too."
+            f"In place of {_summary(name)}, these records allow {joined([_summary(twin) for twin in twins], 'or')} too."
             for name, twins in ambiguous.items()
         ]
         return (first, *where, falls, *restless, *doubts, *_varying(after))
@@ -70,6 +71,11 @@ def sentences(
     if formula:
         learned = (f"A term learned from the records describes it: {formula}.", *learned)
     return (first, *best, *where, *learned, *restless, *_varying(after))
+
+
+def _summary(name: str) -> str:
+    """An effect in words."""
+    return EFFECTS[name].summary if name in EFFECTS else spoken(name)
 
 
 def _nothing_missing(

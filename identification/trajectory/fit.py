@@ -44,9 +44,7 @@ _COLOURED_FROM = 6
 _SMALL_STEP = 0.3
 """Step of a parameter over its standard error below which the iteration has converged."""
 _HELD_ROUNDS = 4
-"""Rounds of whole steps without a random force."""
-_PATIENCE = 4
-"""Rounds in which steps without a random force have to become smaller, or the likelihood larger."""
+"""Rounds without a random force from the other end."""
 _BACK, _NEAR = 0.5, 3.0
 """The other end is at the place of the first with more than this part of its random force, and parameters within so many of its errors."""
 _ROUNDS, _LAST_ROUNDS = 24, 6
@@ -103,8 +101,8 @@ class Fitted:
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
 
 
-class _LeadsNowhere(Exception):
-    """The other end of a fit has come to where the first one ended, or neither gains nor converges."""
+class _SamePlace(Exception):
+    """The other end of a fit has come to where the first one ended."""
 
 
 def fit(
@@ -123,8 +121,7 @@ def fit(
     and where the model is complete they agree.
 
     An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
-    beside one that has come to a mode. Where neither has, the fit by reading errors alone counts, with which the second end begins, and
-    where that has not converged, the first end, which begins at the measured trajectory.
+    beside one that has come to a mode; where neither has, the first one counts, which begins at the measured trajectory.
 
     Args:
         problem: of an experiment.
@@ -169,45 +166,24 @@ def fit(
         if not both or (gone and found.converged):
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
-        no_mode = is_no_mode(problem, found.variances.force) or not found.converged
-        try:
-            alone = _by_readings_alone(problem, none, small, rng, progress)
-        except (np.linalg.LinAlgError, _LeadsNowhere):  # where physics is missing, the way from no force may lead nowhere
-            return found
         try:
             other = _converged(
-                problem, alone.at, alone.variances, rng, progress, coloured_from=0, held=0, together=together, first=None if gone else found
+                problem,
+                none,
+                small,
+                rng,
+                progress,
+                coloured_from=0,
+                held=_HELD_ROUNDS,
+                together=together,
+                first=None if gone else found,
             )
-        except (np.linalg.LinAlgError, _LeadsNowhere):
-            other = alone if no_mode else found
-        if no_mode and (is_no_mode(problem, other.variances.force) or not other.converged):
-            other = alone
+        except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
+            return found
     beats = is_no_mode(problem, found.variances.force) or other.deviance < found.deviance
     if other.converged and (not found.converged or (beats and not is_no_mode(problem, other.variances.force))):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
-
-
-def _by_readings_alone(problem: Problem, at: Estimate, small: Variances, rng: np.random.Generator, progress: Progress) -> Fitted:
-    """One trajectory in each record, and reading errors that explain what it leaves.
-
-    Raises:
-        _LeadsNowhere: the steps have not become smaller for some rounds, nor the likelihood larger.
-    """
-    variances, stride, smallest, count = small, Stride(problem), np.full((_PATIENCE + 1, 2), np.inf), 0
-    for count in range(_ROUNDS):
-        linear, local, solution = equations(problem, at, variances)
-        off = change(problem, at, solution)
-        if count and off < _SMALL_STEP:
-            break
-        smallest = np.concatenate([smallest[1:], np.minimum(smallest[-1:], [[off, solution.deviance]])])
-        if count >= _PATIENCE and np.all(smallest[-1] == smallest[0]):
-            raise _LeadsNowhere
-        readings = coloured(problem, at, linear, local, variances.force, rng, draws=1)
-        variances = Variances(force=variances.force, readings=readings)
-        at = moved(problem, at, *stride.taken(at, solution, whole=count < _HELD_ROUNDS))
-        progress(_line(count, problem, at, variances.force))
-    return _ended(problem, at, variances, linear, local, solution, rounds=count + 1)
 
 
 def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Generator, progress: Progress) -> Fitted:
@@ -295,7 +271,7 @@ def _converged(
     """Rounds of one Gauss-Newton step and new variances, until both stay, at least so many; the random force is held in the first `held`.
 
     Raises:
-        _LeadsNowhere: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
+        _SamePlace: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
     """
     force, readings, count, stride = variances.force, variances.readings, 0, Stride(problem)
     least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
@@ -313,7 +289,7 @@ def _converged(
         at = moved(problem, at, step, share)
         progress(_line(count, problem, at, force))
         if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
-            raise _LeadsNowhere
+            raise _SamePlace
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= least and stays and off < _SMALL_STEP:
             break

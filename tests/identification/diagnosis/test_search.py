@@ -37,9 +37,9 @@ def gains(seen, monkeypatch):
     """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
-        def step(at: Look, weighed, judge, progress, known=None) -> Step:
-            if known is not None:
-                return Step(look=at, alternatives=(known,))
+        def step(at: Look, weighed, judge, progress, known=()) -> Step:
+            if known:
+                return Step(look=at, alternatives=known)
             inside = len(at.fitted.problem.model.effects)
             if inside >= len(order):
                 return Step(look=at, alternatives=())
@@ -222,16 +222,18 @@ def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed,
 
 
 @pytest.mark.parametrize(
-    ("first", "others", "expected"),
+    ("first", "others", "refused", "exchanged"),
     [
-        pytest.param("power_law_damping", {"coulomb_friction": 897.0}, ["nonlinear_reading", "coulomb_friction"], id="a special case"),
-        pytest.param("power_law_damping", {"coulomb_friction": 860.0}, ["power_law_damping", "nonlinear_reading"], id="rejected"),
-        pytest.param("hysteresis", {"cubic_stiffness": 1200.0}, ["nonlinear_reading", "cubic_stiffness"], id="a better one"),
-        pytest.param("hysteresis", {"cubic_stiffness": 890.0}, ["hysteresis", "nonlinear_reading"], id="a twin"),
-        pytest.param("hysteresis", {"cubic_stiffness": 400.0}, ["hysteresis", "nonlinear_reading"], id="far below"),
+        pytest.param("power_law_damping", {"coulomb_friction": 897.0}, (), True, id="a special case"),
+        pytest.param("power_law_damping", {"coulomb_friction": 860.0}, (), False, id="a special case that is rejected"),
+        pytest.param("hysteresis", {"cubic_stiffness": 1200.0}, (), True, id="a better one"),
+        pytest.param("hysteresis", {"cubic_stiffness": 890.0}, (), False, id="a twin"),
+        pytest.param("hysteresis", {"cubic_stiffness": 400.0}, (), False, id="far below"),
+        pytest.param("hysteresis", {"cubic_stiffness": 60.0}, ("hysteresis",), False, id="refused, and the other far below"),
+        pytest.param("hysteresis", {}, ("hysteresis",), False, id="refused, and no other"),
     ],
 )
-def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighed, monkeypatch, first, others, expected):
+def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighed, monkeypatch, first, others, refused, exchanged):
     """The first effect gains 900 beside the later one."""
     tried = weighed(**{first: 900.0, **others})
     again = lambda at, one, *rest: [alternative(one.name, one.gain, fitted(at, "nonlinear_reading", one.name, deviance=-80 - one.gain))]  # noqa: E731
@@ -240,7 +242,7 @@ def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighe
     monkeypatch.setattr(module, "_weighed", lambda at: candidates(at) if names_of(at.fitted) == ["nonlinear_reading"] else [])
     monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
     monkeypatch.setattr(module, "without", lambda final, name: (name, None))
-    kept = {first: "nonlinear_reading", "nonlinear_reading": next(iter(others))}
+    kept = {first: "nonlinear_reading", "nonlinear_reading": next(iter(others), "")}
     left = {first: -80.0, "nonlinear_reading": -900.0}
     monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, kept[problem], deviance=left[problem]))
     both = fitted(seen, first, "nonlinear_reading", deviance=-980.0)
@@ -249,12 +251,12 @@ def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighe
         Step(look=seen, alternatives=(alternative("nonlinear_reading", 80.0, both),)),
     )
     found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
-    found = module._needed(found, EFFECTS, (), refusing(), lambda line: None)
+    found = module._needed(found, EFFECTS, (), refusing(*refused), lambda line: None)
+    expected = ["nonlinear_reading", *others] if exchanged else [first, "nonlinear_reading"]
     assert sorted(names(found)) == sorted(expected)
     assert [step.alternatives[0].name for step in found.steps] == expected
-    assert tried[:1] == ([] if others.get("cubic_stiffness") == 400.0 else list(others))
-    twins = diagnose._twins(found.steps[0])
-    assert twins == (["cubic_stiffness"] if others.get("cubic_stiffness") == 890.0 else [])
+    assert tried[:1] == [name for name, gain in others.items() if gain > 0.5 * 900.0 or refused]
+    assert diagnose._twins(found.steps[0]) == [name for name, gain in others.items() if gain == 890.0]
 
 
 def test_the_best_is_asked_and_what_chance_could_have_put_first(seen, weighed):

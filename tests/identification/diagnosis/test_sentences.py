@@ -64,7 +64,7 @@ def test_what_is_missing_comes_first_then_where_then_what_it_does_to_the_error(m
         "Dry friction in the suspension (F_c = ",
         "free flight",
         "falls from 19 % to 1.2 %",
-        "In place of coulomb friction, these records allow quadratic drag or power law damping too.",
+        "In place of dry friction in the suspension, these records allow drag that grows with the square of the velocity or ",
     ]
     places = [text.find(piece) for piece in in_order]
     assert -1 not in places and places == sorted(places)
