@@ -29,7 +29,8 @@ def as_one_function(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """Decorator for a loop within a compiled program: on a CPU it becomes one function of machine code.
 
     Else XLA calls a function for every fused operation, which takes as long as its arithmetic on some hundred numbers. What the loop
-    closes over has to be an argument, too. All go in as one array of floats: XLA aborts over an argument that a loop has no use for.
+    closes over has to be an argument, too: arrays of real numbers, booleans, or integers below 2^53 (2^24 in single precision), since all
+    go in as one array of floats. XLA aborts over an argument that a loop has no use for.
     """
 
     def called(*given: Any) -> _Result:

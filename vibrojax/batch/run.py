@@ -199,8 +199,9 @@ class Strobes:
             chunk = min(MOST_LANES, self.rigs.shape[1]) if on_gpu else _SIDE_BY_SIDE
         if chunk < 1:
             raise InputError(f"chunk is {chunk}: expected at least 1 lane; correct it")
-        self.chunk = -(-chunk // BLOCK) * BLOCK if on_gpu else chunk
-        self.small = self.chunk if small is None else min(small, self.chunk)
+        block = BLOCK if on_gpu else 1
+        self.chunk, small = (-(-lanes // block) * block for lanes in (chunk, small or chunk))
+        self.small = min(small, self.chunk)
         self._pool = ThreadPoolExecutor(threads or (1 if on_gpu else len(os.sched_getaffinity(0))))
 
     def __enter__(self) -> "Strobes":
@@ -224,6 +225,7 @@ class Strobes:
             The states, and what `Cycles` holds by name: tables `(recorded, lanes)`, `u_max` and `result` `(lanes,)`.
         """
         order, same = np.arange(index.size), cycles if isinstance(cycles, int) else None
+        assert same is not None or np.max(cycles, initial=0) <= recorded, "cycles of each lane: at most as many as are handed back"
         if same is None:
             order, state = np.argsort(cycles, kind="stable"), np.concatenate([state, np.asarray(cycles)[None]])
         pieces = [order[i : i + self.chunk] for i in range(0, index.size, self.chunk)]

@@ -18,7 +18,7 @@ from vibrojax.studies.lyapunov import exponents
 from vibrojax.studies.orbit_plane import SLOTS, OrbitPlane
 
 _SIDE_BY_SIDE, _FEW = 64, 16
-"""Lanes on a processor while orbits are looked for, and where there are few: many, since a period is often one cycle."""
+"""Lanes on a processor while orbits are looked for, and where there are few."""
 _ASKED = 24
 """Cells along each axis at which all starts are tried, at most."""
 _SETTLED = 80

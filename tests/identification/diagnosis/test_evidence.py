@@ -65,11 +65,25 @@ def friction(seen: Look, force: float = 0.2) -> Alternative:
     return Alternative(candidate=candidate, expected=0.0, gain=60.0, degrees=1, tried=100, fitted=rubbing(seen, force), drop=50.0)
 
 
+def asked_of(judge: Judge, before: Fitted, one: Alternative) -> Alternative:
+    """As a search does."""
+    return judge(before, judge.with_held_back(before, one))
+
+
 def test_records_held_back_count_and_each_model_predicts_once(seen, predicted):
     judge, asked = predicted((900.0, 0.3), (860.0, 0.1))
-    one = judge(seen.fitted, friction(seen))
+    one = asked_of(judge, seen.fitted, friction(seen))
     assert (one.held_back, one.best, one.fitted_gain, one.refused) == (40.0, 90.0, 50.0, "")
     assert len(asked) == 2
+
+
+@pytest.mark.parametrize(("size", "refused"), [(0.29, True), (0.3, False)])
+def test_beside_a_force_as_large_as_it_may_be_no_effect_is_refused_for_what_it_predicts(seen, predicted, size, refused):
+    judge, _ = predicted((900.0, 0.1), (860.0, 0.3))
+    one = friction(seen)
+    force = RandomForce(std=size * one.fitted.problem.scales.force, memory=0.01)
+    fitted = dataclasses.replace(one.fitted, variances=dataclasses.replace(one.fitted.variances, force=force))
+    assert bool(judge(seen.fitted, dataclasses.replace(one, fitted=fitted)).refused) is refused
 
 
 def test_a_fit_that_has_not_converged_is_not_taken_in_and_leaves_no_verdict(seen, predicted):
@@ -83,7 +97,7 @@ def test_a_fit_that_has_not_converged_is_not_taken_in_and_leaves_no_verdict(seen
 
 def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refuse(seen, predicted):
     judge, _ = predicted((900.0, 0.3), (910.0, 0.1), held_back=False)
-    one = judge(seen.fitted, friction(seen))
+    one = asked_of(judge, seen.fitted, friction(seen))
     assert (one.held_back, one.refused) == (0.0, "it does not predict better what was left out")
 
 
