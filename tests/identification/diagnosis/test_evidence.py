@@ -113,7 +113,7 @@ def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refu
     ids=["neither follows", "the nominal model does not follow", "it does not follow", "no signal", "larger error"],
 )
 def test_models_that_cannot_follow(seen, predicted, before, after, gain, refused):
-    one = predicted(before, after)[0](seen.fitted, friction(seen))
+    one = asked_of(predicted(before, after)[0], seen.fitted, friction(seen))
     assert one.held_back == gain
     assert (refused in one.refused) if refused else one.refused == ""
 
