@@ -144,6 +144,8 @@ def search(
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
 
+    Where one was not, begin again beside the others.
+
     Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 
     Args:
@@ -154,6 +156,22 @@ def search(
         progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
     found = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True)
+    for _ in range(MOST_EFFECTS):
+        found = _forward(found, among, terms, judge, progress)
+        if not found.finished:
+            return found
+        names = _names(found)
+        try:
+            found = _needed(found, among, terms, judge, progress)
+        except OutOfBudgetError:
+            return dataclasses.replace(found, finished=False)
+        if _names(found) == names:
+            break
+    return found if differing(found.final) else dataclasses.replace(found, nominal=nominal)
+
+
+def _forward(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
+    """The search with effects taken in one by one, or values in each record, until nothing is asked for."""
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
@@ -173,12 +191,14 @@ def search(
                 found = _beside_values(found, varied)
             else:
                 found = dataclasses.replace(found, last=step, finished=step.finished)
-        if not found.finished:
-            return found
-        found = _needed(found, among, terms, judge, progress)
-        return found if differing(found.final) else dataclasses.replace(found, nominal=nominal)
     except OutOfBudgetError:
         return dataclasses.replace(found, finished=False)
+    return found
+
+
+def _names(found: Search) -> list[str]:
+    """Of the effects taken in."""
+    return sorted(step.alternatives[0].name for step in found.steps)
 
 
 def _beside_values(found: Search, varied: Fitted) -> Search:
@@ -337,7 +357,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
     An effect that was taken in last has just been found to be needed, and to be the best, unless another was exchanged since.
     """
     final, steps, exchanged = found.final, list(found.steps), False
-    for step in found.steps:
+    for step in found.steps if len(found.steps) > 1 else ():
         one = step.alternatives[0]
         if one.fitted is found.final and not exchanged:
             break

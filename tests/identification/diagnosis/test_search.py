@@ -37,13 +37,14 @@ def gains(seen, monkeypatch):
     """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
+        offered = iter(order)
+
         def step(at: Look, weighed, judge, progress, known=()) -> Step:
             if known:
                 return Step(look=at, alternatives=known)
-            inside = len(at.fitted.problem.model.effects)
-            if inside >= len(order):
+            if (one := next(offered, None)) is None:
                 return Step(look=at, alternatives=())
-            names, (name, gain) = [one.name for one in at.fitted.problem.model.effects], order[inside]
+            names, (name, gain) = [effect.name for effect in at.fitted.problem.model.effects], one
             after = fitted(seen, *names, name, deviance=at.fitted.solution.deviance - gain)
             return Step(look=at, alternatives=(alternative(name, gain, after), alternative("gain_error", 0.5 * gain)))
 
@@ -80,6 +81,16 @@ def test_an_effect_that_a_later_one_makes_needless_is_left_out(seen, gains, monk
     assert names(found) == ["hysteresis"] == [step.alternatives[0].name for step in found.steps]
 
 
+def test_where_an_effect_was_needless_the_search_goes_on_beside_the_others(seen, gains, monkeypatch):
+    gains(("coulomb_friction", 900.0), ("hysteresis", 800.0), ("mains_hum", 12.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
+    left = {"coulomb_friction": -1695.0, "hysteresis": -80.0}
+    monkeypatch.setattr(module, "without", lambda final, name: (name, None))
+    monkeypatch.setattr(
+        module, "refitted", lambda name, near, beside, progress: fitted(seen, *({"hysteresis"} - {name}), deviance=left[name])
+    )
+    assert names(search(fitted(seen), judge=refusing())) == ["hysteresis", "gap_drift"]
+
+
 def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0))
     lines = []
@@ -106,7 +117,7 @@ def test_effects_are_looked_for_again_beside_values_in_each_record(seen, gains, 
     asked = []
 
     def with_values(at: Fitted, differing, progress) -> Fitted:
-        gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
+        gains(("gap_drift", 80.0), ("mains_hum", 12.0))
         asked.append((names_of(at), differing))
         return at
 
