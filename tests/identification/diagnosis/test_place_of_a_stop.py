@@ -35,7 +35,7 @@ def diagnosis():
     own = tuple(dataclasses.replace(n, name=f"missing_stop.{n.name}") for n in one.parameters)
     model = dataclasses.replace(made.nominal.model, effects=(STOP,))
     after = dataclasses.replace(made.augmented, model=model, parameters=(*made.nominal.parameters, *own))
-    said = sentences(MISSING, (one,), (), None, made.nominal, after, "")
+    said = sentences(MISSING, (one,), {}, None, made.nominal, after, "")
     return dataclasses.replace(made, effects=(one,), augmented=after, sentences=said)
 
 
