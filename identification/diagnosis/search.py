@@ -5,7 +5,7 @@ A value in each record, of parameters in which the records contradict each other
 
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -33,6 +33,7 @@ MOST_EFFECTS = 3
 Progress = Callable[[str], None]
 
 
+@runtime_checkable
 class Judging(Protocol):
     """Asks an alternative beside a model."""
 
