@@ -59,7 +59,7 @@ class Judge:
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
         """A fitted alternative with the reason why it is not taken in beside a model; empty where it is.
 
-        Beside a random force as large as it may be, more is missing: what the free motion predicts there speaks against no effect.
+        Beside a random force as large as it may be more is missing: a fit that has converged is not refused yet, and the rule is asked at the end.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:

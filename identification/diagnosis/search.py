@@ -271,7 +271,7 @@ def _judged(model: Fitted, tried: list[Alternative], judge: Judging, samples: in
 
 
 def _still_hides(fitted: Fitted | None) -> bool:
-    """Whether a model leaves as much random as would hide the order of candidates; one that does not is as good as the right one."""
+    """Whether a model leaves as much random as would hide the order of candidates."""
     return fitted is None or _hides_the_order(fitted, fitted.variances)
 
 
