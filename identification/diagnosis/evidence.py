@@ -59,7 +59,7 @@ class Judge:
     def __call__(self, before: Fitted, one: Alternative) -> Alternative:
         """A fitted alternative with the reason why it is not taken in beside a model; empty where it is.
 
-        Beside a random force as large as it may be more is missing: a fit that has converged is not refused yet, and the rule is asked at the end.
+        Beside a random force as large as it may be more is missing: no fit that has converged is refused yet, the rule is asked at the end.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:
