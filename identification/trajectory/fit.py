@@ -121,7 +121,7 @@ def fit(
     and where the model is complete they agree.
 
     An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
-    beside one that has come to a mode; where neither has, the first one counts, which begins at the measured trajectory.
+    beside one that has come to a mode; where neither has converged, the first one counts, which begins at the measured trajectory.
 
     Args:
         problem: of an experiment.
@@ -152,6 +152,8 @@ def fit(
             other = None
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
+        if other is not None:  # off here and there: a random force pays, and moves the trajectory
+            other = _from(problem, other.at, other.variances, rng, progress, coloured_from=0, together=together)
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
     least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white, and are estimated at the end
     try:
@@ -166,24 +168,26 @@ def fit(
         if not both or (gone and found.converged):
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
-        try:
-            other = _converged(
-                problem,
-                none,
-                small,
-                rng,
-                progress,
-                coloured_from=0,
-                held=_HELD_ROUNDS,
-                together=together,
-                first=None if gone else found,
-            )
-        except (np.linalg.LinAlgError, _SamePlace):  # where physics is missing, the way from no force may lead nowhere, or back
-            return found
-    beats = is_no_mode(problem, found.variances.force) or other.deviance < found.deviance
-    if other.converged and (not found.converged or (beats and not is_no_mode(problem, other.variances.force))):
+        begun = None if gone else found
+        other = _from(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together, first=begun)
+    if other is None:
+        return found
+    if other.converged and (not found.converged or _standing(other) < _standing(found)):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
+
+
+def _standing(fitted: Fitted) -> tuple[bool, float]:
+    """Of a converged end among others, the lower the better: a mode of the likelihood first, then the likelier one."""
+    return is_no_mode(fitted.problem, fitted.variances.force), fitted.deviance
+
+
+def _from(*args, **options) -> Fitted | None:
+    """`_converged`; None where physics is missing and the way from no force leads nowhere, or back to where the first end is."""
+    try:
+        return _converged(*args, **options)
+    except (np.linalg.LinAlgError, _SamePlace):
+        return None
 
 
 def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Generator, progress: Progress) -> Fitted:
@@ -192,7 +196,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
     Impacts in a segment come and go with the state at its beginning, so that jumps between segments cannot be smoothed out there: the fit
     without a random force does not begin at the knots of another one.
     """
-    at, square = _longer_and_longer(problem, problem.start, small)
+    at, square = _least_squares(problem, small)
     linear, local, solution = equations(problem, at, small)
     readings = coloured(problem, at, linear, local, small.force, rng, draws=4)
     variances, count = Variances(force=small.force, readings=readings), 0
@@ -219,6 +223,23 @@ def _likelier(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         if deviance < least:
             found, least = Variances(force=force, readings=readings), deviance
     return found
+
+
+def _least_squares(problem: Problem, small: Variances) -> tuple[Estimate, float]:
+    """The better of one trajectory through the whole of each record at once, and through more and more of it.
+
+    Raises:
+        LinAlgError: neither can be followed.
+    """
+    found = []
+    for way in (_longer_and_longer, _one_trajectory):
+        try:
+            found.append(way(problem, problem.start, small))
+        except np.linalg.LinAlgError:  # the first part of a record may not hold its parameters, nor the whole the guesses
+            continue
+    if not found:
+        raise np.linalg.LinAlgError("no trajectory follows the records without a random force")
+    return min(found, key=lambda one: one[1] if np.isfinite(one[1]) else np.inf)
 
 
 def _longer_and_longer(problem: Problem, at: Estimate, small: Variances) -> tuple[Estimate, float]:
