@@ -45,17 +45,18 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
         problem: that begins at the measured trajectory.
         near: estimate of it from the other model.
         beside: the other model, fitted.
-        expected: deviance with which the first fit is good enough, unless its random force is as large as it may be; without a force it is.
+        expected: deviance with which the first fit is good enough, unless its random force is as large as it may be; without a force it is,
+            unless reading errors had taken its place.
         progress: called with a line in each round.
     """
     found = None
-    if not beside.of_readings:
-        with suppress(NoConvergenceError):
-            first = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
-            found = first if first.converged else None
+    with suppress(NoConvergenceError):
+        first = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
+        found = dataclasses.replace(first, of_readings=beside.of_readings) if first.converged else None
     if found is not None:
         force = found.variances.force
-        if vanishes(problem, force) or (found.deviance <= expected and not is_largest(problem, force)):
+        explained = vanishes(problem, force) and not beside.of_readings
+        if explained or (found.deviance <= expected and not is_largest(problem, force)):
             return found
     try:
         anew = fit(problem, together=False, progress=progress)
@@ -63,9 +64,8 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
         if found is None:
             raise
         return found
-    if found is not None and (not anew.converged or found.deviance < anew.deviance):
-        return found
-    return polished(anew, progress=progress) if beside.of_readings else anew
+    best = found if found is not None and (not anew.converged or found.deviance < anew.deviance) else anew
+    return polished(best, progress=progress) if beside.of_readings else best
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate]:

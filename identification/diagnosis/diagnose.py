@@ -222,7 +222,8 @@ def _with_prediction(
     """The free forms, best first, and the best fitted model with one, with its formula; a form's gain is that over all records.
 
     One that gains more than chance is fitted to the end, and has to predict records held back as an effect does: where it would not be
-    asserted, it counts for nothing, and the next is fitted. Records left out in turn are not asked: one alone may not reach all knots.
+    asserted, it counts for nothing, and the next is fitted. Where its fit does not converge nothing speaks against it, and its gain at
+    first order stands. Records left out in turn are not asked: one alone may not reach all knots.
     """
     found, best = [], None
     for scored, weighed, gain in left:
@@ -231,11 +232,12 @@ def _with_prediction(
             progress(f"fitting {scored.candidate.name}")
             try:
                 fitted = polished(refitted(*form, final, progress, expected=final.deviance - gain), progress=progress)
-                gain += judge.held_back_gain(final, fitted)
-                evidence = judge.evidence(final, fitted, gain, len(scored.candidate.signals), forms, in_turn=False)
-                gain = 0.0 if decide(evidence) else evidence.gain
-                if gain > 0.0:
-                    best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation
+                if fitted.converged:
+                    gain += judge.held_back_gain(final, fitted)
+                    evidence = judge.evidence(final, fitted, gain, len(scored.candidate.signals), forms, in_turn=False)
+                    gain = 0.0 if decide(evidence) else evidence.gain
+                    if gain > 0.0:
+                        best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation
             except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
                 pass
         found.append((scored, weighed, gain))
