@@ -13,9 +13,9 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import unit_in
+from vibrojax.effects.filters import BANDS, MOST_ORDER, RecorderFilter
 from vibrojax.effects.formula import Formula
 from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm
-from vibrojax.effects.recorder_filter import BANDS, MOST_ORDER, RecorderFilter
 from vibrojax.errors import InputError, shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
@@ -216,7 +216,8 @@ def _free_form(table: Table) -> FreeForm:
 
 def _places(effect: type[AbstractEffect]) -> list[tuple[str, str]]:
     """Those of `_RECORD` and `_CHANNEL` that the effect has."""
-    return [(field, key) for field, key in (_RECORD, _CHANNEL) if field in effect.__dataclass_fields__]  # type: ignore[attr-defined]
+    fields = [one.name for one in dataclasses.fields(effect)]
+    return [(field, key) for field, key in (_RECORD, _CHANNEL) if field in fields]
 
 
 def _may_vanish(parameter: Parameter) -> bool:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+@dataclasses.dataclass(frozen=True)
 class Parameter:
     """Name, thesis symbol, unit and admissible range of one physical parameter.
 
@@ -13,17 +13,18 @@ class Parameter:
     and never leaves the range of positive numbers.
 
     Example:
-        >>> Parameter(name="zeta", field="damping_ratio", symbol="ζ", unit="1", start=0.02, upper=2.0).logarithmic
+        >>> Parameter("zeta", "ζ", "1", field="damping_ratio", start=0.02, upper=2.0).logarithmic
         True
     """
 
     name: str
     """Name in `fit.json` and `model.json`."""
-    field: str
-    """Attribute of the law or suspension that holds the value."""
     symbol: str
     """The thesis's symbol, for printed tables."""
     unit: str
+    _: dataclasses.KW_ONLY
+    field: str = ""
+    """Attribute of the law, suspension or effect that holds the value; that of its name where left out."""
     start: float
     """Order of magnitude, taken where the data suggest nothing better."""
     lower: float = 0.0
@@ -42,6 +43,9 @@ class Parameter:
     meaning: str = ""
     from_gap: str = ""
     """Of one that counts from the gap as set: symbol of the place u that both make, which is reported instead."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "field", self.field or self.name)
 
     def refusal(self, value: float) -> str:
         """What was to be expected in place of a value that is not possible; empty where it is."""

@@ -10,7 +10,7 @@ from scipy.signal import butter, freqs_zpk, lsim
 from vibrojax.channels import channels, recorded
 from vibrojax.contact import HuntCrossley
 from vibrojax.effects import EFFECTS
-from vibrojax.effects.recorder_filter import RecorderFilter
+from vibrojax.effects.filters import RecorderFilter
 from vibrojax.excitation import Unforced, at_rest
 from vibrojax.integrate import Landing
 from vibrojax.model import Model

@@ -2,14 +2,15 @@
 
 The same object simulates the effect, stands as a candidate in a diagnosis, and prints itself.
 
-To add one: write a file with a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and
-`own_states`, its `probe` (how it is searched for: `vibrojax.effects.probe`), and implements `scaled` and those of the hooks `force`,
-`stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `rates`, `read` and `lateness` through which it
-acts (by default each does nothing), then import it in `vibrojax/effects/__init__.py`.
+To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and its `probe` (how
+it is searched for: `vibrojax.effects.probe`), and implements those of the hooks `force`, `stop_position`, `stop_velocity`, `stop`, `base`,
+`base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it acts (by default each does
+nothing), and `scaled` where it is not in proportion to its strengths; then import it in `vibrojax/effects/__init__.py`.
 """
 
 import abc
 import dataclasses
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -25,7 +26,8 @@ from vibrojax.shapes import Scalars, Value
 
 Own = Float[Array, "... own"]
 """States of one effect, on the last axis; empty where it has none."""
-Readings = dict[str, Float[Array, " time"]]
+Reading = Float[Array, " time"]
+Readings = dict[str, Reading]
 UNIT_OF_CHANNEL = "unit of the channel"
 """Unit of a parameter that is added to a reading; `(unit of the channel)` where it is a factor."""
 
@@ -103,13 +105,19 @@ class AbstractEffect(eqx.Module):
     """For tables and reports."""
     source: eqx.AbstractClassVar[str]
     parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
-    own_states: eqx.AbstractClassVar[tuple[OwnState, ...]]
     probe: eqx.AbstractClassVar[Probe]
     """How a diagnosis searches for it."""
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+    is_fault: ClassVar[bool] = False
+    """Whether it is a fault of the recorder, which the rig knows nothing of."""
 
-    @abc.abstractmethod
     def scaled(self, factor: Value) -> "AbstractEffect":
-        """The effect at `factor` times its strength; 0 switches it off."""
+        """The effect at `factor` times its strength; 0 switches it off.
+
+        By default all else stays, and what its probe estimates together is in proportion, or its first parameter.
+        """
+        strengths = self.probe.parts or (self.parameters[0].field,)
+        return dataclasses.replace(self, **{field: factor * getattr(self, field) for field in strengths})
 
     @property
     def fastest_hz(self) -> Value:
@@ -158,11 +166,6 @@ class AbstractEffect(eqx.Module):
         return law, gap
 
     @property
-    def is_fault(self) -> bool:
-        """Whether it is a fault of the recorder, which the rig knows nothing of."""
-        return False
-
-    @property
     def back_gap(self) -> Value | None:
         """Distance of a second stop behind the hammer at rest, m; None where it makes none."""
         return None
@@ -180,8 +183,11 @@ class AbstractEffect(eqx.Module):
         return jnp.zeros_like(push)
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
-        """Rates of its own states, under the push of the stop, N, and the hammer's absolute acceleration, m/s^2."""
-        return own
+        """Rates of its own states, under the push of the stop, N, and the hammer's absolute acceleration, m/s^2.
+
+        By default none: the states are the memory of a digital filter at the first sample of a stretch.
+        """
+        return jnp.zeros_like(own)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """What the recorder shows along a motion, from what an ideal one would; a channel that is not there stays away."""
@@ -200,17 +206,29 @@ class AbstractEffect(eqx.Module):
 
 
 class AbstractChannelFault(AbstractEffect):
-    """A fault of the recorder in one channel; it implements `scaled` and `read`."""
+    """A fault of the recorder in one channel; it implements `reading`. States of its own are the memory of a filter."""
 
+    is_fault: ClassVar[bool] = True
     of_channel: eqx.AbstractVar[str]
     """Name of the channel; empty for none."""
 
-    @property
-    def is_fault(self) -> bool:
-        """Yes."""
-        return True
+    @abc.abstractmethod
+    def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
+        """What the recorder shows in the channel, from what an ideal one would."""
 
     @property
     def channel(self) -> str | None:
         """The one that is wrong."""
         return self.of_channel or None
+
+    def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
+        """All channels, with the fault in its own."""
+        if self.of_channel not in readings:
+            return readings
+        return readings | {self.of_channel: self.reading(readings[self.of_channel], motion, own)}
+
+    def memory(self, readings: Readings, shown: Readings, own: Own) -> Own:
+        """That of a filter, in the channel's unit: what the channel shows less what goes in."""
+        if not self.own_states or self.of_channel not in readings:
+            return own
+        return (shown[self.of_channel] - readings[self.of_channel])[:, None]
