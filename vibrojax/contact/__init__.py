@@ -6,7 +6,7 @@ from vibrojax.contact.base import AbstractInstantaneousLaw as AbstractInstantane
 from vibrojax.contact.base import restitution as restitution
 from vibrojax.contact.base import smoothed_force as smoothed_force
 from vibrojax.contact.laws import NOWHERE as NOWHERE
-from vibrojax.listing import final_classes
+from vibrojax.parameters import final_classes
 
 # isort: off
 # In the order of tables and choices.

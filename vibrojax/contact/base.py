@@ -3,11 +3,12 @@
 Signs, once for the whole program: the indentation delta = u - gap grows into the stop, contact is delta > 0, and a law returns the
 magnitude of the push that the stop gives back to the hammer (positive in compression).
 
-To add one: write a final subclass of `AbstractCompliantLaw` that gives `name`, `title` and `parameters` and
-implements `force` and `contact_time`, then import it in `vibrojax/contact/__init__.py`.
+To add one: write a final subclass of `AbstractCompliantLaw` that gives `name` and `title`, declares its parameters as fields and implements
+`force` and `contact_time`, then import it in `vibrojax/contact/__init__.py`.
 """
 
 import abc
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -15,7 +16,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from vibrojax import smooth
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import DeclaredParameters, Parameter
 from vibrojax.shapes import Number, Scalars, Value
 from vibrojax.steps import runge_kutta_step
 
@@ -34,7 +35,8 @@ class AbstractContactLaw(eqx.Module):
     """Name on the command line and in `model.json`."""
     title: eqx.AbstractClassVar[str]
     """Name in printed tables, with author and year."""
-    parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
+    """Those that the fields declare, in their order."""
 
 
 class AbstractCompliantLaw(AbstractContactLaw):

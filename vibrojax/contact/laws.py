@@ -18,7 +18,7 @@ from vibrojax.contact.base import (
     AbstractInstantaneousLaw,
     power_law_contact_time,
 )
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
 
 
@@ -61,10 +61,9 @@ class Hertz(AbstractPowerLaw):
 
     name: ClassVar[str] = "hertz"
     title: ClassVar[str] = "Hertz (1882)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (IMPACT_STIFFNESS, IMPACT_EXPONENT)
 
-    impact_stiffness: Value
-    impact_exponent: Value
+    impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
+    impact_exponent: Value = IMPACT_EXPONENT.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i delta^n, N."""
@@ -97,24 +96,15 @@ class HuntCrossley(AbstractPowerLaw):
 
     name: ClassVar[str] = "hunt-crossley"
     title: ClassVar[str] = "Hunt–Crossley (1975)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (IMPACT_STIFFNESS, IMPACT_EXPONENT, IMPACT_DAMPING)
 
-    impact_stiffness: Value
-    impact_exponent: Value
-    impact_damping: Value
+    impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
+    impact_exponent: Value = IMPACT_EXPONENT.as_field()
+    impact_damping: Value = IMPACT_DAMPING.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i delta^n max(1 + lambda_i delta', 0), N."""
         elastic = self.elastic_force(indentation)
         return elastic * jnp.maximum(1.0 + self.impact_damping * rate, 0.0)
-
-
-_DAMPING = Parameter(
-    "lambda_i", "λ_i", "s m^(n-n_2-1)", field="impact_damping", start=0.3, lower=1e-9, upper=1e9, meaning="contact damping factor"
-)
-_DAMPING_EXPONENT = Parameter(
-    "n_2", "n_2", "1", field="damping_exponent", start=1.5, lower=0.1, upper=4.0, logarithmic=False, meaning="damping exponent"
-)
 
 
 class HuntCrossleySeparate(AbstractPowerLaw):
@@ -146,12 +136,15 @@ class HuntCrossleySeparate(AbstractPowerLaw):
 
     name: ClassVar[str] = "hunt-crossley-separate"
     title: ClassVar[str] = "Hunt–Crossley (1975), separate exponents"
-    parameters: ClassVar[tuple[Parameter, ...]] = (IMPACT_STIFFNESS, IMPACT_EXPONENT, _DAMPING, _DAMPING_EXPONENT)
 
-    impact_stiffness: Value
-    impact_exponent: Value
-    impact_damping: Value
-    damping_exponent: Value
+    impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
+    impact_exponent: Value = IMPACT_EXPONENT.as_field()
+    impact_damping: Value = parameter(
+        "λ_i", "s m^(n-n_2-1)", name="lambda_i", start=0.3, lower=1e-9, upper=1e9, meaning="contact damping factor"
+    )
+    damping_exponent: Value = parameter(
+        "n_2", "1", name="n_2", start=1.5, lower=0.1, upper=4.0, logarithmic=False, meaning="damping exponent"
+    )
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i max(delta^n + lambda_i delta^n2 delta', 0), N."""
@@ -189,11 +182,10 @@ class LankaraniNikravesh(AbstractPowerLaw):
 
     name: ClassVar[str] = "lankarani-nikravesh"
     title: ClassVar[str] = "Lankarani–Nikravesh (1990)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (IMPACT_STIFFNESS, IMPACT_EXPONENT, RESTITUTION)
 
-    impact_stiffness: Value
-    impact_exponent: Value
-    restitution: Value
+    impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
+    impact_exponent: Value = IMPACT_EXPONENT.as_field()
+    restitution: Value = RESTITUTION.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i delta^n max(1 + 3 (1 - e^2) / 4 delta' / v0, 0), N."""
@@ -228,11 +220,10 @@ class Flores(AbstractPowerLaw):
 
     name: ClassVar[str] = "flores"
     title: ClassVar[str] = "Flores et al. (2011)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (IMPACT_STIFFNESS, IMPACT_EXPONENT, RESTITUTION)
 
-    impact_stiffness: Value
-    impact_exponent: Value
-    restitution: Value
+    impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
+    impact_exponent: Value = IMPACT_EXPONENT.as_field()
+    restitution: Value = RESTITUTION.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i delta^n max(1 + 8 (1 - e) / (5 e) delta' / v0, 0), N."""
@@ -275,10 +266,9 @@ class KelvinVoigt(AbstractLinearLaw):
 
     name: ClassVar[str] = "kelvin-voigt"
     title: ClassVar[str] = "Kelvin–Voigt"
-    parameters: ClassVar[tuple[Parameter, ...]] = (LINEAR_STIFFNESS, LINEAR_DAMPING)
 
-    impact_stiffness: Value
-    impact_damping: Value
+    impact_stiffness: Value = LINEAR_STIFFNESS.as_field()
+    impact_damping: Value = LINEAR_DAMPING.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i (delta + lambda_i delta'), N, of either sign."""
@@ -310,10 +300,9 @@ class KelvinVoigtClipped(AbstractLinearLaw):
 
     name: ClassVar[str] = "kelvin-voigt-clipped"
     title: ClassVar[str] = "Kelvin–Voigt, pushing only"
-    parameters: ClassVar[tuple[Parameter, ...]] = (LINEAR_STIFFNESS, LINEAR_DAMPING)
 
-    impact_stiffness: Value
-    impact_damping: Value
+    impact_stiffness: Value = LINEAR_STIFFNESS.as_field()
+    impact_damping: Value = LINEAR_DAMPING.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """F = k_i max(delta + lambda_i delta', 0), N."""
@@ -339,9 +328,8 @@ class Newton(AbstractInstantaneousLaw):
 
     name: ClassVar[str] = "newton"
     title: ClassVar[str] = "Newton's restitution (1687)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (RESTITUTION,)
 
-    restitution: Value
+    restitution: Value = RESTITUTION.as_field()
 
     def rebound_speed(self, approach_speed: Scalars) -> Scalars:
         """|v+| = e v-, m/s."""
@@ -362,7 +350,6 @@ class NoContact(AbstractCompliantLaw):
 
     name: ClassVar[str] = "none"
     title: ClassVar[str] = "no contact"
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
         """Zero, N."""

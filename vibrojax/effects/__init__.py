@@ -5,7 +5,7 @@ from vibrojax.effects.base import Motion as Motion
 from vibrojax.effects.base import OwnState as OwnState
 from vibrojax.effects.probe import Probe as Probe
 from vibrojax.effects.probe import ProbeScales as ProbeScales
-from vibrojax.listing import final_classes
+from vibrojax.parameters import final_classes
 
 # isort: off
 # In the order of candidates.

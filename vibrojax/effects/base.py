@@ -2,10 +2,11 @@
 
 The same object simulates the effect, stands as a candidate in a diagnosis, and prints itself.
 
-To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and its `probe` (how
-it is searched for: `vibrojax.effects.probe`), and implements those of the hooks `force`, `stop_position`, `stop_velocity`, `stop`, `base`,
-`base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it acts (by default each does
-nothing), and `scaled` where it is not in proportion to its strengths; then import it in `vibrojax/effects/__init__.py`.
+To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source` and its `probe` (how it is
+searched for: `vibrojax.effects.probe`), declares its parameters as fields, and implements those of the hooks `force`, `stop_position`,
+`stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it
+acts (by default each does nothing), and `scaled` where it is not in proportion to its strengths; then import it in
+`vibrojax/effects/__init__.py`.
 """
 
 import abc
@@ -14,14 +15,13 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from vibrojax.channel_units import UNITS
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.probe import Probe
 from vibrojax.excitation import AbstractBaseMotion
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import DeclaredParameters, Parameter
 from vibrojax.shapes import Scalars, Value
 
 Own = Float[Array, "... own"]
@@ -43,25 +43,6 @@ def unit_in(unit: str, channel: str | None) -> str:
         return unit
     found = UNITS[channel]
     return unit.replace(f"({UNIT_OF_CHANNEL})", found if found.isalpha() else f"({found})").replace(UNIT_OF_CHANNEL, found)
-
-
-def sine_and_cosine(symbols: tuple[str, str], of: str) -> tuple[Parameter, ...]:
-    """Parameters `sine` and `cosine` of something periodic in one channel, of which every record has its own."""
-    return tuple(
-        Parameter(
-            name=name,
-            field=name,
-            symbol=symbol,
-            unit=UNIT_OF_CHANNEL,
-            start=0.0,
-            lower=-np.inf,
-            scale=1e-4,
-            logarithmic=False,
-            per_record=True,
-            meaning=f"{name} part of {of}",
-        )
-        for name, symbol in zip(("sine", "cosine"), symbols, strict=True)
-    )
 
 
 class Motion(eqx.Module):
@@ -104,12 +85,15 @@ class AbstractEffect(eqx.Module):
     equation: eqx.AbstractClassVar[str]
     """For tables and reports."""
     source: eqx.AbstractClassVar[str]
-    parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
+    """Those that the fields declare (`vibrojax.parameters.parameter`), in their order."""
     probe: eqx.AbstractClassVar[Probe]
     """How a diagnosis searches for it."""
     own_states: ClassVar[tuple[OwnState, ...]] = ()
     is_fault: ClassVar[bool] = False
     """Whether it is a fault of the recorder, which the rig knows nothing of."""
+    special_cases: ClassVar[tuple[str, ...]] = ()
+    """Names of listed effects that it holds as special cases: where one of these suffices, records need not separate the two."""
 
     def scaled(self, factor: Value) -> "AbstractEffect":
         """The effect at `factor` times its strength; 0 switches it off.
@@ -133,11 +117,6 @@ class AbstractEffect(eqx.Module):
     def damping_needed(self) -> Value:
         """Coefficient of the suspension's viscous damping, N s/m, below which it would drive the motion; 0 where it drives none."""
         return 0.0
-
-    @property
-    def special_cases(self) -> tuple[str, ...]:
-        """Names of listed effects that it holds as special cases: where one of these suffices, records need not separate the two."""
-        return ()
 
     @property
     def record(self) -> str | None:

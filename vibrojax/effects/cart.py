@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +11,7 @@ from vibrojax import smooth
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.excitation import AbstractBaseMotion, Harmonic, SampledMotion
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
 
 _PROBE_PHASE = 0.05
@@ -68,21 +68,9 @@ class FrequencyDrift(AbstractEffect):
     summary: ClassVar[str] = "a drive whose frequency drifts during a record"
     equation: ClassVar[str] = "f(t) = f (1 + r t)"
     source: ClassVar[str] = "Ewins 2000"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "drift_rate",
-            "r",
-            "1/s",
-            start=1e-3,
-            lower=-np.inf,
-            scale=1e-3,
-            logarithmic=False,
-            meaning="relative change of the frequency per second",
-        ),
-    )
     probe: ClassVar[Probe] = Probe(_frequency_drifts, either_sign=True)
 
-    drift_rate: Value
+    drift_rate: Value = parameter("r", "1/s", start=1e-3, lower=-np.inf, scale=1e-3, meaning="relative change of the frequency per second")
 
     def base(self, base: AbstractBaseMotion) -> AbstractBaseMotion:
         """The cart with the drifting drive."""
@@ -135,8 +123,8 @@ class ImpureHarmonic(AbstractBaseMotion):
         return (s, 2.0 * s * c, s * (3.0 - 4.0 * s * s)), (c, 1.0 - 2.0 * s * s, c * (4.0 * c * c - 3.0))
 
 
-def _coefficient(name: str, symbol: str, meaning: str) -> Parameter:
-    return Parameter(name, symbol, "1", start=_HARMONIC, lower=-np.inf, scale=_HARMONIC, logarithmic=False, meaning=meaning)
+def _coefficient(symbol: str, meaning: str) -> Any:
+    return parameter(symbol, "1", start=_HARMONIC, lower=-np.inf, scale=_HARMONIC, meaning=meaning)
 
 
 class BaseHarmonics(AbstractEffect):
@@ -158,12 +146,6 @@ class BaseHarmonics(AbstractEffect):
     summary: ClassVar[str] = "a motion of the cart that is not a pure sine"
     equation: ClassVar[str] = "y = A0 [sin a + s_2 sin 2a + c_2 cos 2a + s_3 sin 3a + c_3 cos 3a],  a = Omega t + phase"
     source: ClassVar[str] = "Fourier 1822"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        _coefficient("second_sine", "s_2", "second harmonic, sine"),
-        _coefficient("second_cosine", "c_2", "second harmonic, cosine"),
-        _coefficient("third_sine", "s_3", "third harmonic, sine"),
-        _coefficient("third_cosine", "c_3", "third harmonic, cosine"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [BaseHarmonics(_HARMONIC, _HARMONIC, _HARMONIC, _HARMONIC)] if scales.omega_exc else [],
         parts=("second_sine", "second_cosine", "third_sine", "third_cosine"),
@@ -171,10 +153,10 @@ class BaseHarmonics(AbstractEffect):
     )
     """A hundredth in each of the four lines, estimated together."""
 
-    second_sine: Value
-    second_cosine: Value
-    third_sine: Value
-    third_cosine: Value
+    second_sine: Value = _coefficient("s_2", "second harmonic, sine")
+    second_cosine: Value = _coefficient("c_2", "second harmonic, cosine")
+    third_sine: Value = _coefficient("s_3", "third harmonic, sine")
+    third_cosine: Value = _coefficient("c_3", "third harmonic, cosine")
 
     def base(self, base: AbstractBaseMotion) -> AbstractBaseMotion:
         """The sine with its harmonics."""
@@ -182,11 +164,8 @@ class BaseHarmonics(AbstractEffect):
             return dataclasses.replace(base, motion=self.base(base.motion))
         if not isinstance(base, Harmonic):
             return base
-        a2, b2, a3, b3 = self._coefficients()
-        return ImpureHarmonic(sine=base, second=(a2, b2), third=(a3, b3))
-
-    def _coefficients(self) -> tuple[Value, ...]:
-        return self.second_sine, self.second_cosine, self.third_sine, self.third_cosine
+        second, third = (self.second_sine, self.second_cosine), (self.third_sine, self.third_cosine)
+        return ImpureHarmonic(sine=base, second=second, third=third)
 
 
 _MOST_CYCLES = 2.0
@@ -227,20 +206,15 @@ class CartRecoil(AbstractEffect):
     summary: ClassVar[str] = "a cart that recoils under the impacts"
     equation: ClassVar[str] = "M_c r'' = F - k_c r - c_c r',  y -> y + r"
     source: ClassVar[str] = "Den Hartog 1934"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("cart_mass", "M_c", "kg", start=5.0, lower=1e-3, upper=1e9, meaning="mass of the cart"),
-        Parameter("cart_frequency_hz", "f_c", "Hz", start=15.0, lower=0.1, upper=1e6, meaning="natural frequency of the cart"),
-        Parameter("cart_damping_ratio", "ζ_c", "1", start=0.1, lower=1e-4, upper=10.0, meaning="damping ratio of the cart"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="recoil", unit="m", scale=1e-3),
         OwnState(name="recoil_velocity", unit="m/s", scale=0.05),
     )
     probe: ClassVar[Probe] = Probe(_recoils)
 
-    cart_mass: Value
-    cart_frequency_hz: Value
-    cart_damping_ratio: Value
+    cart_mass: Value = parameter("M_c", "kg", start=5.0, lower=1e-3, upper=1e9, meaning="mass of the cart")
+    cart_frequency_hz: Value = parameter("f_c", "Hz", start=15.0, lower=0.1, upper=1e6, meaning="natural frequency of the cart")
+    cart_damping_ratio: Value = parameter("ζ_c", "1", start=0.1, lower=1e-4, upper=10.0, meaning="damping ratio of the cart")
 
     def scaled(self, factor: Value) -> "CartRecoil":
         """A cart that much lighter, at the same frequency and damping ratio; as good as immovable for a factor of zero."""

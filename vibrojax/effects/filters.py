@@ -18,7 +18,7 @@ from scipy.signal import buttap, lp2hp_zpk, lp2lp_zpk
 from vibrojax.channel_units import EVERY_CHANNEL, UNITS
 from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, AbstractEffect, Motion, Own, OwnState, Reading, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import Parameter, parameter
 from vibrojax.shapes import Value
 
 
@@ -90,15 +90,12 @@ class ForceLag(AbstractChannelFault):
     summary: ClassVar[str] = "a force channel that is low-passed or late"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) F_i,  a = exp(-dt/tau)"
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("lag", "τ", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0, carried=False),)
     probe: ClassVar[Probe] = Probe(_lags, delay="lag")
 
     of_channel: ClassVar[str] = "impact_force"
 
-    lag: Value
+    lag: Value = parameter("τ", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
         """The load cell's channel through the filter."""
@@ -149,13 +146,10 @@ class SensorHighPass(AbstractChannelFault):
     summary: ClassVar[str] = "a force cell or accelerometer that is AC coupled or discharges"
     equation: ClassVar[str] = "r_i = a (r_(i-1) + x_i - x_(i-1)),  a = exp(-dt/tau)"
     source: ClassVar[str] = "Gautschi 2002"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("time_constant", "τ_s", "s", start=1.0, lower=1e-6, upper=1e6, meaning="time constant of the discharge"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="charge", unit=UNIT_OF_CHANNEL, scale=100.0, carried=False),)
     probe: ClassVar[Probe] = Probe(_high_passes)
 
-    time_constant: Value
+    time_constant: Value = parameter("τ_s", "s", start=1.0, lower=1e-6, upper=1e6, meaning="time constant of the discharge")
     of_channel: str = eqx.field(static=True, default="")
 
     def scaled(self, factor: Value) -> "SensorHighPass":
@@ -201,9 +195,6 @@ class RecorderLowPass(AbstractEffect):
     summary: ClassVar[str] = "a recorder that low-passes all channels alike"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) x_i in every channel,  a = exp(-dt/tau)"
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("time_constant", "τ_r", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = tuple(
         OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]], carried=False) for channel in EVERY_CHANNEL
     )
@@ -211,7 +202,7 @@ class RecorderLowPass(AbstractEffect):
     probe: ClassVar[Probe] = Probe(_low_passes)
     is_fault: ClassVar[bool] = True
 
-    time_constant: Value
+    time_constant: Value = parameter("τ_r", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass")
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """All channels through the filter."""

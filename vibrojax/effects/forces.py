@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
 from vibrojax.effects.probe import Probe, ProbeScales
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
 
 _CREEP = 5e-4
@@ -32,15 +32,13 @@ class CoulombFriction(AbstractEffect):
     summary: ClassVar[str] = "dry friction in the suspension"
     equation: ClassVar[str] = "force = -F_c sign(u')"
     source: ClassVar[str] = "Coulomb 1785"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("friction_force", "F_c", "N", start=0.1, scale=0.1, logarithmic=False, meaning="friction"),
-        Parameter("creep_speed", "v_c", "m/s", start=_CREEP, lower=2e-5, upper=1e-2, meaning="speed below which the hammer creeps"),
-    )
     probe: ClassVar[Probe] = Probe(lambda scales: [CoulombFriction(0.01 * scales.flight_force)])
     """A hundredth of the forces in flight."""
 
-    friction_force: Value
-    creep_speed: Value = _CREEP
+    friction_force: Value = parameter("F_c", "N", start=0.1, scale=0.1, logarithmic=False, meaning="friction")
+    creep_speed: Value = parameter(
+        "v_c", "m/s", start=_CREEP, lower=2e-5, upper=1e-2, meaning="speed below which the hammer creeps", default=_CREEP
+    )
 
     @property
     def switch_speed(self) -> Value:
@@ -67,13 +65,10 @@ class QuadraticDrag(AbstractEffect):
     summary: ClassVar[str] = "drag that grows with the square of the velocity"
     equation: ClassVar[str] = "force = -c_d u' |u'|"
     source: ClassVar[str] = "Newton 1687"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("drag_coefficient", "c_d", "N s^2/m^2", start=1.0, logarithmic=False, meaning="drag coefficient"),
-    )
     probe: ClassVar[Probe] = Probe(lambda scales: [QuadraticDrag(0.01 * scales.flight_force / scales.speed**2)] if scales.speed else [])
     """At the highest speed, a hundredth of the forces in flight."""
 
-    drag_coefficient: Value
+    drag_coefficient: Value = parameter("c_d", "N s^2/m^2", start=1.0, logarithmic=False, meaning="drag coefficient")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Against the velocity, N."""
@@ -109,24 +104,17 @@ class PowerLawDamping(AbstractEffect):
     summary: ClassVar[str] = "a loss that grows with a power of the velocity"
     equation: ClassVar[str] = "force = -d |u'|^p sign(u')"
     source: ClassVar[str] = "Constantinou and Symans 1993"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("power_coefficient", "d_p", "N (s/m)^p", start=0.1, logarithmic=False, meaning="force at 1 m/s"),
-        Parameter("exponent", "p", "1", start=1.5, lower=0.05, upper=6.0, meaning="power of the velocity"),
-    )
     probe: ClassVar[Probe] = Probe(_power_laws)
+    special_cases: ClassVar[tuple[str, ...]] = ("quadratic_drag", "coulomb_friction")
+    """p = 2, and p near 0."""
 
-    power_coefficient: Value
-    exponent: Value
+    power_coefficient: Value = parameter("d_p", "N (s/m)^p", start=0.1, logarithmic=False, meaning="force at 1 m/s")
+    exponent: Value = parameter("p", "1", start=1.5, lower=0.05, upper=6.0, meaning="power of the velocity")
 
     @property
     def switch_speed(self) -> Value:
         """v_c for an exponent below one, m/s; infinite above, where the force has no switch."""
         return jnp.where(jnp.asarray(self.exponent) < 1.0, _CREEP, jnp.inf)
-
-    @property
-    def special_cases(self) -> tuple[str, ...]:
-        """p = 2, and p near 0."""
-        return "quadratic_drag", "coulomb_friction"
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Against the velocity, N."""
@@ -149,24 +137,14 @@ class AsymmetricDamping(AbstractEffect):
     summary: ClassVar[str] = "a viscous damping that differs between the two directions"
     equation: ClassVar[str] = "force = -D_c |u'| / 2"
     source: ClassVar[str] = "Dixon 2007"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "damping_difference",
-            "D_c",
-            "N s/m",
-            start=0.1,
-            lower=-np.inf,
-            scale=0.1,
-            logarithmic=False,
-            meaning="damping towards the stop less damping away from it",
-        ),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [AsymmetricDamping(0.02 * scales.flight_force / scales.speed)] if scales.speed else [], either_sign=True
     )
     """At the highest speed, a hundredth of the forces in flight."""
 
-    damping_difference: Value
+    damping_difference: Value = parameter(
+        "D_c", "N s/m", start=0.1, lower=-np.inf, scale=0.1, meaning="damping towards the stop less damping away from it"
+    )
 
     @property
     def damping_needed(self) -> Value:
@@ -193,15 +171,12 @@ class CubicStiffness(AbstractEffect):
     summary: ClassVar[str] = "a hardening or softening suspension"
     equation: ClassVar[str] = "force = -k_3 u^3"
     source: ClassVar[str] = "Duffing 1918"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("cubic_stiffness", "k_3", "N/m^3", start=1e5, lower=-np.inf, scale=1e5, logarithmic=False, meaning="cubic stiffness"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [CubicStiffness(0.01 * scales.flight_force / scales.amplitude**3)] if scales.amplitude else [], either_sign=True
     )
     """At the largest deflection, a hundredth of the forces in flight."""
 
-    cubic_stiffness: Value
+    cubic_stiffness: Value = parameter("k_3", "N/m^3", start=1e5, lower=-np.inf, scale=1e5, meaning="cubic stiffness")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Against the displacement where it hardens, N."""
@@ -224,15 +199,12 @@ class QuinticStiffness(AbstractEffect):
     summary: ClassVar[str] = "a suspension that hardens or softens with the fifth power of the deflection"
     equation: ClassVar[str] = "force = -k_5 u^5"
     source: ClassVar[str] = "Kovacic and Brennan 2011"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("quintic_stiffness", "k_5", "N/m^5", start=1e9, lower=-np.inf, scale=1e9, logarithmic=False, meaning="quintic stiffness"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [QuinticStiffness(0.01 * scales.flight_force / scales.amplitude**5)] if scales.amplitude else [], either_sign=True
     )
     """At the largest deflection, a hundredth of the forces in flight."""
 
-    quintic_stiffness: Value
+    quintic_stiffness: Value = parameter("k_5", "N/m^5", start=1e9, lower=-np.inf, scale=1e9, meaning="quintic stiffness")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Against the displacement where it hardens, N."""
@@ -264,10 +236,6 @@ class ForceSaturation(AbstractEffect):
     summary: ClassVar[str] = "a spring or actuator whose force saturates"
     equation: ClassVar[str] = "force = -F_s max(-1, min(1, u / u_s))"
     source: ClassVar[str] = "Shaw and Holmes 1983"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("saturation_force", "F_s", "N", start=0.1, scale=0.1, logarithmic=False, meaning="force beyond the threshold"),
-        Parameter("threshold", "u_s", "m", start=2e-3, lower=1e-6, upper=10.0, meaning="deflection at which the force stops growing"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [
             ForceSaturation(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude
@@ -275,8 +243,8 @@ class ForceSaturation(AbstractEffect):
     )
     """A fiftieth of the forces in flight, reached at several parts of the largest deflection."""
 
-    saturation_force: Value
-    threshold: Value
+    saturation_force: Value = parameter("F_s", "N", start=0.1, scale=0.1, logarithmic=False, meaning="force beyond the threshold")
+    threshold: Value = parameter("u_s", "m", start=2e-3, lower=1e-6, upper=10.0, meaning="deflection at which the force stops growing")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Against the displacement, N."""
@@ -298,13 +266,10 @@ class ConstantForce(AbstractEffect):
     summary: ClassVar[str] = "a constant force on the hammer (tilt or preload)"
     equation: ClassVar[str] = "force = F_0"
     source: ClassVar[str] = "statics"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("constant_force", "F_0", "N", start=0.1, lower=-np.inf, scale=0.1, logarithmic=False, meaning="constant force"),
-    )
     probe: ClassVar[Probe] = Probe(lambda scales: [ConstantForce(0.01 * scales.flight_force)], either_sign=True)
     """A hundredth of the forces in flight."""
 
-    constant_force: Value
+    constant_force: Value = parameter("F_0", "N", start=0.1, lower=-np.inf, scale=0.1, meaning="constant force")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """The same always, N."""
@@ -330,18 +295,14 @@ class Hysteresis(AbstractEffect):
     summary: ClassVar[str] = "memory in the suspension (Bouc-Wen hysteresis)"
     equation: ClassVar[str] = "force = -F_h z,  d z' = u' - |u'| z/2 - u' |z|/2"
     source: ClassVar[str] = "Wen 1976"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("hysteresis_force", "F_h", "N", start=0.1, scale=0.1, logarithmic=False, meaning="force when sliding"),
-        Parameter("yield_displacement", "d", "m", start=2e-3, lower=1e-6, upper=10.0, meaning="way from rest to sliding"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="1", scale=0.5),)
     probe: ClassVar[Probe] = Probe(
         lambda scales: [Hysteresis(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude]
     )
     """A fiftieth of the forces in flight, yielding at several parts of the largest deflection."""
 
-    hysteresis_force: Value
-    yield_displacement: Value
+    hysteresis_force: Value = parameter("F_h", "N", start=0.1, scale=0.1, logarithmic=False, meaning="force when sliding")
+    yield_displacement: Value = parameter("d", "m", start=2e-3, lower=1e-6, upper=10.0, meaning="way from rest to sliding")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """What the memory pulls back with, N."""
@@ -384,20 +345,15 @@ class SecondMode(AbstractEffect):
     summary: ClassVar[str] = "a second vibrating mode on the hammer or its suspension"
     equation: ClassVar[str] = "m_2 (w'' + x'') = -(k_2 w + c_2 w'),  force = k_2 w + c_2 w'"
     source: ClassVar[str] = "Ormondroyd and Den Hartog 1928"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("mode_mass", "m_2", "kg", start=0.05, lower=1e-9, upper=1e6, meaning="mass of the mode"),
-        Parameter("mode_frequency_hz", "f_2", "Hz", start=30.0, lower=0.1, upper=1e6, meaning="natural frequency of the mode"),
-        Parameter("mode_damping_ratio", "ζ_2", "1", start=0.03, lower=1e-5, upper=2.0, meaning="damping ratio of the mode"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="mode_displacement", unit="m", scale=1e-3),
         OwnState(name="mode_velocity", unit="m/s", scale=0.05),
     )
     probe: ClassVar[Probe] = Probe(_second_modes)
 
-    mode_mass: Value
-    mode_frequency_hz: Value
-    mode_damping_ratio: Value
+    mode_mass: Value = parameter("m_2", "kg", start=0.05, lower=1e-9, upper=1e6, meaning="mass of the mode")
+    mode_frequency_hz: Value = parameter("f_2", "Hz", start=30.0, lower=0.1, upper=1e6, meaning="natural frequency of the mode")
+    mode_damping_ratio: Value = parameter("ζ_2", "1", start=0.03, lower=1e-5, upper=2.0, meaning="damping ratio of the mode")
 
     @property
     def fastest_hz(self) -> Value:

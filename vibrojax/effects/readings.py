@@ -1,7 +1,7 @@
 """Faults of a sensor or the recorder at one instant: of gain, characteristic, ceiling or time, and tones."""
 
 import dataclasses
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,9 +9,9 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, Reading, sine_and_cosine
+from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, Reading
 from vibrojax.effects.probe import Probe, ProbeScales, is_of_mains
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
 
 _CEILING_GRID = (0.9, 0.8, 0.65, 0.5)
@@ -44,14 +44,11 @@ class ForceClipping(AbstractChannelFault):
     summary: ClassVar[str] = "a force channel that saturates"
     equation: ClassVar[str] = "r = min(F, F_max)"
     source: ClassVar[str] = "saturation"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("ceiling", "F_max", "N", start=100.0, lower=1e-6, upper=1e12, meaning="ceiling of the channel"),
-    )
     probe: ClassVar[Probe] = Probe(_ceilings)
 
     of_channel: ClassVar[str] = "impact_force"
 
-    ceiling: Value
+    ceiling: Value = parameter("F_max", "N", start=100.0, lower=1e-6, upper=1e12, meaning="ceiling of the channel")
 
     def scaled(self, factor: Value) -> "ForceClipping":
         """There, or out of reach for a factor of zero: a ceiling has no strength."""
@@ -78,15 +75,12 @@ class GainError(AbstractChannelFault):
     summary: ClassVar[str] = "a channel whose calibration factor is wrong"
     equation: ClassVar[str] = "r = g value"
     source: ClassVar[str] = "ISO 16063-1"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("factor", "g", "1", start=1.0, scale=0.01, logarithmic=False, meaning="reading over true value"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [GainError(factor=1.01, of_channel=channel) for channel in scales.channels if scales.tied], either_sign=True
     )
     """One hundredth too much, in every channel, where something else sets the size of the motion."""
 
-    factor: Value
+    factor: Value = parameter("g", "1", start=1.0, scale=0.01, logarithmic=False, meaning="reading over true value")
     of_channel: str = eqx.field(static=True, default="")
 
     def scaled(self, factor: Value) -> "GainError":
@@ -129,14 +123,10 @@ class NonlinearReading(AbstractChannelFault):
     summary: ClassVar[str] = "a channel with a curved characteristic"
     equation: ClassVar[str] = "r = value + e_2 value^2 + e_3 value^3"
     source: ClassVar[str] = "Doebelin 1990"
-    parameters: ClassVar[tuple[Parameter, ...]] = tuple(
-        Parameter(name, symbol, unit, start=0.0, lower=-np.inf, logarithmic=False, meaning=f"{name} part of the reading")
-        for name, symbol, unit in (("quadratic", "e_2", f"1/({UNIT_OF_CHANNEL})"), ("cubic", "e_3", f"1/({UNIT_OF_CHANNEL})^2"))
-    )
     probe: ClassVar[Probe] = Probe(_curves, parts=("quadratic", "cubic"), either_sign=True)
 
-    quadratic: Value
-    cubic: Value
+    quadratic: Value = parameter("e_2", f"1/({UNIT_OF_CHANNEL})", start=0.0, lower=-np.inf, meaning="quadratic part of the reading")
+    cubic: Value = parameter("e_3", f"1/({UNIT_OF_CHANNEL})^2", start=0.0, lower=-np.inf, meaning="cubic part of the reading")
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
@@ -176,12 +166,9 @@ class TimeOffset(AbstractChannelFault):
     summary: ClassVar[str] = "a channel that is shifted in time against the others"
     equation: ClassVar[str] = "r(t) = value(t - d)"
     source: ClassVar[str] = "Laakso et al. 1996"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("delay", "d", "s", start=0.0, lower=-np.inf, scale=1e-3, logarithmic=False, meaning="time by which the channel is late"),
-    )
     probe: ClassVar[Probe] = Probe(_offsets, either_sign=True, delay="delay")
 
-    delay: Value
+    delay: Value = parameter("d", "s", start=0.0, lower=-np.inf, scale=1e-3, meaning="time by which the channel is late")
     of_channel: str = eqx.field(static=True, default="")
 
     def lateness(self, t: Scalars) -> Scalars:
@@ -239,21 +226,11 @@ class ClockDrift(AbstractChannelFault):
     summary: ClassVar[str] = "a channel whose clock differs from the others' by a constant factor"
     equation: ClassVar[str] = "r(t) = value(t (1 - ppm 1e-6))"
     source: ClassVar[str] = "Elson and Roemer 2003"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "drift_ppm",
-            "ppm",
-            "ppm",
-            start=0.0,
-            lower=-np.inf,
-            scale=100.0,
-            logarithmic=False,
-            meaning="time that the channel loses, in parts of a million of the record's",
-        ),
-    )
     probe: ClassVar[Probe] = Probe(_clock_drifts, either_sign=True)
 
-    drift_ppm: Value
+    drift_ppm: Value = parameter(
+        "ppm", "ppm", start=0.0, lower=-np.inf, scale=100.0, meaning="time that the channel loses, in parts of a million of the record's"
+    )
     of_channel: str = eqx.field(static=True, default="")
 
     def lateness(self, t: Scalars) -> Scalars:
@@ -263,6 +240,11 @@ class ClockDrift(AbstractChannelFault):
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
         """The channel as it was on the other clock."""
         return _interpolated(motion.t - self.lateness(motion.t), motion.t, value)
+
+
+def _periodic(symbol: str, meaning: str) -> Any:
+    """Sine or cosine part of something periodic in one channel, of which every record has its own."""
+    return parameter(symbol, UNIT_OF_CHANNEL, start=0.0, lower=-np.inf, scale=1e-4, per_record=True, meaning=meaning)
 
 
 _LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
@@ -296,15 +278,11 @@ class MainsHum(AbstractChannelFault):
     summary: ClassVar[str] = "an interference line in a channel"
     equation: ClassVar[str] = "r = value + a sin(2 pi f t) + b cos(2 pi f t)"
     source: ClassVar[str] = "Vasilescu 2005"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("frequency_hz", "f_h", "Hz", start=50.0, lower=1.0, upper=1e5, meaning="frequency of the line"),
-        *sine_and_cosine(("a_h", "b_h"), "the line"),
-    )
     probe: ClassVar[Probe] = Probe(_hums, parts=("sine", "cosine"), either_sign=True, is_line=True)
 
-    frequency_hz: Value
-    sine: Value
-    cosine: Value
+    frequency_hz: Value = parameter("f_h", "Hz", start=50.0, lower=1.0, upper=1e5, meaning="frequency of the line")
+    sine: Value = _periodic("a_h", "sine part of the line")
+    cosine: Value = _periodic("b_h", "cosine part of the line")
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
@@ -351,23 +329,15 @@ class ReadingTone(AbstractChannelFault):
     summary: ClassVar[str] = "a steady or decaying tone in a channel"
     equation: ClassVar[str] = "r = value + exp(-s t) (a sin(2 pi f t) + b cos(2 pi f t))"
     source: ClassVar[str] = "Ewins 2000"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("frequency_hz", "f_t", "Hz", start=10.0, lower=1e-3, upper=1e5, meaning="frequency of the tone"),
-        Parameter("decay_rate", "s_t", "1/s", start=0.0, logarithmic=False, meaning="decay rate of the tone"),
-        *sine_and_cosine(("a_t", "b_t"), "the tone"),
-    )
     probe: ClassVar[Probe] = Probe(_tones, parts=("sine", "cosine"), either_sign=True, is_line=True)
+    special_cases: ClassVar[tuple[str, ...]] = ("mains_hum",)
+    """One that does not decay."""
 
-    frequency_hz: Value
-    decay_rate: Value
-    sine: Value
-    cosine: Value
+    frequency_hz: Value = parameter("f_t", "Hz", start=10.0, lower=1e-3, upper=1e5, meaning="frequency of the tone")
+    decay_rate: Value = parameter("s_t", "1/s", start=0.0, logarithmic=False, meaning="decay rate of the tone")
+    sine: Value = _periodic("a_t", "sine part of the tone")
+    cosine: Value = _periodic("b_t", "cosine part of the tone")
     of_channel: str = eqx.field(static=True, default="")
-
-    @property
-    def special_cases(self) -> tuple[str, ...]:
-        """One that does not decay."""
-        return ("mains_hum",)
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
         """The channel with the tone on it."""

@@ -15,7 +15,7 @@ from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, HuntCross
 from vibrojax.contact.base import IMPACT_DAMPING, IMPACT_EXPONENT, IMPACT_STIFFNESS, power_law_contact_time
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
 
 _CYCLES_GRID = tuple(float(cycles) for cycles in np.geomspace(0.4, 8.0, 13))
@@ -57,20 +57,15 @@ class StopCompliance(AbstractEffect):
     summary: ClassVar[str] = "a compliant stop or load cell with a resonance"
     equation: ClassVar[str] = "m_s s'' = max(F, 0) - k_s s - c_s s',  gap -> gap + s,  load cell = k_s s + c_s s'"
     source: ClassVar[str] = "Den Hartog 1934"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("stop_stiffness", "k_s", "N/m", start=1e6, lower=1e2, upper=1e12, meaning="stiffness"),
-        Parameter("stop_frequency_hz", "f_s", "Hz", start=500.0, lower=10.0, upper=1e6, meaning="natural frequency of the stop by itself"),
-        Parameter("stop_damping_ratio", "ζ_s", "1", start=0.05, lower=1e-5, upper=2.0, meaning="damping ratio of the stop"),
-    )
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="stop_displacement", unit="m", scale=1e-4),
         OwnState(name="stop_velocity", unit="m/s", scale=0.3),
     )
     probe: ClassVar[Probe] = Probe(_compliances)
 
-    stop_stiffness: Value
-    stop_frequency_hz: Value
-    stop_damping_ratio: Value
+    stop_stiffness: Value = parameter("k_s", "N/m", start=1e6, lower=1e2, upper=1e12, meaning="stiffness")
+    stop_frequency_hz: Value = parameter("f_s", "Hz", start=500.0, lower=10.0, upper=1e6, meaning="natural frequency of the stop by itself")
+    stop_damping_ratio: Value = parameter("ζ_s", "1", start=0.05, lower=1e-5, upper=2.0, meaning="damping ratio of the stop")
 
     def scaled(self, factor: Value) -> "StopCompliance":
         """Compliance in proportion, at the same frequency and damping ratio: the stop's mass falls with the factor's inverse."""
@@ -137,17 +132,13 @@ class ContactAdhesion(AbstractEffect):
     summary: ClassVar[str] = "a stop that holds the hammer back while it leaves"
     equation: ClassVar[str] = "force = P,  load cell = F - P,  P = F_ad min(1, 1 + delta/d_ad) while leaving, -d_ad < delta < 0"
     source: ClassVar[str] = "Hillerborg, Modeer and Petersson 1976"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("adhesion_force", "F_ad", "N", start=0.5, scale=0.5, logarithmic=False, meaning="largest pull"),
-        Parameter("adhesion_reach", "d_ad", "m", start=4e-4, lower=1e-6, upper=1.0, meaning="reach"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [ContactAdhesion(0.05 * scales.flight_force, part * scales.amplitude) for part in _REACH_GRID if scales.force]
     )
     """A twentieth of the forces in flight, over several reaches."""
 
-    adhesion_force: Value
-    adhesion_reach: Value
+    adhesion_force: Value = parameter("F_ad", "N", start=0.5, scale=0.5, logarithmic=False, meaning="largest pull")
+    adhesion_reach: Value = parameter("d_ad", "m", start=4e-4, lower=1e-6, upper=1.0, meaning="reach")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Towards the stop, N."""
@@ -191,14 +182,11 @@ class BackStop(AbstractEffect):
     summary: ClassVar[str] = "a second stop behind the hammer"
     equation: ClassVar[str] = "F_b = F(-u - gap_b, -u') towards the stop in front"
     source: ClassVar[str] = "Shaw 1985"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "back_gap", "gap_b", "m", field="distance", start=5e-3, scale=1e-3, logarithmic=False, meaning="distance of the stop behind"
-        ),
-    )
     probe: ClassVar[Probe] = Probe(_back_stops, is_stop=True)
 
-    distance: Value
+    distance: Value = parameter(
+        "gap_b", "m", name="back_gap", start=5e-3, scale=1e-3, logarithmic=False, meaning="distance of the stop behind"
+    )
 
     def scaled(self, factor: Value) -> "BackStop":
         """There, or out of reach for a factor of zero: a stop has no strength."""
@@ -250,28 +238,14 @@ class MissingStop(AbstractEffect):
     summary: ClassVar[str] = "impacts on a stop that the nominal model lacks"
     equation: ClassVar[str] = "F = k_i delta^n (1 + lambda_i delta'),  delta = u - u_stop,  u_stop = gap + gap_0"
     source: ClassVar[str] = "Hunt and Crossley 1975"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        IMPACT_STIFFNESS,
-        IMPACT_EXPONENT,
-        IMPACT_DAMPING,
-        Parameter(
-            "gap_offset",
-            "gap_0",
-            "m",
-            start=0.0,
-            lower=-np.inf,
-            scale=1e-4,
-            logarithmic=False,
-            meaning="place of the stop beyond the gap as set",
-            from_gap="u_stop",
-        ),
-    )
     probe: ClassVar[Probe] = Probe(_missing_stops, is_stop=True)
 
-    impact_stiffness: Value
-    impact_exponent: Value
-    impact_damping: Value
-    gap_offset: Value
+    impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
+    impact_exponent: Value = IMPACT_EXPONENT.as_field()
+    impact_damping: Value = IMPACT_DAMPING.as_field()
+    gap_offset: Value = parameter(
+        "gap_0", "m", start=0.0, lower=-np.inf, scale=1e-4, meaning="place of the stop beyond the gap as set", from_gap="u_stop"
+    )
 
     def scaled(self, factor: Value) -> "MissingStop":
         """Stiffness in proportion; out of reach for a factor of zero."""
@@ -306,7 +280,6 @@ class Backed(AbstractCompliantLaw):
 
     name: ClassVar[str] = "backed"
     title: ClassVar[str] = "a contact law with a harder stop behind it"
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     first: AbstractCompliantLaw
     stiffness: Value
@@ -356,20 +329,15 @@ class DeepStop(AbstractEffect):
     summary: ClassVar[str] = "a harder stop behind the first, which deep impacts reach"
     equation: ClassVar[str] = "F -> F + k_d (delta - d)^1.5 (1 + lambda_d delta')  beyond delta = d"
     source: ClassVar[str] = "Shaw and Holmes 1983, Hunt and Crossley 1975"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "deep_stiffness", "k_d", "N/m^1.5", field="stiffness", start=1e6, lower=1.0, upper=1e13, meaning="stiffness of the stop behind"
-        ),
-        Parameter("depth", "d", "m", start=1e-3, lower=1e-7, upper=10.0, meaning="depth where it begins"),
-        Parameter(
-            "deep_damping", "λ_d", "s/m", field="damping", start=0.3, lower=1e-6, upper=1e3, meaning="damping factor of the stop behind"
-        ),
-    )
     probe: ClassVar[Probe] = Probe(_deep_stops)
 
-    stiffness: Value
-    depth: Value
-    damping: Value
+    stiffness: Value = parameter(
+        "k_d", "N/m^1.5", name="deep_stiffness", start=1e6, lower=1.0, upper=1e13, meaning="stiffness of the stop behind"
+    )
+    depth: Value = parameter("d", "m", start=1e-3, lower=1e-7, upper=10.0, meaning="depth where it begins")
+    damping: Value = parameter(
+        "λ_d", "s/m", name="deep_damping", start=0.3, lower=1e-6, upper=1e3, meaning="damping factor of the stop behind"
+    )
 
     def stop(self, law: AbstractContactLaw, gap: Value) -> tuple[AbstractContactLaw, Value]:
         """The stop in front, backed."""
@@ -402,16 +370,13 @@ class GapDrift(AbstractEffect):
     summary: ClassVar[str] = "a gap that opens or closes steadily during a record"
     equation: ClassVar[str] = "gap(t) = gap + g t"
     source: ClassVar[str] = "kinematics"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("gap_rate", "g", "m/s", start=1e-4, lower=-np.inf, scale=1e-4, logarithmic=False, meaning="rate at which the gap opens"),
-    )
     probe: ClassVar[Probe] = Probe(
         lambda scales: [GapDrift(_DRIFT_WAY * scales.amplitude / scales.latest)] if scales.force and scales.latest else [],
         either_sign=True,
     )
     """By the end of the longest record, a five-hundredth of the largest deflection."""
 
-    gap_rate: Value
+    gap_rate: Value = parameter("g", "m/s", start=1e-4, lower=-np.inf, scale=1e-4, meaning="rate at which the gap opens")
 
     def stop_position(self, t: Scalars, own: Own) -> Scalars:
         """g t, m."""
@@ -456,24 +421,12 @@ class GapStep(AbstractEffect):
     summary: ClassVar[str] = "a gap that changes suddenly at one instant"
     equation: ClassVar[str] = "gap(t) = gap + j H(t - t_s)"
     source: ClassVar[str] = "kinematics"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("gap_jump", "j", "m", start=1e-4, lower=-np.inf, scale=1e-4, logarithmic=False, meaning="change of the gap"),
-        Parameter(
-            "instant",
-            "t_s",
-            "s",
-            start=0.0,
-            lower=-np.inf,
-            logarithmic=False,
-            searched=True,
-            resolution=_JUMP_WIDTH / np.sqrt(12.0),
-            meaning="time of the change",
-        ),
-    )
     probe: ClassVar[Probe] = Probe(_gap_steps, either_sign=True)
 
-    gap_jump: Value
-    instant: Value
+    gap_jump: Value = parameter("j", "m", start=1e-4, lower=-np.inf, scale=1e-4, meaning="change of the gap")
+    instant: Value = parameter(
+        "t_s", "s", start=0.0, lower=-np.inf, searched=True, resolution=_JUMP_WIDTH / np.sqrt(12.0), meaning="time of the change"
+    )
     in_file: str = eqx.field(static=True, default="")
 
     @property

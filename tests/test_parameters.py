@@ -1,6 +1,6 @@
 """What the import of a class in a package lists."""
 
-from vibrojax.listing import final_classes
+from vibrojax.parameters import final_classes
 
 
 class AbstractKind:
