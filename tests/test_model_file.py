@@ -60,7 +60,7 @@ def test_what_is_no_model_is_not_written(value, message, tmp_path):
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_every_effect_comes_back_exactly(effect, tmp_path):
     places = {"in_file": "cart1.csv", "of_channel": "impact_force"}
-    named = {field: place for field, place in places.items() if field in effect.__dataclass_fields__}
+    named = {one.name: places[one.name] for one in dataclasses.fields(effect) if one.name in places}
     effects = (effect(**named, **{p.field: p.start * (1 + 1e-15) for p in effect.parameters}), CoulombFriction(0.25))
     model = Model(mass=1.0, suspension=MODEL.suspension, law=LAW, effects=effects)
     write_model(model, tmp_path / "model.json")

@@ -39,7 +39,7 @@ _POINTS = ((1.75, 2.5), (2.0, 1.5), (2.0, 2.0))
 _UNDER_END, _BELOW, _ABOVE = 0.97, 0.5, 1.3
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+@dataclasses.dataclass(frozen=True)
 class Plate:
     """One figure to be made.
 
@@ -75,8 +75,8 @@ def model_plates(model: Model, *, base_amplitude: float, gaps: Sequence[float]) 
     """
     f_n = natural_frequency(model, "a gallery")
     rig = dict(base_amplitude=base_amplitude)
-    plates = [_response(f_n, gaps, rig, {}), *(_bifurcation(f_n, gap, rig) for gap in gaps), _map(rig)]
-    plates += [_lyapunov(f_n, gap, rig) for gap in gaps]
+    plates = [_response(f_n, gaps, rig, {}), *(_sweep("bifurcation", f_n, gap, rig, _SWEEP) for gap in gaps), _map(rig)]
+    plates += [_sweep("lyapunov", f_n, gap, rig, _LYAPUNOV) for gap in gaps]
     plates += [_section(f_n, gap, 2.0, rig, (0.0, 0.0)) for gap in gaps]
     plates += [_branch(f_n, gap, 2.0 * f_n, rig, (0.0, 0.0), "") for gap in gaps]
     plates += [_basins(f_n, ratio, clearance, base_amplitude) for ratio, clearance in _POINTS]
@@ -88,64 +88,58 @@ def model_plates(model: Model, *, base_amplitude: float, gaps: Sequence[float]) 
 def preset_plates(preset: Preset) -> list[Plate]:
     """The figures of the thesis that a preset answers to, as `data/gallery.toml` lists them."""
     rows = tomllib.loads(data_path("gallery.toml").read_text(encoding="utf-8"))["figure"]
-    return [_of_row(preset, row) for row in rows if row["preset"] == preset.name]
+    return [
+        dataclasses.replace(_of_row(preset, row), answers=row["answers"], caption=row["caption"], stated=tuple(row.get("stated", ())))
+        for row in rows
+        if row["preset"] == preset.name
+    ]
 
 
 def _of_row(preset: Preset, row: Mapping[str, Any]) -> Plate:
     f_n, amplitude = preset["natural_frequency_hz"], preset["base_amplitude"]
     rig = dict(base_amplitude=amplitude)
-    gap = 1e-3 * row.get("gap_mm", 0.0)
-    study, cycles = row["study"], row.get("cycles", 0)
-    made: dict[str, Callable[[], Plate]] = {
-        "response": lambda: _response(
-            f_n,
-            [gap] if "gap_mm" in row else preset.gaps,
-            rig,
-            {"f_n": [read_preset(name)["natural_frequency_hz"] for name in row["beside"]]} if "beside" in row else {},
-        ),
-        "bifurcation": lambda: _bifurcation(f_n, gap, rig),
-        "peterka": lambda: _map(rig),
-        "section": lambda: _section(f_n, gap, row["ratio"], rig, _start(preset, gap, row["ratio"], cycles)),
-        "basins": lambda: _basins(f_n, row["ratio"], row["clearance"], amplitude),
-        "design": lambda: _design(gap, row["frequencies"], rig),
-        "continue": lambda: _of_band(preset, gap, cycles, rig),
-    }
-    plate = made[study]()
-    return dataclasses.replace(plate, answers=row["answers"], caption=row["caption"], stated=tuple(row.get("stated", ())))
+    gap, cycles = 1e-3 * row.get("gap_mm", 0.0), row.get("cycles", 0)
+    match row["study"]:
+        case "response":
+            beside = [read_preset(name)["natural_frequency_hz"] for name in row.get("beside", ())]
+            return _response(f_n, [gap] if "gap_mm" in row else preset.gaps, rig, {"f_n": beside} if beside else {})
+        case "bifurcation":
+            return _sweep("bifurcation", f_n, gap, rig, _SWEEP)
+        case "peterka":
+            return _map(rig)
+        case "section":
+            return _section(f_n, gap, row["ratio"], rig, _start(preset, gap, row["ratio"], cycles))
+        case "basins":
+            return _basins(f_n, row["ratio"], row["clearance"], amplitude)
+        case "design":
+            return _design(gap, row["frequencies"], rig)
+        case "continue":  # the branch z = 1/n through a point below the upper end of the rigid stop's band
+            ratio = _UNDER_END * _ideal(preset, gap, cycles).band_end()
+            return _branch(f_n, gap, ratio * f_n, rig, _start(preset, gap, ratio, cycles), f"_one-in-{cycles}")
+        case study:
+            raise ValueError(f"data/gallery.toml names {study!r}, which no gallery shows: expected one of {', '.join(_TITLES)}")
 
 
 def _response(f_n: float, gaps: Sequence[float], rig: dict[str, float], also: dict[str, list[float]]) -> Plate:
-    highest = max([f_n, *also.get("f_n", [])])
-    lowest = min([f_n, *also.get("f_n", [])])
-    frequency = np.linspace(_RATIOS[0] * lowest, (3.5 if also else _RATIOS[1]) * highest, _CURVE)
+    frequencies = [f_n, *also.get("f_n", [])]
+    swept = np.linspace(_RATIOS[0] * min(frequencies), (3.5 if also else _RATIOS[1]) * max(frequencies), _CURVE)
     stem = f"response_gap-{1e3 * gaps[0]:g}mm_stiffness" if also else "response"
-    return Plate(
-        stem=stem, study="response", axes=dict(frequency_hz=frequency, gap=list(gaps)), settings=rig | (dict(also=also) if also else {})
-    )
+    return Plate(stem, "response", dict(frequency_hz=swept, gap=list(gaps)), rig | (dict(also=also) if also else {}))
 
 
-def _along(f_n: float, count: int) -> np.ndarray:
-    return np.linspace(_RATIOS[0] * f_n, _RATIOS[1] * f_n, count)
-
-
-def _bifurcation(f_n: float, gap: float, rig: dict[str, float]) -> Plate:
-    settings = rig | dict(parameter="frequency_hz", gap=gap)
-    return Plate(stem=f"bifurcation_{_mm(gap)}", study="bifurcation", axes=dict(values=_along(f_n, _SWEEP)), settings=settings)
-
-
-def _lyapunov(f_n: float, gap: float, rig: dict[str, float]) -> Plate:
-    settings = rig | dict(parameter="frequency_hz", gap=gap)
-    return Plate(stem=f"lyapunov_{_mm(gap)}", study="lyapunov", axes=dict(values=_along(f_n, _LYAPUNOV)), settings=settings)
+def _sweep(study: str, f_n: float, gap: float, rig: dict[str, float], count: int) -> Plate:
+    axes = dict(values=np.linspace(_RATIOS[0] * f_n, _RATIOS[1] * f_n, count))
+    return Plate(f"{study}_{_mm(gap)}", study, axes, rig | dict(parameter="frequency_hz", gap=gap))
 
 
 def _map(rig: dict[str, float]) -> Plate:
     axes = dict(ratio=np.linspace(*_RATIOS, _MAP[0]), clearance=np.linspace(*_CLEARANCES, _MAP[1]))
-    return Plate(stem="peterka", study="peterka", axes=axes, settings=rig)
+    return Plate("peterka", "peterka", axes, rig)
 
 
 def _section(f_n: float, gap: float, ratio: float, rig: dict[str, float], start: tuple[float, float]) -> Plate:
     settings = rig | dict(frequency_hz=ratio * f_n, gap=gap, u0=start[0], v0=start[1])
-    return Plate(stem=f"section_{_mm(gap)}_ratio-{ratio:g}", study="section", axes={}, settings=settings)
+    return Plate(f"section_{_mm(gap)}_ratio-{ratio:g}", "section", {}, settings)
 
 
 def _basins(f_n: float, ratio: float, clearance: float, amplitude: float) -> Plate:
@@ -153,25 +147,17 @@ def _basins(f_n: float, ratio: float, clearance: float, amplitude: float) -> Pla
     reach = -_REACH[0] * gap * 2.0 * np.pi * ratio * f_n
     axes = dict(u0=np.linspace(_REACH[0] * gap, _REACH[1] * gap, _STATES), v0=np.linspace(-reach, reach, _STATES))
     settings = dict(base_amplitude=amplitude, gap=gap, frequency_hz=ratio * f_n)
-    return Plate(stem=f"basins_ratio-{ratio:g}_clearance-{clearance:g}", study="basins", axes=axes, settings=settings)
+    return Plate(f"basins_ratio-{ratio:g}_clearance-{clearance:g}", "basins", axes, settings)
 
 
 def _design(gap: float, frequencies: Sequence[float], rig: dict[str, float]) -> Plate:
     axes = dict(mass_ratio=np.linspace(0.1, 3.0, _MASSES), frequency_hz=list(frequencies))
-    return Plate(stem="design", study="design", axes=axes, settings=rig | dict(gap=gap))
+    return Plate("design", "design", axes, rig | dict(gap=gap))
 
 
 def _branch(f_n: float, gap: float, at: float, rig: dict[str, float], start: tuple[float, float], band: str) -> Plate:
-    settings = rig | dict(gap=gap, at=at, start=start)
     ends = (max(_BELOW * at, _RATIOS[0] * f_n), _ABOVE * at)
-    return Plate(stem=f"branch_{_mm(gap)}{band}", study="continue", axes=dict(frequency=ends), settings=settings)
-
-
-def _of_band(preset: Preset, gap: float, cycles: int, rig: dict[str, float]) -> Plate:
-    """The branch z = 1/n through a point below the upper end of the rigid stop's band."""
-    ratio = _UNDER_END * _ideal(preset, gap, cycles).band_end()
-    f_n = preset["natural_frequency_hz"]
-    return _branch(f_n, gap, ratio * f_n, rig, _start(preset, gap, ratio, cycles), f"_one-in-{cycles}")
+    return Plate(f"branch_{_mm(gap)}{band}", "continue", dict(frequency=ends), rig | dict(gap=gap, at=at, start=start))
 
 
 def _start(preset: Preset, gap: float, ratio: float, cycles: int) -> tuple[float, float]:
@@ -243,10 +229,12 @@ def make_gallery(
         for number, plate in enumerate(plates, 1):
             progress(f"{number} of {len(plates)}: {plate.stem}")
             for other in plates[number - 1 + len(begun) : number + _AT_ONCE]:
-                begun.append(pool.submit(make, job) if (job := _job(model, other)) else None)
-            study = begun.popleft()
+                if other.study == "continue":  # a branch is followed and written in one
+                    begun.append(None)
+                else:
+                    begun.append(pool.submit(make, Job(study=other.study, model=model, axes=other.axes, settings=other.settings)))
             try:
-                found.append(Made(plate, _branch_of(model, plate, folder, look) if study is None else _written(plate, study, folder, look)))
+                found.append(Made(plate, _written(model, plate, begun.popleft(), folder, look)))
             except NoConvergenceError as error:
                 found.append(Made(plate, str(error), failed=True))
     finally:
@@ -263,7 +251,8 @@ def page(title: str, found: Sequence[Made], *, thesis: str = "") -> str:
         found: the plates in their order.
         thesis: as for `make_gallery`.
     """
-    rows = _rows(thesis)
+    table = tomllib.loads(data_path("thesis", f"{thesis}.toml").read_text(encoding="utf-8"))["value"] if thesis else []
+    rows = {row["name"]: row for row in table}
     lines = [f"# {title}", ""]
     for plate, sentence, failed in found:
         lines += [f"## {_heading(plate)}", ""]
@@ -285,32 +274,17 @@ def _heading(plate: Plate) -> str:
     return f"{_TITLES[plate.study]}: {rest}" if rest else _TITLES[plate.study]
 
 
-def _job(model: Model, plate: Plate) -> Job | None:
-    """The study of a plate; none for a branch, which is followed and written in one."""
-    return None if plate.study == "continue" else Job(study=plate.study, model=model, axes=plate.axes, settings=plate.settings)
-
-
-def _written(plate: Plate, study: Future, folder: Path, look: FigureStyle) -> str:
-    """Write a plate once its study is done; the sentence of what it shows."""
-    data = study.result()
-    write_study(plate.study, data, folder, look=look, stem=plate.stem)
-    return finding(plate.study, data)
-
-
-def _branch_of(model: Model, plate: Plate, folder: Path, look: FigureStyle) -> str:
-    """Follow a branch and write its plate; the sentence of what it shows."""
+def _written(model: Model, plate: Plate, study: Future | None, folder: Path, look: FigureStyle) -> str:
+    """Write a plate once its study is done; without one, follow its branch. The sentence of what it shows."""
+    if study is not None:
+        data = study.result()
+        write_study(plate.study, data, folder, look=look, stem=plate.stem)
+        return finding(plate.study, data)
     settings: Any = plate.settings
     rig = ForcedRig(model, gap=settings["gap"], base_amplitude=settings["base_amplitude"], frequency_hz=settings["at"])
-    tail = plate.stem.removeprefix("branch")
-    where: Any = dict(at=settings["at"], start=settings["start"])
-    (branch,) = follow_and_write(rig, "frequency", plate.axes["frequency"], folder, tail=tail, look=look, **where)
+    where: Any = dict(tail=plate.stem.removeprefix("branch"), at=settings["at"], start=settings["start"])
+    (branch,) = follow_and_write(rig, "frequency", plate.axes["frequency"], folder, look=look, **where)
     return branch_finding(branch)
-
-
-def _rows(thesis: str) -> dict[str, dict[str, Any]]:
-    if not thesis:
-        return {}
-    return {row["name"]: row for row in tomllib.loads(data_path("thesis", f"{thesis}.toml").read_text(encoding="utf-8"))["value"]}
 
 
 __all__ = ["Plate", "make_gallery", "model_plates", "preset_plates"]

@@ -11,7 +11,7 @@ from scipy.constants import g as STANDARD_GRAVITY
 
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect, unit_in
-from vibrojax.effects.recorder_filter import RecorderFilter
+from vibrojax.effects.filters import RecorderFilter
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Number, Value

@@ -13,9 +13,9 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import LAWS
 from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import unit_in
+from vibrojax.effects.filters import BANDS, MOST_ORDER, RecorderFilter
 from vibrojax.effects.formula import Formula
 from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm
-from vibrojax.effects.recorder_filter import BANDS, MOST_ORDER, RecorderFilter
 from vibrojax.errors import InputError, shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
@@ -62,18 +62,14 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
         {'kind': 'linear', 'damping_ratio': 0.02, 'natural_frequency_hz': 5.0}
     """
     suspension, law = model.suspension, model.law
-    numbers = {
-        "suspension": {p.field: _number(getattr(suspension, p.field), p.field) for p in suspension.parameters} | _geometry(suspension),
-        "law": {p.name: _number(getattr(law, p.field), p.name) for p in law.parameters},
-    }
-    effects = {"effects": [effect_document(effect) for effect in model.effects]} if model.effects else {}
+    of_suspension = [*(p.field for p in suspension.parameters), *_lengths(type(suspension))]
     return {
         "schema": SCHEMA,
         "mass": _number(model.mass, "mass"),
         **({"load": {name: _number(getattr(model.load, name), name) for name in _LOAD}} if model.load.acts else {}),
-        "suspension": {"kind": suspension.name} | numbers["suspension"],
-        "law": {"name": law.name} | numbers["law"],
-        **effects,
+        "suspension": {"kind": suspension.name} | {name: _number(getattr(suspension, name), name) for name in of_suspension},
+        "law": {"name": law.name} | {p.name: _number(getattr(law, p.field), p.name) for p in law.parameters},
+        **({"effects": [effect_document(effect) for effect in model.effects]} if model.effects else {}),
         **({"recorder": [{name: getattr(one, name) for name in _FILTER} for one in model.recorder]} if model.recorder else {}),
         "units": _units(type(suspension), type(law), model.effects, load=model.load.acts),
         "provenance": dict(provenance or {}),
@@ -116,16 +112,19 @@ def model_from_document(document: Any, where: str) -> Model:
     mass = table.number("mass", zero=False)
     below = table.table("suspension")
     kind: Any = SUSPENSIONS[below.choice("kind", SUSPENSIONS)]
-    geometry = ["length"] if _has_length(kind) else []
-    below.allow(["kind", *(p.field for p in kind.parameters), *geometry])
-    lengths = {name: below.number(name, zero=False) for name in geometry}
+    below.allow(["kind", *(p.field for p in kind.parameters), *_lengths(kind)])
+    lengths = {name: below.number(name, zero=False) for name in _lengths(kind)}
     suspension = kind(**{p.field: below.number(p.field, zero=p.logarithmic) for p in kind.parameters}, **lengths)
     below = table.table("law")
     rule: Any = LAWS[below.choice("name", LAWS)]
     below.allow(["name", *(p.name for p in rule.parameters)])
     law = rule(**{p.field: below.number(p.name, zero=p.logarithmic, most=p.most) for p in rule.parameters})
     effects = tuple(_effect(part) for part in table.tables("effects"))
-    load = _load(table.table("load")) if "load" in table.values else Load()
+    load = Load()
+    if "load" in table.values:
+        below = table.table("load")
+        below.allow(_LOAD)
+        load = Load(**{name: below.number(name, zero=True, negative=True) for name in _LOAD})
     units = _units(kind, rule, effects, load="load" in table.values)
     if "units" in table.values and table.values["units"] != units:
         table.refuse(f"units are {shown(table.values['units'])}: expected {units}; give the numbers in these")
@@ -146,12 +145,6 @@ def _filter(table: Table) -> RecorderFilter:
         order=order,
         corner_hz=table.number("corner_hz", zero=False),
     )
-
-
-def _load(table: Table) -> Load:
-    """The known constant forces from their object in the file."""
-    table.allow(_LOAD)
-    return Load(**{name: table.number(name, zero=True, negative=True) for name in _LOAD})
 
 
 def effect_document(effect: AbstractEffect) -> dict[str, Any]:
@@ -216,7 +209,8 @@ def _free_form(table: Table) -> FreeForm:
 
 def _places(effect: type[AbstractEffect]) -> list[tuple[str, str]]:
     """Those of `_RECORD` and `_CHANNEL` that the effect has."""
-    return [(field, key) for field, key in (_RECORD, _CHANNEL) if field in effect.__dataclass_fields__]  # type: ignore[attr-defined]
+    fields = [one.name for one in dataclasses.fields(effect)]
+    return [(field, key) for field, key in (_RECORD, _CHANNEL) if field in fields]
 
 
 def _may_vanish(parameter: Parameter) -> bool:
@@ -224,21 +218,15 @@ def _may_vanish(parameter: Parameter) -> bool:
     return parameter.lower <= 0 or "damping" in parameter.meaning
 
 
-def _has_length(suspension: type) -> bool:
-    """Whether the suspension has a length that is known, not estimated."""
-    return "length" in suspension.__dataclass_fields__  # type: ignore[attr-defined]
-
-
-def _geometry(suspension: Any) -> dict[str, float]:
-    return {"length": _number(suspension.length, "length")} if _has_length(type(suspension)) else {}
+def _lengths(suspension: Any) -> dict[str, str]:
+    """Unit of the length of a suspension that has one, known and not estimated."""
+    return {one.name: "m" for one in dataclasses.fields(suspension) if one.name == "length"}
 
 
 def _units(suspension: Any, law: Any, effects: Iterable[AbstractEffect], *, load: bool) -> dict[str, Any]:
-    length = {"length": "m"} if _has_length(suspension) else {}
-    listed: dict[str, Iterable[Parameter]] = {"suspension": suspension.parameters, "law": law.parameters}
-    fields = {p.field: p.unit for p in listed["suspension"]}
+    fields = {p.field: p.unit for p in suspension.parameters} | _lengths(suspension)
     of_effects = [{p.name: unit_in(p.unit, effect.channel) for p in effect.parameters} for effect in effects]
-    shared = {"mass": MASS.unit, "suspension": fields | length, "law": {p.name: p.unit for p in listed["law"]}}
+    shared = {"mass": MASS.unit, "suspension": fields, "law": {p.name: p.unit for p in law.parameters}}
     return shared | ({"effects": of_effects} if of_effects else {}) | ({"load": _LOAD} if load else {})
 
 

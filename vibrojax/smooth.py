@@ -65,8 +65,9 @@ def _log_jvp(primals, tangents):
 
 
 def step(x: Scalars, width: Number) -> Scalars:
-    """Switch from 0 (x <= -width/2) to 1 (x >= width/2), twice continuously differentiable; width 0 is the sharp switch."""
-    return jnp.where(width > 0, _quintic(x / jnp.where(width > 0, width, 1.0) + 0.5), jnp.where(x > 0, 1.0, 0.0))
+    """Quintic switch from 0 (x <= -width/2) to 1 (x >= width/2), twice continuously differentiable; width 0 is the sharp switch."""
+    s = jnp.clip(x / jnp.where(width > 0, width, 1.0) + 0.5, 0.0, 1.0)
+    return jnp.where(width > 0, s**3 * (10.0 + s * (6.0 * s - 15.0)), jnp.where(x > 0, 1.0, 0.0))
 
 
 def ramp(x: Scalars, width: Number) -> Scalars:
@@ -76,12 +77,6 @@ def ramp(x: Scalars, width: Number) -> Scalars:
     s = jnp.clip(x / safe + 0.5, 0.0, 1.0)
     inside = safe * s**4 * (2.5 + s * (s - 3.0))
     return jnp.where((width > 0) & (jnp.abs(x) < 0.5 * safe), inside, sharp)
-
-
-def _quintic(s: Scalars) -> Scalars:
-    """Quintic smoothstep on [0, 1], clamped outside."""
-    s = jnp.clip(s, 0.0, 1.0)
-    return s**3 * (10.0 + s * (6.0 * s - 15.0))
 
 
 @jax.custom_jvp

@@ -1,7 +1,7 @@
 """What holds the hammer in the cart while it is away from the stop.
 
-To add one: write a final subclass of `AbstractSuspension` here that gives `name` and `parameters` and implements `acceleration`, then list
-it in `SUSPENSIONS`.
+To add one: write a final subclass of `AbstractSuspension` here that gives `name`, declares its parameters as fields and implements
+`acceleration`, then list it in `SUSPENSIONS`.
 """
 
 import abc
@@ -10,14 +10,12 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import DeclaredParameters, Parameter
 from vibrojax.shapes import Scalars, Value
 
-DAMPING_RATIO = Parameter(
-    name="zeta", field="damping_ratio", symbol="ζ", unit="1", start=0.02, lower=1e-7, upper=2.0, meaning="damping ratio"
-)
+DAMPING_RATIO = Parameter("zeta", "ζ", "1", field="damping_ratio", start=0.02, lower=1e-7, upper=2.0, meaning="damping ratio")
 NATURAL_FREQUENCY = Parameter(
-    name="f_n", field="natural_frequency_hz", symbol="f_n", unit="Hz", start=3.0, lower=1e-3, upper=1e4, meaning="natural frequency"
+    "f_n", "f_n", "Hz", field="natural_frequency_hz", start=3.0, lower=1e-3, upper=1e4, meaning="natural frequency"
 )
 
 
@@ -25,7 +23,8 @@ class AbstractSuspension(eqx.Module):
     """What holds the hammer in the cart while it is away from the stop."""
 
     name: eqx.AbstractClassVar[str]
-    parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
+    """Those that the fields declare, in their order."""
 
     @abc.abstractmethod
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
@@ -56,10 +55,9 @@ class Linear(AbstractSuspension):
     """
 
     name: ClassVar[str] = "linear"
-    parameters: ClassVar[tuple[Parameter, ...]] = (DAMPING_RATIO, NATURAL_FREQUENCY)
 
-    damping_ratio: Value
-    natural_frequency_hz: Value
+    damping_ratio: Value = DAMPING_RATIO.as_field()
+    natural_frequency_hz: Value = NATURAL_FREQUENCY.as_field()
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
         """Relative acceleration, m/s^2."""
@@ -91,11 +89,10 @@ class Pendulum(AbstractSuspension):
     """
 
     name: ClassVar[str] = "pendulum"
-    parameters: ClassVar[tuple[Parameter, ...]] = (DAMPING_RATIO, NATURAL_FREQUENCY)
 
-    damping_ratio: Value
-    natural_frequency_hz: Value
-    length: float = eqx.field(static=True)
+    damping_ratio: Value = DAMPING_RATIO.as_field()
+    natural_frequency_hz: Value = NATURAL_FREQUENCY.as_field()
+    length: float = eqx.field(static=True)  # type: ignore[misc]  # a declared parameter looks like a default, and is none
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
         """Relative horizontal acceleration, m/s^2."""
@@ -129,11 +126,10 @@ class Pivot(AbstractSuspension):
     """
 
     name: ClassVar[str] = "pivot"
-    parameters: ClassVar[tuple[Parameter, ...]] = (DAMPING_RATIO, NATURAL_FREQUENCY)
 
-    damping_ratio: Value
-    natural_frequency_hz: Value
-    length: float = eqx.field(static=True)
+    damping_ratio: Value = DAMPING_RATIO.as_field()
+    natural_frequency_hz: Value = NATURAL_FREQUENCY.as_field()
+    length: float = eqx.field(static=True)  # type: ignore[misc]  # a declared parameter looks like a default, and is none
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
         """Acceleration along the arc, m/s^2."""
@@ -153,7 +149,6 @@ class Free(AbstractSuspension):
     """
 
     name: ClassVar[str] = "free"
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
         """Relative acceleration, m/s^2."""

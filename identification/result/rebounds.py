@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.result.result import NO_WINDOW, Impact, RecordFit, impacts, merged
-from vibrojax.contact.restitution import restitution
+from vibrojax.contact import restitution
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 

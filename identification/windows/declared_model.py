@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from identification.experiment import Experiment, ExperimentError
 from identification.experiment.errors import suggestion
 from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
-from vibrojax.effects.recorder_filter import RecorderFilter
+from vibrojax.effects.filters import RecorderFilter
 from vibrojax.errors import InputError
 from vibrojax.model import MASS, Load, Model
 from vibrojax.parameters import Parameter

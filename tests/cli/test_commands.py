@@ -34,7 +34,7 @@ def jobs(monkeypatch, tmp_path):
     module.run_fit = module.run_simulate = job
     monkeypatch.setitem(sys.modules, "identification.commands.run", module)
     monkeypatch.setattr("vibrojax.cli.fit.prepare_jax", lambda: None)
-    monkeypatch.setattr("vibrojax.cli.simulate.prepare_jax", lambda: None)
+    monkeypatch.setattr("vibrojax.cli.experiments.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.chdir(tmp_path)
     experiment_file(tmp_path / "rig")
@@ -259,7 +259,7 @@ ABSENT = [
 
 @pytest.mark.parametrize(("arguments", "message"), ABSENT)
 def test_what_is_not_there_is_found_before_jax_is_loaded(jobs, monkeypatch, capsys, tmp_path, arguments, message):
-    for module in ("fit", "diagnose", "simulate", "continuation", "study"):
+    for module in ("fit", "experiments", "continuation", "study"):
         monkeypatch.setattr(f"vibrojax.cli.{module}.prepare_jax", lambda: pytest.fail("JAX was loaded"))
     assert call(monkeypatch, main.main, *arguments) == 2
     out, error = capsys.readouterr()

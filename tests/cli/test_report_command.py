@@ -12,7 +12,7 @@ from vibrojax.cli import main
 
 
 def call(monkeypatch, *arguments, prepare_jax=lambda: None):
-    monkeypatch.setattr("vibrojax.cli.report.prepare_jax", prepare_jax)
+    monkeypatch.setattr("vibrojax.cli.experiments.prepare_jax", prepare_jax)
     monkeypatch.setattr(sys, "argv", ["vibrojax", "report", *map(str, arguments)])
     with pytest.raises(SystemExit) as ended:
         main.main()

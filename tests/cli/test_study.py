@@ -9,7 +9,7 @@ import xarray as xr
 
 from tests.batch.rigs import model
 from tests.studies.made_fit import written_fit
-from vibrojax.cli import grammar, main, study, study_options
+from vibrojax.cli import grammar, main, options, study
 from vibrojax.model_file import write_model
 from vibrojax.presets import NAMES, read_preset
 from vibrojax.studies.draws import read_fit
@@ -211,7 +211,7 @@ def asked(monkeypatch, tmp_path, *arguments: str):
 
 
 def test_the_presets_that_the_command_line_lists_are_all():
-    assert study_options.PRESETS == NAMES
+    assert options.PRESETS == NAMES
 
 
 def test_a_preset_takes_the_place_of_model_amplitude_and_gaps(monkeypatch, tmp_path, capsys):

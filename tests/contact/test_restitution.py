@@ -15,8 +15,8 @@ from vibrojax.contact import (
     LankaraniNikravesh,
     Newton,
     NoContact,
+    restitution,
 )
-from vibrojax.contact.restitution import restitution
 from vibrojax.effects import DeepStop
 
 SPEEDS = (0.01, 0.1, 1.0)

@@ -13,9 +13,9 @@ from vibrojax.contact import HuntCrossleySeparate, KelvinVoigtClipped, Lankarani
 from vibrojax.continuation import ForcedRig, find_orbit, settle
 from vibrojax.continuation.orbit import landing_of, solved, state_scale
 from vibrojax.continuation.rig import as_arrays, strobe_from
-from vibrojax.effects.force_lag import ForceLag
-from vibrojax.effects.gap_drift import GapDrift
-from vibrojax.effects.second_mode import SecondMode
+from vibrojax.effects.filters import ForceLag
+from vibrojax.effects.forces import SecondMode
+from vibrojax.effects.stops import GapDrift
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
 from vibrojax.model import Model

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vibrojax.cli.study_options import Over
+from vibrojax.cli.options import Over
 from vibrojax.contact import HuntCrossley
 from vibrojax.errors import InputError
 from vibrojax.model import Model

@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from vibrojax.batch.base import Lanes, LaneState
-from vibrojax.contact import AbstractInstantaneousLaw, NoContact
-from vibrojax.contact.no_contact import NOWHERE
+from vibrojax.contact import NOWHERE, AbstractInstantaneousLaw, NoContact
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate.base import RESULT_MESSAGES, SUCCESS

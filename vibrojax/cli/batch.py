@@ -42,15 +42,7 @@ class FitJob(NamedTuple):
 
 
 def fit_batch(
-    folder: Path,
-    out: Path | None,
-    chosen: Mapping[str, Any],
-    *,
-    posterior: bool,
-    draws: int | None,
-    style: str,
-    workers: int,
-    quiet: bool,
+    folder: Path, out: Path | None, chosen: Mapping[str, Any], *, posterior: bool, draws: int | None, style: str, workers: int, quiet: bool
 ) -> None:
     """Fit every experiment below a folder; write batch.csv, batch.html and batch.json, and each fit's files below `out`.
 
@@ -60,8 +52,8 @@ def fit_batch(
         folder: in which experiments are looked for.
         out: of the results; None for `fit-NAME`, NAME being the folder's.
         chosen: options of `run_fit`, the same for all, but for draws and style.
-        posterior: whether it is sampled.
-        draws: of it; None for the usual number.
+        posterior: whether it is sampled, with so many `draws`; None for the usual number.
+        draws: see there.
         style: name of the pages' style.
         workers: processes.
         quiet: whether to say nothing.
@@ -91,7 +83,8 @@ def fit_batch(
         with _held(out):
             jobs = [FitJob(name, path, out / name, input_digest(path, plain), options) for name, path in found.items()]
             known = read_rows(out / STATE)
-            rows = {job.experiment: row for job in jobs if (row := _standing(job, known)) is not None}
+            earlier = [(job, known[job.experiment]) for job in jobs if job.experiment in known]
+            rows = {row.experiment: row for job, row in earlier if row.digest == job.digest and row.stands(job.out)}
             left = [job for job in jobs if job.experiment not in rows]
             with experiments_done(len(jobs), len(rows), quiet=quiet) as say:
                 for row in _fitted(left, workers):
@@ -147,12 +140,6 @@ def fit_one(job: FitJob) -> "BatchRow":
         return failed_row(job.experiment, job.digest, error, seconds=time.perf_counter() - begin)
     verdict, seconds = judge(result), time.perf_counter() - begin
     return fitted_row(job.experiment, job.digest, result, job.out, level=verdict.level, headline=verdict.sentence, seconds=seconds)
-
-
-def _standing(job: FitJob, known: Mapping[str, "BatchRow"]) -> "BatchRow | None":
-    """The row of an earlier call, where it is of the same input and its results are still there."""
-    row = known.get(job.experiment)
-    return row if row is not None and row.digest == job.digest and row.stands(job.out) else None
 
 
 def _fitted(jobs: Sequence[FitJob], workers: int) -> Iterator["BatchRow"]:

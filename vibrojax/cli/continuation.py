@@ -9,11 +9,10 @@ from rich.table import Table
 
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import AMPLITUDE, FREQUENCY, canonical, cases, ends, named, values
-from vibrojax.cli.options import Quiet
+from vibrojax.cli.options import Amplitude, FigureLook, Frequencies, Gaps, Preset, Quiet, Vary, check_rig
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_file
-from vibrojax.cli.study_options import Amplitude, FigureLook, Frequencies, Gaps, Preset, Vary, check_rig
 from vibrojax.errors import InputError
 from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 
@@ -28,16 +27,13 @@ SecondParameter = Annotated[
     typer.Option(
         metavar="NAME=A:B",
         help="A second parameter: where orbits of the branch fold, double their period or graze is followed in the plane of both.",
-        show_default=False,
     ),
 ]
 
 
 def continue_(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.", show_default=False)],
-    model: Annotated[
-        Path | None, typer.Option(metavar="MODEL.json", help="A model.json that a fit or a preset wrote.", show_default=False)
-    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
+    model: Annotated[Path | None, typer.Option(metavar="MODEL.json", help="A model.json that a fit or a preset wrote.")] = None,
     preset: Preset = None,
     base_amplitude: Amplitude = None,
     sweep: Annotated[
@@ -45,7 +41,6 @@ def continue_(
         typer.Option(
             metavar="[NAME=]A:B",
             help="What is followed, from A to B, SI (frequency in Hz): frequency, gap, amplitude, m, or a parameter of the model.",
-            show_default=False,
         ),
     ] = None,
     gap: Gaps = None,
@@ -53,8 +48,7 @@ def continue_(
     vary: Vary = None,
     style: FigureLook = SCREEN.name,
     at: Annotated[
-        float | None,
-        typer.Option(metavar="VALUE", help="Value at which the first orbit is looked for. Left out: the lowest.", show_default=False),
+        float | None, typer.Option(metavar="VALUE", help="Value at which the first orbit is looked for. Left out: the lowest.")
     ] = None,
     start: Annotated[
         tuple[float, float], typer.Option(metavar="U V", help="State from which the rig settles onto the first orbit, m and m/s.")

@@ -1,24 +1,26 @@
 """`fit-parameters`, also `vibrojax fit`: experiment in; parameters, a model that runs, and a report out."""
 
 from pathlib import Path
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
 
 from vibrojax.aside import of_earlier_set
-from vibrojax.cli import options
 from vibrojax.cli.batch import fit_batch
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.grammar import first_values, listed
-from vibrojax.cli.options import LANDING, Data, Experiment, Integrator, Quiet, Recipe, Smoothing, Style, contact_width
+from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Start, Style, Term, one_of
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_file, check_source, default_folder, experiment_source
 from vibrojax.errors import InputError
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
+LANDING, SMOOTHED = "landing", "smoothed"
+WIDTH = 1e-6
+"""Width of the smoothed contact switch where none is given, m."""
 
 app = typer.Typer(pretty_exceptions_enable=False)
 
@@ -26,24 +28,70 @@ app = typer.Typer(pretty_exceptions_enable=False)
 @app.command(epilog=EXAMPLE)
 def fit(
     experiment: Experiment = None,
-    out: options.Out = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being that of the experiment, or of the batch's folder."
+        ),
+    ] = None,
     recipe: Recipe = None,
     data: Data = None,
-    law: options.Law = None,
-    compare: options.Compare = None,
-    effects: options.Effects = None,
-    term: options.Term = None,
-    start: options.Start = None,
-    earlier: options.Earlier = None,
-    reference: options.Reference = None,
-    seed: options.Seed = 0,
-    integrator: Integrator = LANDING,
-    smoothing: Smoothing = None,
-    posterior: options.Posterior = False,
-    profiles: options.Profiles = False,
-    draws: options.Draws = None,
-    batch: options.Batch = None,
-    workers: options.Workers = None,
+    law: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")
+    ] = None,
+    compare: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--compare",
+            metavar="LAW,LAW,...",
+            help="Contact laws to fit one after the other and rank in a table; the best one's result is written.",
+        ),
+    ] = None,
+    effects: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
+    ] = None,
+    term: Term = None,
+    start: Start = None,
+    earlier: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="FIT",
+            help="Earlier fit, its folder or fit.json, whose values replace first guesses; a start in the experiment takes precedence.",
+        ),
+    ] = None,
+    reference: Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")] = 0,
+    integrator: Annotated[
+        str,
+        typer.Option(
+            metavar=f"{LANDING}|{SMOOTHED}",
+            help="Steps that land on every touch and release; or beside them a fit by Diffrax on a smoothed contact law.",
+            callback=one_of((LANDING, SMOOTHED), "integrator"),
+        ),
+    ] = LANDING,
+    smoothing: Annotated[
+        float | None,
+        typer.Option(metavar="METRES", help=f"Width of the smoothed contact, m. Left out: {WIDTH:g}; with --integrator {SMOOTHED}."),
+    ] = None,
+    posterior: Annotated[
+        bool, typer.Option("--posterior", help="Sample the posterior of the parameters too, in minutes; needs the extra bayes.")
+    ] = False,
+    profiles: Annotated[
+        bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
+    ] = False,
+    draws: Annotated[int | None, typer.Option(min=50, metavar="N", help="Weighted draws of the posterior. Left out: 400.")] = None,
+    batch: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Fit every experiment in this folder and below it; with --out the same as before, go on where that ended.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Processes that fit experiments; with --batch. Left out: 1.")
+    ] = None,
     style: Style = "screen",
     quiet: Quiet = False,
 ) -> None:
@@ -86,6 +134,26 @@ def fit(
         chosen |= {"draws": (draws or DRAWS) if posterior else None, "style": STYLES[style]}
         run_fit(source, folder, **chosen, progress=say, show=say.show)
     Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
+
+
+def contact_width(integrator: str, smoothing: float | None) -> float | None:
+    """Width of the contact switch, m; None for the exact contact.
+
+    Raises:
+        InputError: a width with an integrator that has none, or one that is no length.
+
+    Example:
+        >>> contact_width("smoothed", None)
+        1e-06
+    """
+    if integrator == SMOOTHED:
+        width = WIDTH if smoothing is None else smoothing
+        if not 0.0 < width < float("inf"):
+            raise InputError(f"--smoothing is {width:g} m: expected a length above 0, such as {WIDTH:g}")
+        return width
+    if smoothing is not None:
+        raise InputError(f"--smoothing {smoothing:g} is given for the {integrator} integrator: expected --integrator {SMOOTHED} beside it")
+    return None
 
 
 def _check_batch(batch: Path | None, workers: int | None, alone: dict[str, object]) -> None:

@@ -8,11 +8,10 @@ from rich.console import Console
 
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import values
-from vibrojax.cli.options import Quiet
+from vibrojax.cli.options import PRESETS, Amplitude, FigureLook, Gaps, Quiet, one_of
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
 from vibrojax.cli.source import check_file
-from vibrojax.cli.study_options import PRESETS, Amplitude, FigureLook, Gaps
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 
@@ -20,21 +19,19 @@ EXAMPLE = "Example:  vibrojax gallery wires --style paper --out wires-figures"
 _STUDIES = ("response", "bifurcation", "peterka", "section", "basins", "lyapunov", "design", "continue")
 
 
-def _known(only: list[str] | None) -> list[str] | None:
-    for name in only or []:
-        if name not in _STUDIES:
-            raise typer.BadParameter(f"{name!r} is no study: expected one of {', '.join(_STUDIES)}")
-    return only
-
-
 def gallery(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model.json, or the name of a preset such as wires.", show_default=False)],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the figures and the page.", show_default=False)],
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model.json, or the name of a preset such as wires.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the figures and the page.")],
     base_amplitude: Amplitude = None,
     gap: Gaps = None,
     only: Annotated[
         list[str] | None,
-        typer.Option("--only", metavar="STUDY", help="Only this study's figures; may be repeated.", callback=_known, show_default=False),
+        typer.Option(
+            "--only",
+            metavar="STUDY",
+            help="Only this study's figures; may be repeated.",
+            callback=one_of(_STUDIES, "study", f": expected one of {', '.join(_STUDIES)}"),
+        ),
     ] = None,
     style: FigureLook = SCREEN.name,
     quiet: Quiet = False,

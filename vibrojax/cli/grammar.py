@@ -152,76 +152,79 @@ def one_range(option: str, text: str) -> tuple[str, list[float]]:
     return canonical(name), values(option, listed)
 
 
-def swept(study: str, sweep: Sequence[str], old: Mapping[str, str | None], parameter: str | None) -> tuple[dict[str, list[float]], str]:
+def swept(study: str, sweep: Sequence[str], ranges: Mapping[str, tuple[float, float]]) -> tuple[dict[str, list[float]], str]:
     """Values along the axes of a study, by argument, and the parameter that is swept ("" where the axes are fixed).
 
     Arguments:
         study: name of the command.
-        sweep: `--sweep`, as often as it was given.
-        old: by axis, the options that the axes had of their own.
-        parameter: the option that named the parameter.
+        sweep: `--sweep`, as often as it was given; a name alone takes its range.
+        ranges: of a preset, both ends by the name of a setting; taken too for an axis that is left out and has no default.
 
     Raises:
         InputError: an unknown axis, one that is given twice or not at all, values that are none.
+
+    Example:
+        >>> swept("lyapunov", ["gap=0:1e-3:2"], {}), swept("lyapunov", ["frequency"], {"frequency_hz": (1.0, 2.0)})[0]["values"][-1]
+        (({'values': [0.0, 0.001]}, 'gap'), 2.0)
     """
-    form, given = FORMS[study], named("--sweep", sweep)
-    if "" in given and next(iter(form.axes), "") in given:
-        raise InputError(f"--sweep names {next(iter(form.axes))} twice, once as the axis without a name: leave one out")
-    if parameter is not None and any(given):
-        raise InputError(f"both --sweep {next(filter(None, given))} and --parameter {parameter} are given: leave --parameter out")
-    along, found = canonical(parameter or next(iter(form.axes), "")), {}
+    form = FORMS[study]
+    first = next(iter(form.axes), "")
+
+    def whole_range(name: str) -> str:
+        low, high = ranges[canonical(name)]
+        return f"{low:.9g}:{high:.9g}:{form.axes[name].count if name in form.axes else 101}"
+
+    given = named("--sweep", [f"{text}={whole_range(text)}" if canonical(text) in ranges else text for text in sweep])
+    if "" in given and first in given:
+        raise InputError(f"--sweep names {first} twice, once as the axis without a name: leave one out")
+    given = {name or first: text for name, text in given.items()}
+    along = ""
     if form.any_parameter:
         if len(given) > 1:
             raise InputError(f"--sweep is given {len(given)} times: expected one parameter that is swept; add the others with --vary")
-        name = next(iter(given), "")
-        along = canonical(name) if name else along
-        given = {next(iter(form.axes)): text for text in given.values()}
-    given = {name or next(iter(form.axes), ""): text for name, text in given.items()}
+        along = canonical(next(iter(given), first))
+        given = dict(zip([first], given.values(), strict=False))
     if unknown := [name for name in given if name not in form.axes]:
         known = ", ".join(form.axes) or "none; it is one operating point"
         raise InputError(f"--sweep names {unknown[0]!r}: expected one of {known}; correct it")
+    found = {}
     for name, axis in form.axes.items():
-        own = old.get(name)
-        if own is not None and name in given:
-            raise InputError(f"both --sweep {name}={given[name]} and {axis.old} {own} are given: expected one of the two; leave one out")
-        text = given.get(name, own if own is not None else axis.default)
-        if text is None:
+        text = given.get(name, axis.default)
+        if text is None and canonical(name) not in ranges:
             raise InputError(f"--sweep {name}=A:B:N is missing: expected the values of {name}, from A to B; add it")
-        found[axis.argument] = values(axis.old if own is not None else "--sweep", text)
-    return found, along if form.any_parameter else ""
+        found[axis.argument] = values("--sweep", whole_range(name) if text is None else text)
+    return found, along
 
 
-def with_ranges(study: str, sweep: Sequence[str], old: Mapping[str, str | None], ranges: Mapping[str, tuple[float, float]]) -> list[str]:
-    """`--sweep` of a preset's study: its range where an axis has a name and no values, or is left out and has no default.
+def with_old_options(study: str, sweep: Sequence[str], old: Mapping[str, str | None], parameter: str | None) -> list[str]:
+    """`--sweep` with what the options say that the axes once had of their own.
 
     Arguments:
         study: name of the command.
-        sweep: as for `swept`.
-        old: as for `swept`.
-        ranges: both ends by the name of a setting.
+        sweep: `--sweep`, as often as it was given.
+        old: by axis, the value of its own option.
+        parameter: the option that named the parameter.
 
     Example:
-        >>> with_ranges("response", [], {}, {"frequency_hz": (1.0, 2.0)}), with_ranges("lyapunov", ["gap"], {}, {"gap": (0.0, 1e-3)})
-        (['frequency=1:2:151'], ['gap=0:0.001:101'])
+        >>> with_old_options("lyapunov", [], {"frequency": "1e-3:2e-3:9"}, "gap")
+        ['gap=1e-3:2e-3:9']
     """
-    axes, found = FORMS[study].axes, []
-    counts = {name: axis.count for name, axis in axes.items()}
-
-    def filled(name: str) -> str:
-        low, high = ranges[canonical(name)]
-        return f"{name}={low:.9g}:{high:.9g}:{counts.get(name, 101)}"
-
-    for text in sweep:
-        found.append(filled(text) if canonical(text) in ranges else text)
-    given = {text.partition("=")[0] for text in found if "=" in text}
-    if FORMS[study].any_parameter and (found or any(old.values())):
-        return found
-    first = next(iter(axes), "")
-    for name, axis in axes.items():
-        missing = name not in given and not old.get(name) and not (name == first and any("=" not in text for text in found))
-        if missing and axis.default is None and canonical(name) in ranges:
-            found.append(filled(name))
-    return found
+    form, given = FORMS[study], list(sweep)
+    first = next(iter(form.axes), "")
+    names = [name or first for name in named("--sweep", sweep)]
+    for name, text in old.items():
+        if text is None:
+            continue
+        option = form.axes[name].old
+        if name in names or (form.any_parameter and names):
+            raise InputError(f"both --sweep {sweep[0]} and {option} {text} are given: expected one of the two; leave one out")
+        values(option, text)  # so that a message names the option as it was given
+        given.append(text if form.any_parameter else f"{name}={text}")
+    if parameter is None:
+        return given
+    if already := [text.rpartition("=")[0] for text in given if "=" in text]:
+        raise InputError(f"both --sweep {already[0]} and --parameter {parameter} are given: leave --parameter out")
+    return [f"{parameter}={text}" for text in given] or [parameter]
 
 
 def cases(varied: Mapping[str, Sequence[float]]) -> list[tuple[str, dict[str, float]]]:

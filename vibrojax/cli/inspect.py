@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from vibrojax.cli.options import Quiet
 from vibrojax.errors import InputError
 
 INSPECT_EXAMPLE = "Example:  vibrojax inspect rig-B --out rig-B/experiment.toml"
@@ -19,16 +20,15 @@ _WIDTH = 118
 
 
 def inspect(
-    path: Annotated[Path, typer.Argument(metavar="FILE", help="A recorded file, or a folder of them.", show_default=False)],
+    path: Annotated[Path, typer.Argument(metavar="FILE", help="A recorded file, or a folder of them.")],
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE.toml",
             help="Write the proposed experiment file here, in the folder of the records or above it. Left out: it is printed.",
-            show_default=False,
         ),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Show what recorded files hold, and propose an experiment.toml for them.
 
@@ -90,10 +90,8 @@ def _write(target: Path, text: str) -> None:
 
 
 def datasets(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Only this recipe. Left out: all.", show_default=False)] = None,
-    data: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of recordings: say which files are there and match.", show_default=False)
-    ] = None,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Only this recipe. Left out: all.")] = None,
+    data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of recordings: say which files are there and match.")] = None,
 ) -> None:
     """List the recordings that come with a recipe: origin, licence, how to get the files, and their sha256.
 

@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from vibrojax import __version__
-from vibrojax.cli import continuation, diagnose, fit, gallery, inspect, presets, report, simulate, study
+from vibrojax.cli import continuation, experiments, fit, gallery, inspect, presets, study
 from vibrojax.cli.errors import run
 
 FIT_EXAMPLE = fit.EXAMPLE.replace("fit-parameters", "vibrojax fit")
@@ -21,9 +21,9 @@ def _print_version(wanted: bool) -> bool:
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, epilog=FIT_EXAMPLE)
 app.command("fit", epilog=FIT_EXAMPLE)(fit.fit)
-app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.diagnose)
-app.command("report", epilog=report.EXAMPLE)(report.report)
-app.command("simulate", epilog=simulate.EXAMPLE)(simulate.simulate)
+app.command("diagnose", epilog=experiments.DIAGNOSE_EXAMPLE)(experiments.diagnose)
+app.command("report", epilog=experiments.REPORT_EXAMPLE)(experiments.report)
+app.command("simulate", epilog=experiments.SIMULATE_EXAMPLE)(experiments.simulate)
 app.command("inspect", epilog=inspect.INSPECT_EXAMPLE)(inspect.inspect)
 app.command("new", epilog=inspect.NEW_EXAMPLE)(inspect.new)
 app.command("datasets", epilog=inspect.DATASETS_EXAMPLE)(inspect.datasets)

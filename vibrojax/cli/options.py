@@ -1,30 +1,40 @@
-"""Options of `fit-parameters`, and those that it shares with other commands."""
+"""Options that several commands share: of experiments, and of studies (rig, values, place, style, how a long one is carried, and more)."""
 
+import dataclasses
+import functools
+import inspect
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from identification.wording import STYLE_NAMES
+from vibrojax.cli.grammar import FORMS, with_old_options
+from vibrojax.cli.source import check_file
 from vibrojax.errors import InputError
+from vibrojax.figure_style import FIGURE_STYLES, SCREEN
 
 Experiment = Annotated[
     Path | None,
-    typer.Argument(
-        metavar="[EXPERIMENT]", help="Folder of the experiment, or its experiment.toml. Left out: the embedded example.", show_default=False
-    ),
+    typer.Argument(metavar="[EXPERIMENT]", help="Folder of the experiment, or its experiment.toml. Left out: the embedded example."),
 ]
 Recipe = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Use recordings published by others, read as this recipe says; with --data.", show_default=False),
+    str | None, typer.Option(metavar="NAME", help="Use recordings published by others, read as this recipe says; with --data.")
 ]
-Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.", show_default=False)]
+Data = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the recipe's recordings.")]
 
 
-def _known_style(style: str) -> str:
-    if style not in STYLE_NAMES:
-        raise typer.BadParameter(f"{style!r} is no style")
-    return style
+def one_of(known: Collection[str], what: str, remedy: str = "") -> Callable[[Any], Any]:
+    """A callback that refuses a name, or one of several, that is not among the known ones."""
+
+    def check(given: Any) -> Any:
+        for name in [given] if isinstance(given, str) else given or ():
+            if name not in known:
+                raise typer.BadParameter(f"{name!r} is no {what}{remedy}")
+        return given
+
+    return check
 
 
 Style = Annotated[
@@ -32,31 +42,12 @@ Style = Annotated[
     typer.Option(
         metavar="|".join(STYLE_NAMES),
         help="Page and plots in colours, or in black and white for paper, with a PDF file of each plot.",
-        callback=_known_style,
+        callback=one_of(STYLE_NAMES, "style"),
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing unless something is wrong.")]
 
 
-Out = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="DIR", help="Folder for the results. Left out: fit-NAME, NAME being that of the experiment, or of the batch's folder."
-    ),
-]
-Law = Annotated[str | None, typer.Option(metavar="NAME", help="Contact law to fit. Left out: the experiment's own, else Hunt-Crossley.")]
-Compare = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--compare",
-        metavar="LAW,LAW,...",
-        help="Contact laws to fit one after the other and rank in a table; the best one's result is written.",
-    ),
-]
-Effects = Annotated[
-    list[str] | None,
-    typer.Option("--with", metavar="NAME", help="Effect to add to the model; may be repeated. `vibrojax diagnose` looks for effects."),
-]
 Term = Annotated[
     list[str] | None,
     typer.Option(
@@ -74,79 +65,207 @@ Start = Annotated[
         help="First value, SI, of a parameter of a --term; a factor in front of it needs none. May be repeated.",
     ),
 ]
-Earlier = Annotated[
-    Path | None,
+
+
+_HELP = "How a long study is carried, and uncertainty"
+PRESETS = ("wires", "beam_170", "beam_150", "beam_135", "drilling_hammer")
+"""As `vibrojax.presets.NAMES`, which loads more."""
+
+
+def _extra(*names: str, metavar: str, text: str, **more: Any) -> Any:
+    return typer.Option(*names, metavar=metavar, help=text, rich_help_panel=_HELP, **more)
+
+
+Preset = Annotated[
+    str | None,
     typer.Option(
-        "--from",
-        metavar="FIT",
-        help="Earlier fit, its folder or fit.json, whose values replace first guesses; a start in the experiment takes precedence.",
+        "--preset",
+        metavar="NAME",
+        help="A rig of the thesis in place of --model (see vibrojax presets list); brings A0, gaps, and what is swept, where not given.",
+        callback=one_of(PRESETS, "preset", f": expected one of {', '.join(PRESETS)}; see vibrojax presets list"),
     ),
 ]
-Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="Known parameter values to print beside the fitted ones.")]
-Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")]
-Posterior = Annotated[
-    bool, typer.Option("--posterior", help="Sample the posterior of the parameters too, in minutes; needs the extra bayes.")
-]
-Profiles = Annotated[
-    bool, typer.Option("--profiles", help="Draw the profiles of the likelihood too, and the contour of stiffness and exponent.")
-]
-Draws = Annotated[int | None, typer.Option(min=50, metavar="N", help="Weighted draws of the posterior. Left out: 400.", show_default=False)]
-
-
-Batch = Annotated[
-    Path | None,
+Amplitude = Annotated[float | None, typer.Option("--base-amplitude", "--amplitude", metavar="M", help="Amplitude A0 of the cart, m.")]
+Sweep = Annotated[
+    list[str] | None,
     typer.Option(
-        metavar="FOLDER",
-        help="Fit every experiment in this folder and below it; with --out the same as before, go on where that ended.",
+        "--sweep",
+        metavar="[NAME=]A:B:N",
+        help="What is swept: N values from A to B, SI (frequency in Hz); of a preset also NAME alone. Repeat it for two axes.",
     ),
 ]
-Workers = Annotated[
-    int | None, typer.Option(min=1, metavar="N", help="Processes that fit experiments; with --batch. Left out: 1.", show_default=False)
+Gaps = Annotated[str | None, typer.Option("--gap", "--gaps", metavar="M,M,...", help="Gap, m; one or several.")]
+Frequencies = Annotated[str | None, typer.Option("--frequency", metavar="HZ,HZ,...", help="Excitation frequency, Hz; one or several.")]
+Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--vary",
+        metavar="NAME=A,B,...",
+        help="Further values to make the study for, such as k_i=1e6,1e7 or f_n=4.5,6. Repeat it for another.",
+    ),
 ]
-
-
-LANDING, SMOOTHED = "landing", "smoothed"
-WIDTH = 1e-6
-"""Width of the smoothed contact switch where none is given, m."""
-
-
-def _known_integrator(name: str) -> str:
-    if name not in (LANDING, SMOOTHED):
-        raise typer.BadParameter(f"{name!r} is no integrator")
-    return name
-
-
-Integrator = Annotated[
+FigureLook = Annotated[
     str,
     typer.Option(
-        metavar=f"{LANDING}|{SMOOTHED}",
-        help="Steps that land on every touch and release; or beside them a fit by Diffrax on a smoothed contact law.",
-        callback=_known_integrator,
-    ),
-]
-Smoothing = Annotated[
-    float | None,
-    typer.Option(
-        metavar="METRES", help=f"Width of the smoothed contact, m. Left out: {WIDTH:g}; with --integrator {SMOOTHED}.", show_default=False
+        "--style",
+        metavar="|".join(FIGURE_STYLES),
+        help="Sizes of the figure: for the screen; 84 or 174 mm wide for a paper or thesis; 160 or 300 mm wide for a talk.",
+        callback=one_of(FIGURE_STYLES, "style"),
     ),
 ]
 
 
-def contact_width(integrator: str, smoothing: float | None) -> float | None:
-    """Width of the contact switch, m; None for the exact contact.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Shared:
+    """What the shared options say."""
 
-    Raises:
-        InputError: a width with an integrator that has none, or one that is no length.
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for data set, figure and caption.")]
+    model: Annotated[Path | None, typer.Option("--model", metavar="MODEL.json", help="A model.json of a fit, a diagnosis or a preset.")] = (
+        None
+    )
+    preset: Preset = None
+    base_amplitude: Amplitude = None
+    sweep: Sweep = None
+    gap: Gaps = None
+    frequency: Frequencies = None
+    vary: Vary = None
+    style: FigureLook = SCREEN.name
+    fit: Annotated[
+        Path | None,
+        _extra("--fit", metavar="FIT_DIR", text="Folder of a fit, in place of --model: the study is made for draws of its parameters."),
+    ] = None
+    draws: Annotated[int | None, _extra("--draws", metavar="N", text="How many draws. Left out: 100.", min=1)] = None
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the draws.", min=0, rich_help_panel=_HELP)] = 0
+    store: Annotated[
+        Path | None, _extra("--store", metavar="DIR.zarr", text="Zarr store for the study as it grows; the same command resumes it.")
+    ] = None
+    tile: Annotated[int | None, _extra("--tile", metavar="N", text="Operating points that are made and stored at a time.", min=1)] = None
+    cluster: Annotated[
+        str | None,
+        _extra("--cluster", metavar="ADDRESS", text="Dask scheduler whose workers make the tiles; needs --store on a shared disk."),
+    ] = None
+    quiet: Quiet = False
+
+    def check(self) -> None:
+        """Refuse what cannot be, before anything is imported.
+
+        Raises:
+            InputError: none or several of --model, --preset and --fit, --draws without --fit, --cluster or --tile without --store; no
+                model there.
+        """
+        check_rig({"--model": self.model, "--preset": self.preset, "--fit": self.fit})
+        if self.draws is not None and self.fit is None:
+            raise InputError("--draws is given without --fit: expected the fit whose parameters are drawn; add --fit FIT_DIR")
+        for name, value in (("--cluster", self.cluster), ("--tile", self.tile)):
+            if value is not None and self.store is None:
+                raise InputError(f"{name} is given without --store: expected the place where tiles are put; add --store DIR.zarr")
+        if self.model is not None:
+            check_file(self.model, "the model.json that a fit or a preset wrote")
+        if self.fit is not None:
+            for name in ("model.json", "fit.json"):
+                check_file(self.fit / name, "the folder that a fit wrote, with its model.json and fit.json")
+
+
+def check_rig(given: dict[str, Any]) -> None:
+    """Refuse a command line that names no rig, or several.
 
     Example:
-        >>> contact_width("smoothed", None)
-        1e-06
+        >>> check_rig({"--model": None, "--preset": None})
+        Traceback (most recent call last):
+        vibrojax.errors.InputError: none of --model and --preset is given: expected one of them; add one
     """
-    if integrator == SMOOTHED:
-        width = WIDTH if smoothing is None else smoothing
-        if not 0.0 < width < float("inf"):
-            raise InputError(f"--smoothing is {width:g} m: expected a length above 0, such as {WIDTH:g}")
-        return width
-    if smoothing is not None:
-        raise InputError(f"--smoothing {smoothing:g} is given for the {integrator} integrator: expected --integrator {SMOOTHED} beside it")
-    return None
+    *first, last = given
+    chosen = [name for name, value in given.items() if value is not None]
+    if not chosen:
+        raise InputError(f"none of {', '.join(first)} and {last} is given: expected one of them; add one")
+    if len(chosen) > 1:
+        raise InputError(f"both {chosen[0]} and {chosen[1]} are given: expected one of them; leave one out")
+
+
+def with_shared(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose first argument `shared` stands on the command line as the options of `Shared`.
+
+    The options that the axes of its study once had of their own still work, as `--sweep`, and are not shown.
+    """
+    study = command.__name__
+    form = FORMS[study]
+    old = {name: axis.old.removeprefix("--").replace("-", "_") + "_as_before" for name, axis in form.axes.items()}
+
+    @functools.wraps(command)
+    def called(**given: Any) -> None:
+        values = {name: given.pop(argument) for name, argument in old.items()}
+        shared = Shared(**{field.name: given.pop(field.name) for field in dataclasses.fields(Shared)})
+        sweep = with_old_options(study, shared.sweep or [], values, given.pop("parameter", None))
+        shared = dataclasses.replace(shared, sweep=sweep)
+        shared.check()
+        command(shared, **given)
+
+    def option(name: str, annotation: Any, default: Any = None) -> inspect.Parameter:
+        default = inspect.Parameter.empty if default is dataclasses.MISSING else default
+        return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+    def hidden(name: str, text: str) -> Any:
+        return Annotated[str | None, typer.Option(name, hidden=True, help=text)]
+
+    options = [option(field.name, field.type, field.default) for field in dataclasses.fields(Shared)]
+    before = [option(old[name], hidden(axis.old, "Values along this axis, as --sweep gives them.")) for name, axis in form.axes.items()]
+    before += [option("parameter", hidden("--parameter", "Name of --sweep."))] if form.any_parameter else []
+    own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in list(inspect.signature(command).parameters.values())[1:]]
+    cut = 1 + [p.name for p in options].index("style")
+    parameters = [*options[:cut], *own, *options[cut:], *before]
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {p.name: p.annotation for p in parameters}
+    return called
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Over:
+    """What is asked for by options; nothing where left out.
+
+    Attributes:
+        borders: of a Peterka map, the `borders.csv` of `vibrojax continue --along`.
+        branches: of a bifurcation diagram, tables of `vibrojax continue`.
+        manifolds: of basins, cycles of the longest saddle orbit whose manifolds are drawn.
+    """
+
+    borders: Path | None = None
+    branches: Sequence[Path] = ()
+    manifolds: int | None = None
+
+    def check(self, jobs: Sequence[Any]) -> None:
+        """Refuse what cannot be drawn over the studies, before they are made.
+
+        Raises:
+            InputError: several diagrams for branches of one rig, files that are no branches, or basins that have no manifolds
+                (`basin_manifolds.checked_rig`).
+        """
+        if self.branches and len(jobs) > 1:
+            raise InputError(f"--branches is given with {len(jobs)} diagrams: expected one, that of the branches; give one value of each")
+        if self.branches:
+            from vibrojax.studies.continuation_lines import read_branches
+
+            read_branches(self.branches, jobs[0].settings["parameter"])
+        if self.manifolds is not None:
+            from vibrojax.studies.basin_manifolds import checked_rig
+
+            for job in jobs:
+                checked_rig(job.model, self.manifolds, job.axes["u0"], job.axes["v0"], job.settings)
+
+    def drawn(self, data: Any, model: Any, say: Callable[[str], None]) -> Any:
+        """The study with what is drawn over it."""
+        if self.borders is not None:
+            from vibrojax.studies.continuation_lines import with_borders
+
+            data = with_borders(data, model, self.borders)
+        if self.branches:
+            from vibrojax.studies.continuation_lines import with_branches
+
+            data = with_branches(data, self.branches)
+        if self.manifolds is not None:
+            from vibrojax.studies.basin_manifolds import with_manifolds
+
+            data = with_manifolds(data, model, self.manifolds, say)
+        return data
+
+
+NOTHING_OVER = Over()

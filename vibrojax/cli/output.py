@@ -21,13 +21,6 @@ def output_folder(out: Path, *, outdated: Callable[[Path], set[Path]] = lambda o
     Files of the same name from an earlier run are replaced, and outdated ones removed; other files in `out` are left alone. When the block
     fails, or is interrupted, `out` is as it was before, or is not there.
 
-    Args:
-        out: folder that shall hold the results; it and its parents are created on success.
-        outdated: files of `out`, relative to it, that go even if no new one takes their place.
-
-    Yields:
-        The folder to write into, on the same file system as `out`.
-
     Raises:
         InputError: `out` is a file, or cannot be written, or there is no room left.
     """

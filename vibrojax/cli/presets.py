@@ -12,7 +12,7 @@ from vibrojax.cli.output import output_file
 from vibrojax.cli.progress import stages
 
 EXAMPLE = "Example:  vibrojax presets show wires"
-Name = Annotated[str, typer.Argument(metavar="NAME", help="wires, beam_170, beam_150, beam_135 or drilling_hammer.", show_default=False)]
+Name = Annotated[str, typer.Argument(metavar="NAME", help="wires, beam_170, beam_150, beam_135 or drilling_hammer.")]
 
 app = typer.Typer(no_args_is_help=True, help="The thesis's rigs: numbers, where they come from, and what they reproduce.", epilog=EXAMPLE)
 
@@ -53,9 +53,7 @@ def show(name: Name) -> None:
 
 
 @app.command("write", epilog="Example:  vibrojax presets write wires --out wires.json")
-def write(
-    name: Name, out: Annotated[Path, typer.Option(metavar="FILE", dir_okay=False, help="The model.json to write.", show_default=False)]
-) -> None:
+def write(name: Name, out: Annotated[Path, typer.Option(metavar="FILE", dir_okay=False, help="The model.json to write.")]) -> None:
     """Write the model of a preset as a model.json, for the other commands; gap and amplitude of the cart are printed."""
     prepare_jax()
     from vibrojax.model_file import write_model
@@ -71,7 +69,7 @@ def write(
 
 @app.command("check", epilog="Example:  vibrojax presets check wires")
 def check(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Only this preset. Left out: all.", show_default=False)] = None,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Only this preset. Left out: all.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing while working.")] = False,
 ) -> None:
     """Print each fact that the thesis's front matter states against what the presets give.

@@ -18,10 +18,6 @@ def check_source(experiment: Path | None, recipe: str | None, data: Path | None)
         recipe: `--recipe`.
         data: `--data`.
 
-    Raises:
-        InputError: EXPERIMENT beside `--recipe`, or one of `--recipe` and `--data` without the other.
-        ExperimentError: there is no experiment at EXPERIMENT.
-
     Example:
         >>> check_source(None, "silverbox", None)
         Traceback (most recent call last):
@@ -39,21 +35,11 @@ def check_source(experiment: Path | None, recipe: str | None, data: Path | None)
 
 @contextmanager
 def experiment_source(experiment: Path | None, recipe: str | None, data: Path | None) -> Iterator[Path]:
-    """Lend the folder (or file) of the experiment that the command line names.
-
-    Args:
-        experiment: the argument; None for a recipe or the embedded example.
-        recipe: `--recipe`.
-        data: `--data`.
-
-    Yields:
-        What `load_experiment` reads; a recipe's folder is gone when the block ends.
+    """Lend the folder or file that `check_source` found in order: the experiment, a recipe's for the block alone, or the embedded example.
 
     Raises:
-        InputError: as for `check_source`; an unknown recipe; recordings that are missing or other than expected.
-        ExperimentError: as for `check_source`.
+        InputError: an unknown recipe; recordings that are missing or other than expected.
     """
-    check_source(experiment, recipe, data)
     if recipe is None or data is None:
         yield data_path("example") if experiment is None else experiment
         return
@@ -68,14 +54,7 @@ _LONGEST = 50
 
 
 def default_folder(job: str, experiment: Path | None, recipe: str | None) -> Path:
-    """`JOB-NAME` here, NAME being the experiment's.
-
-    An experiment file that cannot be read gets a name all the same, since reading it properly comes later.
-
-    Args:
-        job: what the command does, such as "diagnose".
-        experiment: the argument; None for a recipe or the embedded example.
-        recipe: `--recipe`.
+    """`JOB-NAME` here, NAME being the experiment's, or that of its folder where its file cannot be read: reading it properly comes later.
 
     Example:
         >>> print(default_folder("diagnose", None, "silverbox"))
@@ -101,14 +80,7 @@ def plain_name(name: str) -> str:
 
 
 def check_file(path: Path, expected: str) -> None:
-    """Refuse a path where there is no file.
-
-    Args:
-        path: as given.
-        expected: what the file should be, with its article.
-
-    Raises:
-        InputError: there is none.
+    """Refuse a path where there is no file; `expected` says what it should be, with its article.
 
     Example:
         >>> check_file(Path("nowhere.json"), "the model.json of a fit")
@@ -121,14 +93,7 @@ def check_file(path: Path, expected: str) -> None:
 
 
 def check_experiment(path: Path) -> None:
-    """Refuse a path where there is no experiment.
-
-    Args:
-        path: of its folder or file, as given.
-
-    Raises:
-        ExperimentError: there is none.
-    """
+    """Refuse a path where there is no experiment, an `ExperimentError`."""
     from identification.experiment.toml_file import find_experiment_file
 
     find_experiment_file(path)

@@ -13,22 +13,23 @@ from rich.console import Console
 from rich.table import Table
 
 from vibrojax.cli.environment import check_extra, connected, prepare_jax, seconds_compiling
-from vibrojax.cli.grammar import AMPLITUDE, FORMS, FREQUENCY, canonical, cases, named, one_range, swept, values, with_ranges
+from vibrojax.cli.grammar import AMPLITUDE, FORMS, FREQUENCY, canonical, cases, named, one_range, swept, values
+from vibrojax.cli.options import NOTHING_OVER, Over, Shared, with_shared
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import points_done, stages
 from vibrojax.cli.source import check_file
-from vibrojax.cli.study_options import NOTHING_OVER, Over, Shared, with_shared
 from vibrojax.errors import InputError
 from vibrojax.figure_style import FIGURE_STYLES
 
-_CYCLES = typer.Option(
-    "--cycles", min=1, metavar="N", help="Cycles that the motion has to settle; fewer once it repeats (not in section and lyapunov)."
-)
 _DRAWS = 100
-_OPTION = {"gap": "--gap", FREQUENCY: "--frequency"}
+_OPTION = {AMPLITUDE: "--base-amplitude", "gap": "--gap", FREQUENCY: "--frequency"}
 
-Cycles = Annotated[int, _CYCLES]
-Parameter = Annotated[str | None, typer.Option("--parameter", hidden=True, help="Name of --sweep.")]
+Cycles = Annotated[
+    int,
+    typer.Option(
+        "--cycles", min=1, metavar="N", help="Cycles that the motion has to settle; fewer once it repeats (not in section and lyapunov)."
+    ),
+]
 
 
 @with_shared
@@ -45,10 +46,8 @@ def bifurcation(
         typer.Option(
             metavar="branch.csv",
             help="Branch that vibrojax continue followed for the same model, drawn over both sweeps, side by side. Repeat it for another.",
-            show_default=False,
         ),
     ] = None,
-    parameter: Parameter = None,
     cycles: Cycles = 118,
 ) -> None:
     """Bifurcation diagram of displacement and force, swept up and down along frequency, gap or any parameter, with the jumps."""
@@ -57,7 +56,7 @@ def bifurcation(
     for path in branches or []:
         check_file(path, "a branch.csv that vibrojax continue wrote")
     over = Over(branches=tuple(branches or ()))
-    _run("bifurcation", shared, {}, dict(transient=cycles, recorded=32), parameter, over=over)
+    _run("bifurcation", shared, {}, dict(transient=cycles, recorded=32), over=over)
 
 
 @with_shared
@@ -84,7 +83,7 @@ def section(
 ) -> None:
     """Poincaré section, phase plane and histories of one operating point."""
     u0, v0 = start
-    _run("section", shared, dict(strobes=strobes, transient=cycles) | (dict(u0=u0, v0=v0) if any(start) else {}), None)
+    _run("section", shared, dict(strobes=strobes, transient=cycles) | (dict(u0=u0, v0=v0) if any(start) else {}))
 
 
 @with_shared
@@ -119,9 +118,9 @@ def basins(
 
 
 @with_shared
-def lyapunov(shared: Shared, parameter: Parameter = None, cycles: Cycles = 300) -> None:
+def lyapunov(shared: Shared, cycles: Cycles = 300) -> None:
     """Largest Lyapunov exponent along frequency, gap or any parameter."""
-    _run("lyapunov", shared, dict(cycles=cycles), dict(transient=cycles), parameter)
+    _run("lyapunov", shared, dict(cycles=cycles), dict(transient=cycles))
 
 
 @with_shared
@@ -160,13 +159,12 @@ def _run(
     name: str,
     shared: Shared,
     settings: dict[str, Any],
-    span: dict[str, int] | None,
-    parameter: str | None = None,
+    span: dict[str, int] | None = None,
     *,
     followed: str | None = None,
     over: Over = NOTHING_OVER,
 ) -> None:
-    ways = _swept(name, shared, parameter, followed, {}) if shared.preset is None else None
+    ways = _swept(name, shared, followed, {}) if shared.preset is None else None
     if shared.store is not None:
         check_extra(cluster=shared.cluster is not None)
     begin = time.perf_counter()
@@ -178,7 +176,7 @@ def _run(
             from vibrojax.batch import Span
 
             rig = _rig(shared)
-            axes, along = ways or _swept(name, shared, parameter, followed, _ranges(rig.preset))
+            axes, along = ways or _swept(name, shared, followed, _ranges(rig.preset))
             settings = settings | ({} if span is None else {"span": Span(**span)}) | ({"parameter": along} if along else {})
             jobs = _jobs(name, shared, rig, axes, settings)
             over.check([job for _, job in jobs])
@@ -195,14 +193,9 @@ def _run(
     console.print(f"{time.perf_counter() - begin:.1f} s in all, {loaded:.1f} s of them loading", markup=False)
 
 
-def _swept(
-    name: str, shared: Shared, parameter: str | None, followed: str | None, ranges: dict[str, tuple[float, float]]
-) -> tuple[dict[str, list[float]], str]:
+def _swept(name: str, shared: Shared, followed: str | None, ranges: dict[str, tuple[float, float]]) -> tuple[dict[str, list[float]], str]:
     """Values along the axes, and what is swept."""
-    sweep = list(shared.sweep or [])
-    if parameter is not None and not sweep and canonical(parameter) in ranges and not any(shared.old.values()):
-        sweep, parameter = [parameter], None
-    axes, along = swept(name, with_ranges(name, sweep, shared.old, ranges) if parameter is None else sweep, shared.old, parameter)
+    axes, along = swept(name, shared.sweep or [], ranges)
     if followed is not None:
         along, listed = one_range("--along", followed)
         axes = {"values": listed} | axes
@@ -227,14 +220,14 @@ def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], set
     for option, text in varied.items():
         key, listed = canonical(option), values("--vary", text)
         _check_varied(option, rig, fixed if key not in form.lists else {}, shared, along)
-        if form.varied_inside and key not in (AMPLITUDE, FREQUENCY, "gap"):
+        if form.varied_inside and key not in _OPTION:
             inside[key] = listed
         else:
             fixed[key] = listed
     axes = axes | {key: fixed.pop(key) for key in form.lists if key in fixed}
     found = []
     for tail, one in cases(fixed):
-        set_here = {key: value for key, value in one.items() if key in (AMPLITUDE, FREQUENCY, "gap")}
+        set_here = {key: value for key, value in one.items() if key in _OPTION}
         model = rig.model.replace({key: value for key, value in one.items() if key not in set_here})
         more = settings | set_here | ({"also": inside} if inside else {})
         found.append((tail, Job(study=name, model=model, axes=axes, settings=more, draws=rig.draws, points=shared.tile)))
@@ -245,33 +238,28 @@ def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], set
 
 def _fixed(name: str, shared: Shared, rig: Rig, along: str, varied: set[str]) -> dict[str, list[float]]:
     """Values of A0, gap and frequency, as far as the study needs them and does not sweep them; none yet of those that `--vary` sets."""
-    given = {"gap": shared.gap, FREQUENCY: shared.frequency}
     found: dict[str, list[float]] = {}
-    if along == AMPLITUDE and shared.base_amplitude is not None:
-        raise InputError(f"--base-amplitude is given, but {name} sweeps it: leave it out")
-    if along != AMPLITUDE:
-        if AMPLITUDE in varied and shared.base_amplitude is None:
-            found[AMPLITUDE] = []
-        elif shared.base_amplitude is None and rig.preset is None:
-            raise InputError("--base-amplitude is missing: expected the amplitude A0 of the cart, m; add it")
-        else:
-            found[AMPLITUDE] = [rig.preset["base_amplitude"] if shared.base_amplitude is None else shared.base_amplitude]
-    for key, text in given.items():
-        if key not in FORMS[name].settings or key == along:
-            if text is not None:
-                raise InputError(f"{_OPTION[key]} is given, but {name} does not take it or sweeps it: leave it out")
-            continue
-        if text is not None:
-            found[key] = values(_OPTION[key], text)
+    for key, option in _OPTION.items():
+        given = _given(shared)[key]
+        if key == along or key not in (AMPLITUDE, *FORMS[name].settings):
+            if given is not None:
+                raise InputError(f"{option} is given, but {name} {'sweeps it' if key == along else 'does not take it'}: leave it out")
+        elif given is not None:
+            found[key] = values(option, given) if isinstance(given, str) else [given]
         elif key in varied:
             found[key] = []
-        elif rig.preset is not None:
-            found[key] = [rig.preset.point[key]] if key == FREQUENCY or name.startswith("basins") else list(rig.preset.gaps)
-            if name in ("section", "design"):
-                found[key] = found[key][:1]
+        elif rig.preset is None:
+            raise InputError(f"{option} is missing: expected it where {along or 'it'} is not swept; add {option} VALUE")
+        elif key == "gap" and not name.startswith("basins"):
+            found[key] = list(rig.preset.gaps)[: 1 if name in ("section", "design") else None]
         else:
-            raise InputError(f"{_OPTION[key]} is missing: expected it where {along or 'it'} is not swept; add {_OPTION[key]} VALUE")
+            found[key] = [rig.preset["base_amplitude"] if key == AMPLITUDE else rig.preset.point[key]]
     return found
+
+
+def _given(shared: Shared) -> dict[str, Any]:
+    """What the options of `_OPTION` say."""
+    return {AMPLITUDE: shared.base_amplitude, "gap": shared.gap, FREQUENCY: shared.frequency}
 
 
 def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Shared, along: str) -> None:
@@ -285,8 +273,7 @@ def _check_varied(name: str, rig: Rig, fixed: dict[str, list[float]], shared: Sh
         raise InputError(f"--vary names {name!r}: expected one of {', '.join([*parameters, *fixed])}; correct it")
     if key in parameters and shared.fit is not None:
         raise InputError(f"--vary {name} is given with --fit, whose draws set the parameters: leave one out")
-    option = {"gap": shared.gap, FREQUENCY: shared.frequency, AMPLITUDE: shared.base_amplitude}.get(key)
-    if option is not None:
+    if _given(shared).get(key) is not None:
         raise InputError(f"{name} is given twice, by --vary and by its own option: leave one out")
 
 

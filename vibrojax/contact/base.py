@@ -3,21 +3,29 @@
 Signs, once for the whole program: the indentation delta = u - gap grows into the stop, contact is delta > 0, and a law returns the
 magnitude of the push that the stop gives back to the hammer (positive in compression).
 
-To add one: write a file with a final subclass of `AbstractCompliantLaw` that gives `name`, `title` and `parameters` and
-implements `force` and `contact_time`, then import it in `vibrojax/contact/__init__.py`.
+To add one: write a final subclass of `AbstractCompliantLaw` that gives `name` and `title`, declares its parameters as fields and implements
+`force` and `contact_time`, then import it in `vibrojax/contact/__init__.py`.
 """
 
 import abc
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Float
 
 from vibrojax import smooth
-from vibrojax.parameters import Parameter
-from vibrojax.shapes import Number, Scalars
+from vibrojax.parameters import DeclaredParameters, Parameter
+from vibrojax.shapes import Number, Scalars, Value
+from vibrojax.steps import runge_kutta_step
 
 SLOWEST_APPROACH = 1e-6
 """m/s; laws calibrated by a restitution take a slower approach as this one, so that a grazing touch or a resting contact stays finite."""
+_RESTITUTION_STEPS, _MOST_STEPS = 200, 40_000
+"""Of the integration for a restitution, in a law's rough contact time and at most."""
+_RESOLVED = 2e-3
+"""Error of a restitution that the steps may leave."""
 
 
 class AbstractContactLaw(eqx.Module):
@@ -27,7 +35,8 @@ class AbstractContactLaw(eqx.Module):
     """Name on the command line and in `model.json`."""
     title: eqx.AbstractClassVar[str]
     """Name in printed tables, with author and year."""
-    parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
+    """Those that the fields declare, in their order."""
 
 
 class AbstractCompliantLaw(AbstractContactLaw):
@@ -89,35 +98,63 @@ def power_law_contact_time(stiffness: Number, exponent: Number, mass: Scalars, a
     return 3.0 * deepest / approach_speed
 
 
-def relative_rate(rate: Scalars, approach_speed: Scalars) -> Scalars:
-    """Rate over approach speed, delta' / v0, with an approach slower than `SLOWEST_APPROACH` taken as that."""
-    return rate / jnp.maximum(approach_speed, SLOWEST_APPROACH)
-
-
-IMPACT_STIFFNESS = Parameter(
-    name="k_i", field="impact_stiffness", symbol="k_i", unit="N/m^n", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness"
-)
+IMPACT_STIFFNESS = Parameter("k_i", "k_i", "N/m^n", field="impact_stiffness", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness")
 IMPACT_EXPONENT = Parameter(
-    name="n", field="impact_exponent", symbol="n", unit="1", start=1.5, lower=0.8, upper=4.0, logarithmic=False, meaning="contact exponent"
+    "n", "n", "1", field="impact_exponent", start=1.5, lower=0.8, upper=4.0, logarithmic=False, meaning="contact exponent"
 )
 IMPACT_DAMPING = Parameter(
-    name="lambda_i", field="impact_damping", symbol="λ_i", unit="s/m", start=0.3, lower=1e-6, upper=1e3, meaning="contact damping factor"
+    "lambda_i", "λ_i", "s/m", field="impact_damping", start=0.3, lower=1e-6, upper=1e3, meaning="contact damping factor"
 )
 RESTITUTION = Parameter(
-    name="e",
-    field="restitution",
-    symbol="e",
-    unit="1",
-    start=0.7,
-    lower=1e-3,
-    upper=1.0,
-    most=1.0,
-    logarithmic=False,
-    meaning="restitution",
+    "e", "e", "1", field="restitution", start=0.7, lower=1e-3, upper=1.0, most=1.0, logarithmic=False, meaning="restitution"
 )
-LINEAR_STIFFNESS = Parameter(
-    name="k_i", field="impact_stiffness", symbol="k_i", unit="N/m", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness"
-)
+LINEAR_STIFFNESS = Parameter("k_i", "k_i", "N/m", field="impact_stiffness", start=1e6, lower=1.0, upper=1e13, meaning="contact stiffness")
 LINEAR_DAMPING = Parameter(
-    name="lambda_i", field="impact_damping", symbol="λ_i", unit="s", start=1e-4, lower=1e-9, upper=1.0, meaning="contact damping time"
+    "lambda_i", "λ_i", "s", field="impact_damping", start=1e-4, lower=1e-9, upper=1.0, meaning="contact damping time"
 )
+
+
+@eqx.filter_jit
+def restitution(law: AbstractContactLaw, mass: Value, approach_speed: Float[Array, " speeds"]) -> Float[Array, " speeds"]:
+    """Speed at which a free mass leaves the stop over that at which it came; m delta'' = -F(delta, delta') from touch to delta = 0.
+
+    Classical Runge-Kutta with fixed steps, which resolves e to 5e-5, or to 2e-3 where a far harder stop is behind a soft one.
+
+    Args:
+        law: of the contact.
+        mass: kg.
+        approach_speed: m/s, above zero.
+
+    Returns:
+        e by speed, 0 to 1; NaN where the mass has not come back after 200 contact times, as without contact, and where a damping that is
+        far above critical makes the steps unstable. Such a damping's e, next to nothing, comes out too large.
+
+    Example:
+        >>> from vibrojax.contact import Newton
+        >>> restitution(Newton(restitution=0.8), 1.0, jnp.asarray([0.5])).tolist()
+        [0.8]
+    """
+    if isinstance(law, AbstractInstantaneousLaw):
+        return law.rebound_speed(approach_speed) / approach_speed
+    assert isinstance(law, AbstractCompliantLaw)
+    step = law.contact_time(jnp.asarray(mass), approach_speed) / _RESTITUTION_STEPS
+
+    def rates(_, state):
+        indentation, rate = state
+        return rate, -law.force(jnp.maximum(indentation, 0.0), rate, approach_speed) / mass
+
+    def onward(state):
+        count, indentation, rate, leaving = state
+        (deeper, faster), _ = runge_kutta_step(rates, 0.0, (indentation, rate), step)
+        leaves = jnp.isnan(leaving) & (deeper <= 0.0)
+        part = indentation / jnp.where(leaves, indentation - deeper, 1.0)
+        return count + 1, deeper, faster, jnp.where(leaves, rate + part * (faster - rate), leaving)
+
+    def unfinished(state):
+        count, _, _, leaving = state
+        return (count < _MOST_STEPS) & jnp.any(jnp.isnan(leaving) & jnp.isfinite(step))
+
+    start = (0, jnp.zeros_like(approach_speed), approach_speed, jnp.full_like(approach_speed, jnp.nan))
+    *_, leaving = lax.while_loop(unfinished, onward, start)
+    found = -leaving / approach_speed
+    return jnp.where((found >= 0.0) & (found <= 1.0 + _RESOLVED), jnp.minimum(found, 1.0), jnp.nan)

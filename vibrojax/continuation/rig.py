@@ -10,8 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from vibrojax.contact import NoContact
-from vibrojax.contact.no_contact import NOWHERE
+from vibrojax.contact import NOWHERE, NoContact
 from vibrojax.effects.base import AbstractEffect
 from vibrojax.errors import InputError
 from vibrojax.excitation import Harmonic, Unforced

@@ -2,30 +2,32 @@
 
 The same object simulates the effect, stands as a candidate in a diagnosis, and prints itself.
 
-To add one: write a file with a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source`, `parameters` and
-`own_states`, its `probe` (how it is searched for: `vibrojax.effects.probe`), and implements `scaled` and those of the hooks `force`,
-`stop_position`, `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `rates`, `read` and `lateness` through which it
-acts (by default each does nothing), then import it in `vibrojax/effects/__init__.py`.
+To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source` and its `probe` (how it is
+searched for: `vibrojax.effects.probe`), declares its parameters as fields, and implements those of the hooks `force`, `stop_position`,
+`stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it
+acts (by default each does nothing), and `scaled` where it is not in proportion to its strengths; then import it in
+`vibrojax/effects/__init__.py`.
 """
 
 import abc
 import dataclasses
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from vibrojax.channel_units import UNITS
 from vibrojax.contact import AbstractContactLaw
 from vibrojax.effects.probe import Probe
 from vibrojax.excitation import AbstractBaseMotion
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import DeclaredParameters, Parameter
 from vibrojax.shapes import Scalars, Value
 
 Own = Float[Array, "... own"]
 """States of one effect, on the last axis; empty where it has none."""
-Readings = dict[str, Float[Array, " time"]]
+Reading = Float[Array, " time"]
+Readings = dict[str, Reading]
 UNIT_OF_CHANNEL = "unit of the channel"
 """Unit of a parameter that is added to a reading; `(unit of the channel)` where it is a factor."""
 
@@ -41,25 +43,6 @@ def unit_in(unit: str, channel: str | None) -> str:
         return unit
     found = UNITS[channel]
     return unit.replace(f"({UNIT_OF_CHANNEL})", found if found.isalpha() else f"({found})").replace(UNIT_OF_CHANNEL, found)
-
-
-def sine_and_cosine(symbols: tuple[str, str], of: str) -> tuple[Parameter, ...]:
-    """Parameters `sine` and `cosine` of something periodic in one channel, of which every record has its own."""
-    return tuple(
-        Parameter(
-            name=name,
-            field=name,
-            symbol=symbol,
-            unit=UNIT_OF_CHANNEL,
-            start=0.0,
-            lower=-np.inf,
-            scale=1e-4,
-            logarithmic=False,
-            per_record=True,
-            meaning=f"{name} part of {of}",
-        )
-        for name, symbol in zip(("sine", "cosine"), symbols, strict=True)
-    )
 
 
 class Motion(eqx.Module):
@@ -102,14 +85,23 @@ class AbstractEffect(eqx.Module):
     equation: eqx.AbstractClassVar[str]
     """For tables and reports."""
     source: eqx.AbstractClassVar[str]
-    parameters: eqx.AbstractClassVar[tuple[Parameter, ...]]
-    own_states: eqx.AbstractClassVar[tuple[OwnState, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
+    """Those that the fields declare (`vibrojax.parameters.parameter`), in their order."""
     probe: eqx.AbstractClassVar[Probe]
     """How a diagnosis searches for it."""
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
+    is_fault: ClassVar[bool] = False
+    """Whether it is a fault of the recorder, which the rig knows nothing of."""
+    special_cases: ClassVar[tuple[str, ...]] = ()
+    """Names of listed effects that it holds as special cases: where one of these suffices, records need not separate the two."""
 
-    @abc.abstractmethod
     def scaled(self, factor: Value) -> "AbstractEffect":
-        """The effect at `factor` times its strength; 0 switches it off."""
+        """The effect at `factor` times its strength; 0 switches it off.
+
+        By default all else stays, and what its probe estimates together is in proportion, or its first parameter.
+        """
+        strengths = self.probe.parts or (self.parameters[0].field,)
+        return dataclasses.replace(self, **{field: factor * getattr(self, field) for field in strengths})
 
     @property
     def fastest_hz(self) -> Value:
@@ -125,11 +117,6 @@ class AbstractEffect(eqx.Module):
     def damping_needed(self) -> Value:
         """Coefficient of the suspension's viscous damping, N s/m, below which it would drive the motion; 0 where it drives none."""
         return 0.0
-
-    @property
-    def special_cases(self) -> tuple[str, ...]:
-        """Names of listed effects that it holds as special cases: where one of these suffices, records need not separate the two."""
-        return ()
 
     @property
     def record(self) -> str | None:
@@ -158,11 +145,6 @@ class AbstractEffect(eqx.Module):
         return law, gap
 
     @property
-    def is_fault(self) -> bool:
-        """Whether it is a fault of the recorder, which the rig knows nothing of."""
-        return False
-
-    @property
     def back_gap(self) -> Value | None:
         """Distance of a second stop behind the hammer at rest, m; None where it makes none."""
         return None
@@ -180,8 +162,11 @@ class AbstractEffect(eqx.Module):
         return jnp.zeros_like(push)
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
-        """Rates of its own states, under the push of the stop, N, and the hammer's absolute acceleration, m/s^2."""
-        return own
+        """Rates of its own states, under the push of the stop, N, and the hammer's absolute acceleration, m/s^2.
+
+        By default none: the states are the memory of a digital filter at the first sample of a stretch.
+        """
+        return jnp.zeros_like(own)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
         """What the recorder shows along a motion, from what an ideal one would; a channel that is not there stays away."""
@@ -200,17 +185,29 @@ class AbstractEffect(eqx.Module):
 
 
 class AbstractChannelFault(AbstractEffect):
-    """A fault of the recorder in one channel; it implements `scaled` and `read`."""
+    """A fault of the recorder in one channel; it implements `reading`. States of its own are the memory of a filter."""
 
+    is_fault: ClassVar[bool] = True
     of_channel: eqx.AbstractVar[str]
     """Name of the channel; empty for none."""
 
-    @property
-    def is_fault(self) -> bool:
-        """Yes."""
-        return True
+    @abc.abstractmethod
+    def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
+        """What the recorder shows in the channel, from what an ideal one would."""
 
     @property
     def channel(self) -> str | None:
         """The one that is wrong."""
         return self.of_channel or None
+
+    def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
+        """All channels, with the fault in its own."""
+        if self.of_channel not in readings:
+            return readings
+        return readings | {self.of_channel: self.reading(readings[self.of_channel], motion, own)}
+
+    def memory(self, readings: Readings, shown: Readings, own: Own) -> Own:
+        """That of a filter, in the channel's unit: what the channel shows less what goes in."""
+        if not self.own_states or self.of_channel not in readings:
+            return own
+        return (shown[self.of_channel] - readings[self.of_channel])[:, None]

@@ -82,19 +82,10 @@ def _parameters(effect: "FreeForm") -> tuple[Parameter, ...]:
     unit = effect.unit if effect.coordinate == _READING else _OF_MOTION[effect.coordinate].unit
     ways = (", u' > 0", ", u' <= 0") if effect.by_direction else ("",)
     places = [f"at {effect.coordinate} {knot:.3g} {unit}{way}" for knot in effect.knots for way in ways]
+    coefficients = zip(effect.coefficients, effect.scales or (1.0,) * len(places), places, strict=True)
     return tuple(
-        Parameter(
-            name=name,
-            field=name,
-            symbol=f"c_{name[1:]}",
-            unit=effect.unit,
-            start=0.0,
-            lower=-np.inf,
-            scale=scale,
-            logarithmic=False,
-            meaning=place,
-        )
-        for name, scale, place in zip(effect.coefficients, effect.scales or (1.0,) * len(places), places, strict=True)
+        Parameter(name, f"c_{name[1:]}", effect.unit, start=0.0, lower=-np.inf, scale=scale, meaning=place)
+        for name, scale, place in coefficients
     )
 
 

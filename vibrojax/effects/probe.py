@@ -163,15 +163,12 @@ class Probe(Generic[Kind]):
 
     def candidates(self, scales: ProbeScales) -> tuple[tuple[Kind, ...], ...]:
         """Candidates, each a tuple of members whose strengths are estimated together: one for each of `parts`, else the effect itself."""
-        return tuple(self._members(effect) for effect in self.effects(scales))
+        others = [{field: 0.0 for field in self.parts if field != part} for part in self.parts] or [{}]
+        return tuple(tuple(dataclasses.replace(effect, **zero) for zero in others) for effect in self.effects(scales))
 
     def tried(self, scales: ProbeScales, candidates: int) -> int:
         """Number of possibilities among which the best of so many candidates is chosen, which its significance counts."""
         return candidates + (scales.frequencies_searched if self.is_line else 0)
-
-    def _members(self, effect: Kind) -> tuple[Kind, ...]:
-        others = [{field: 0.0 for field in self.parts if field != part} for part in self.parts]
-        return tuple(dataclasses.replace(effect, **zero) for zero in others or [{}])
 
     def joined(self, members: Sequence[Kind]) -> Kind:
         """One effect with the strengths of all members of a candidate."""

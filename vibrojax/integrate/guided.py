@@ -53,8 +53,12 @@ class Guided(AbstractIntegrator):
         def interval(carry, ends):
             t, dt = ends
             own, touching, speed = carry
+
+            def rates(t, own):
+                return system.forces(t, motion.displacement(t), motion.velocity(t), own, touching, speed).own_rates
+
             for step in range(_SUBSTEPS):
-                own = _advanced(system, motion, t + step * dt / _SUBSTEPS, dt / _SUBSTEPS, own, touching, speed)
+                own, _ = runge_kutta_step(rates, t + step * dt / _SUBSTEPS, own, dt / _SUBSTEPS)
             near = system.approach(t + dt, motion.displacement(t + dt), motion.velocity(t + dt), own)
             now = near.indentation > 0.0
             speed = jnp.where(now & ~touching, jnp.maximum(near.rate, SLOWEST_APPROACH), speed)
@@ -65,12 +69,3 @@ class Guided(AbstractIntegrator):
         finite = jnp.isfinite(u).all() & jnp.isfinite(v).all() & jnp.isfinite(own).all()
         result = jnp.where(finite, SUCCESS, NOT_FINITE)
         return Trajectory(ts, u, v, in_contact, approach_speed, result, jnp.asarray(ts.shape[0] - 1), own)
-
-
-def _advanced(system: System, motion: SampledMotion, t, h, own, touching, speed) -> Float[Array, " own"]:
-    """The effects' own states after h."""
-
-    def rates(t, own):
-        return system.forces(t, motion.displacement(t), motion.velocity(t), own, touching, speed).own_rates
-
-    return runge_kutta_step(rates, t, own, h)[0]

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from vibrojax.contact import AbstractCompliantLaw
-from vibrojax.integrate.landing import LandingState, Point
+from vibrojax.integrate.landing import LandingState
 from vibrojax.shapes import Scalars
 from vibrojax.steps import cubic, cubic_top
 from vibrojax.system import System
@@ -31,7 +31,7 @@ class Push(NamedTuple):
     """dF/dt, N/s."""
 
 
-def push_of(system: System, at: LandingState | Point) -> Push:
+def push_of(system: System, at: LandingState) -> Push:
     """The push and its rate where a lane stands; 0 where it is not in contact.
 
     Arguments:
@@ -79,7 +79,7 @@ class Impacts(NamedTuple):
     """From touch to release, s."""
 
 
-def impacts(system: System, points: Point, count: int) -> Impacts:
+def impacts(system: System, points: LandingState, count: int) -> Impacts:
     """The impacts in the steps of one lane.
 
     Arguments:

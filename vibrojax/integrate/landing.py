@@ -22,7 +22,6 @@ from vibrojax.steps import cubic, runge_kutta_step
 from vibrojax.system import System
 
 _Scalars = Float[Array, "..."]
-_Lanes = Float[Array, " lanes"]
 _GRAZE = 1e-6
 """m/s; a touch slower than this is a graze: the derivative of its time grows without bound and is taken as zero."""
 SLOWEST_TOUCH = 1e-4
@@ -84,22 +83,27 @@ def _parabola_root(p0: _Scalars, slope: _Scalars, p1: _Scalars) -> _Scalars:
     return jnp.where(rising, -2.0 * p0, root - slope) / jnp.where(over == 0, 1.0, over)
 
 
-class Point(NamedTuple):
-    """The end of a step, of every lane."""
+class LandingState(NamedTuple):
+    """State between two steps: of all lanes, of one, or of all lanes at the ends of many steps, then without the next landing."""
 
-    t: Float[Array, "*points lanes"]
-    u: Float[Array, "*points lanes"]
-    v: Float[Array, "*points lanes"]
+    t: _Scalars
+    u: _Scalars
+    v: _Scalars
     """Velocity with which the next step begins."""
-    v_arriving: Float[Array, "*points lanes"] | None
-    """Velocity with which the last step ended, where a rigid stop can make it another than `v`."""
-    approach_speed: Float[Array, "*points lanes"]
-    in_contact: Bool[Array, "*points lanes"]
-    own: Float[Array, "*points lanes own"]
-    own_rates: Float[Array, "*points lanes own"]
+    approach_speed: _Scalars
+    in_contact: Bool[Array, "..."]
+    landing: Bool[Array, "..."]
+    """The next step is to end on the boundary of contact, after `h_landing`."""
+    h_landing: _Scalars
+    v_arriving: _Scalars | None
+    """Velocity at the end of the last step, before the jump that a rigid stop causes there; None where the stop is compliant."""
+    own: Float[Array, "... own"]
+    """States of the system's effects."""
+    own_rates: Float[Array, "... own"]
+    """Their rates at the end of the last step."""
 
 
-def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes time"]):
+def at_samples(points: LandingState, count: Int[Array, ""], ts: Float[Array, "lanes time"]):
     """u, u', contact and approach speed at the samples, each of shape (lanes, time), and the effects' own states, (lanes, time, own).
 
     Between the ends of each step lies the cubic through them.
@@ -127,7 +131,7 @@ def at_samples(points: Point, count: Int[Array, ""], ts: Float[Array, "lanes tim
     return u, v, pick(points.in_contact, begin), pick(points.approach_speed, begin), own
 
 
-def _own_at(points: Point, begin: Int[Array, "time lanes"], s: Float[Array, "lanes time"], h: Float[Array, "lanes time"]) -> Array:
+def _own_at(points: LandingState, begin: Int[Array, "time lanes"], s: Float[Array, "lanes time"], h: Float[Array, "lanes time"]) -> Array:
     """Own states at part s of steps of length h."""
     if points.own.shape[-1] == 0:
         return jnp.zeros((*s.shape, 0), s.dtype)
@@ -138,25 +142,6 @@ def _own_at(points: Point, begin: Int[Array, "time lanes"], s: Float[Array, "lan
     w0, w1 = pick(points.own, begin), pick(points.own, begin + 1)
     m0, m1 = h[..., None] * pick(points.own_rates, begin), h[..., None] * pick(points.own_rates, begin + 1)
     return cubic(s[..., None], w0, m0, w1, m1)[0]
-
-
-class LandingState(NamedTuple):
-    """State of all lanes between two steps."""
-
-    t: _Lanes
-    u: _Lanes
-    v: _Lanes
-    approach_speed: _Lanes
-    in_contact: Bool[Array, " lanes"]
-    landing: Bool[Array, " lanes"]
-    """The next step is to end on the boundary of contact, after `h_landing`."""
-    h_landing: _Lanes
-    v_arriving: _Lanes | None
-    """Velocity at the end of the last step, before the jump that a rigid stop causes there; None where the stop is compliant."""
-    own: Float[Array, "lanes own"]
-    """States of the system's effects."""
-    own_rates: Float[Array, "lanes own"]
-    """Their rates at the end of the last step."""
 
 
 class Landing(AbstractBatchIntegrator):
@@ -211,7 +196,7 @@ class Landing(AbstractBatchIntegrator):
         limit = 3 * ts.shape[1] + 1000 if self.most_steps is None else self.most_steps
         t_end = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
         start = self.start(systems, ts, states)
-        history = jax.tree.map(lambda leaf: jnp.zeros((limit + 1, *leaf.shape), leaf.dtype).at[0].set(leaf), _point(start))
+        history = jax.tree.map(lambda leaf: jnp.zeros((limit + 1, *leaf.shape), leaf.dtype).at[0].set(leaf), _end(start))
 
         def unfinished(loop):
             count, carry, _ = loop
@@ -220,7 +205,7 @@ class Landing(AbstractBatchIntegrator):
         def advance(loop):
             count, carry, points = loop
             carry = jax.vmap(self.step)(systems, t_end, carry)
-            points = jax.tree.map(lambda all_, new: lax.dynamic_update_index_in_dim(all_, new, count + 1, 0), points, _point(carry))
+            points = jax.tree.map(lambda all_, new: lax.dynamic_update_index_in_dim(all_, new, count + 1, 0), points, _end(carry))
             return count + 1, carry, points
 
         count, last, history = lax.while_loop(unfinished, advance, (jnp.zeros((), int), start, history))
@@ -354,8 +339,9 @@ def _friction(system: System, carry: LandingState) -> _Friction | None:
     return _Friction(jnp.where(concerned, lax.stop_gradient(step), jnp.inf), lax.stop_gradient(-slope), found)
 
 
-def _point(carry: LandingState) -> Point:
-    return Point(carry.t, carry.u, carry.v, carry.v_arriving, carry.approach_speed, carry.in_contact, carry.own, carry.own_rates)
+def _end(carry: LandingState) -> LandingState:
+    """What is kept of the end of a step: all but the next landing, which is None."""
+    return carry._replace(landing=None, h_landing=None)
 
 
 def flight_step(

@@ -167,7 +167,9 @@ class Smoothed(AbstractBatchIntegrator):
         )
         ys = cast(tuple[Array, ...], solution.ys)
         us, vs, ws = (*ys, ys[1])[:3]
-        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, _result(solution), solution.stats["num_steps"], no_states(ts))
+        stopped = jnp.where(solution.result == diffrax.RESULTS.max_steps_reached, STEP_LIMIT, NOT_FINITE)
+        result = jnp.where(solution.result == diffrax.RESULTS.successful, SUCCESS, stopped)
+        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, result, solution.stats["num_steps"], no_states(ts))
 
     def _rates(self, t: Any, y: tuple[Float[Array, ""], ...], system: System) -> tuple[Float[Array, ""], ...]:
         """Right-hand side of (u, v) or of (u, v, w)."""
@@ -186,9 +188,3 @@ def _uses_approach_speed(system: System) -> bool:
     traced = jax.make_jaxpr(lambda speed: system.contact_force(scalar, scalar, speed))(scalar)
     speed = traced.jaxpr.invars[0]
     return any(used is speed for equation in traced.jaxpr.eqns for used in equation.invars)
-
-
-def _result(solution: diffrax.Solution):
-    """Result code of Diffrax in ours."""
-    stopped = jnp.where(solution.result == diffrax.RESULTS.max_steps_reached, STEP_LIMIT, NOT_FINITE)
-    return jnp.where(solution.result == diffrax.RESULTS.successful, SUCCESS, stopped)

@@ -9,8 +9,7 @@ from scipy.signal import lfilter
 
 from identification.result.rebounds import rebounds
 from tests.identification.report.made_rebounds import CONTACT, DT, FREE, LAW, NOISE, ON_A_SPRING, collision
-from vibrojax.contact import Newton
-from vibrojax.contact.restitution import restitution
+from vibrojax.contact import Newton, restitution
 from vibrojax.effects import CoulombFriction, DeepStop, TimeOffset
 
 SPEEDS = (0.05, 0.2, 0.8)
