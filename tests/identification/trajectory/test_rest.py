@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.bouncing import GRAVITY, bounced, experiment
-from identification.trajectory.fit import fit
+from identification.trajectory import fit as module
+from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.motion import linearise, unrolled
 from identification.trajectory.start import Problem, problem_of
-from identification.trajectory.variances import SMALLEST_FORCE
+from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE
 
 RATE = 100.0
 HEIGHTS = 0.08, 0.12
@@ -58,6 +59,32 @@ def test_restitution_and_no_random_force_come_out_of_bounces_that_end_at_rest(bo
     assert found.variances.force.std < 10.0 * SMALLEST_FORCE * problem.scales.force
     assert found.variances.readings[0].std == pytest.approx(1.0, abs=0.1)
     assert abs(problem.values(found.at)["e"] - restitution) < 3.0 * found.stderr[0]
+
+
+def test_where_no_beginning_of_a_record_can_be_followed_the_whole_is(bouncing, monkeypatch):
+    problem, restitution = bouncing
+
+    def lost(*args):
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(module, "_longer_and_longer", lost)
+    found = fit(problem)
+    assert found.converged
+    assert abs(problem.values(found.at)["e"] - restitution) < 3.0 * found.stderr[0]
+
+
+def test_of_two_ends_at_the_largest_random_force_the_likelier_one_counts(bouncing):
+    problem, _ = bouncing
+    found = fit(problem)
+    largest = dataclasses.replace(found.variances.force, std=LARGEST_FORCE * problem.scales.force)
+
+    def ended(deviance: float, force) -> Fitted:
+        solution = dataclasses.replace(found.solution, deviance=deviance)
+        return dataclasses.replace(found, solution=solution, variances=dataclasses.replace(found.variances, force=force))
+
+    likely, unlikely, mode = ended(100.0, largest), ended(200.0, largest), ended(300.0, found.variances.force)
+    ranked = sorted([unlikely, mode, likely], key=module._standing)
+    assert [one is other for one, other in zip(ranked, (mode, likely, unlikely), strict=True)] == [True] * 3
 
 
 def test_the_last_samples_read_the_place_of_the_stop(bouncing):
