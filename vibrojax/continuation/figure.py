@@ -135,13 +135,13 @@ def borders_finding(found: Sequence[Border]) -> str:
         return "the branch has no fold, period doubling or grazing that could be followed"
     words = []
     for one in found:
-        spans = [
-            f"{name} {_scale(label) * float(values.min()):.4g} to {_scale(label) * float(values.max()):.4g} {_unit(_in_mm(label))}".strip()
-            for name, values, label in zip(one.names, (one.first, one.second), one.labels, strict=True)
-        ]
+        orbit, spans = f"z = {one.touches}/{one.cycles}" if one.touches else "the motion without impact", []
+        for name, values, label in zip(one.names, (one.first, one.second), one.labels, strict=True):
+            ends, unit = _scale(label) * np.array([values.min(), values.max()]), _in_mm(label).rpartition(" ")[2].strip("()")
+            spans.append(f"{name} {ends[0]:.4g} to {ends[1]:.4g} {unit}".removesuffix("1").strip())
         short = [end.value for end in dict.fromkeys(one.ends) if end not in (End.BOUND, End.CLOSED)]
         within = f" (ends within this plane: {' and '.join(short)})" if short else ""
-        words.append(f"{one.kind.value} of {_orbit(one)} at {' and '.join(spans)}{within}")
+        words.append(f"{one.kind.value} of {orbit} at {' and '.join(spans)}{within}")
     return "; ".join(words)
 
 
@@ -151,11 +151,3 @@ def _scale(label: str) -> float:
 
 def _in_mm(label: str) -> str:
     return label.removesuffix("(m)") + "(mm)" if label.endswith(" (m)") else label
-
-
-def _unit(label: str) -> str:
-    return label.rpartition(" ")[2].strip("()").removesuffix("1")
-
-
-def _orbit(one: Border) -> str:
-    return f"z = {one.touches}/{one.cycles}" if one.touches else "the motion without impact"

@@ -9,13 +9,13 @@ import numpy as np
 
 from vibrojax import __version__
 from vibrojax.contact import AbstractInstantaneousLaw
-from vibrojax.continuation.border import Border, Bounds, borders, csv
+from vibrojax.continuation.border import Border, Bounds, border_table, borders
 from vibrojax.continuation.branch import Branch, Kind
 from vibrojax.continuation.figure import borders_finding, branch_finding, draw_borders, draw_branches
 from vibrojax.continuation.follow import doubled, follow
 from vibrojax.continuation.orbit import find_orbit, settle
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, check_settings
-from vibrojax.drawing import FORMATS, save, sized, style
+from vibrojax.drawing import write_figure
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.figure_style import SCREEN, FigureStyle, rig_words, written
 from vibrojax.integrate import Landing
@@ -94,10 +94,7 @@ def follow_and_write(
             "provenance": provenance,
         }
         (folder / f"special{born}{tail}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    with style(look):
-        figure = sized(draw_branches(branches), look)
-        for suffix in FORMATS:
-            save(figure, folder / f"branch{tail}.{suffix}", look)
+    write_figure(lambda: draw_branches(branches), folder / f"branch{tail}", look)
     (folder / f"branch{tail}.md").write_text(_caption(rig, branches), encoding="utf-8")
     return branches
 
@@ -145,11 +142,8 @@ def borders_and_write(
     found, lost = borders(branch, along, bounds, landing=landing, progress=progress)
     if not found:
         return found, lost
-    (folder / f"borders{tail}.csv").write_text(csv(found), encoding="utf-8")
-    with style(look):
-        figure = sized(draw_borders(found), look)
-        for suffix in FORMATS:
-            save(figure, folder / f"borders{tail}.{suffix}", look)
+    (folder / f"borders{tail}.csv").write_text(border_table(found), encoding="utf-8")
+    write_figure(lambda: draw_borders(found), folder / f"borders{tail}", look)
     rig = branch.special[0].orbit.rig
     shown = "Curves in the plane of two parameters along which periodic orbits fold, double their period or graze the stop."
     rows = _rows(rig, dict(zip(found[0].names, bounds, strict=True)))
