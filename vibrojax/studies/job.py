@@ -19,14 +19,13 @@ from vibrojax import __version__
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document
-from vibrojax.studies.basins import measured, states
-from vibrojax.studies.basins_along import matched, measured_along, states_along
+from vibrojax.studies.basins import measured, states, with_basin_measure
+from vibrojax.studies.basins_along import matched
 from vibrojax.studies.bifurcation import DIRECTIONS, increasing, sweep, with_jumps
 from vibrojax.studies.coexistence import of_map, with_coexistence
 from vibrojax.studies.draws import Draws
 from vibrojax.studies.finding import with_finding
-from vibrojax.studies.frequency_response import frequency_response
-from vibrojax.studies.hammer_design import hammer_design
+from vibrojax.studies.force_curves import frequency_response, hammer_design
 from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section
@@ -63,7 +62,7 @@ STUDIES = {
     "peterka": Kind(peterka, ("clearance", "ratio"), 40_000, after=of_map),
     "section": Kind(section, (), after=with_coexistence, threads=False, of_draws={"even": True}),
     "basins": Kind(states, ("v0", "u0"), whole=measured, after=with_finding),
-    "basins_along": Kind(states_along, ("values", "v0", "u0"), whole=measured_along, after=matched, rises=True),
+    "basins_along": Kind(states, ("values", "v0", "u0"), whole=with_basin_measure, after=matched, rises=True),
     "lyapunov": Kind(lyapunov, ("values",)),
     "design": Kind(hammer_design, ("frequency_hz", "mass_ratio")),
 }

@@ -8,12 +8,28 @@ import xarray as xr
 from jaxtyping import Bool, Float, Int
 
 from vibrojax.batch import Batch, Points, Responses, Span, Strobes, integrate
-from vibrojax.batch.points import lanes_of
+from vibrojax.batch.points import lanes_of, section_scales
 from vibrojax.errors import InputError
+from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
-from vibrojax.studies.base import CHAOS, GRAVITY, Labelled, Values, labelled, natural_frequency, outcome
-from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, MEANING, NO_IMPACT, PERIODIC, classify
-from vibrojax.studies.coexistence import KICKS, kicked
+from vibrojax.studies.base import (
+    APERIODIC,
+    CHAOS,
+    FAILED,
+    LONGEST,
+    NO_IMPACT,
+    PERIODIC,
+    Kind,
+    Labelled,
+    Values,
+    classify,
+    codes,
+    forces,
+    labelled,
+    motions,
+    natural_frequency,
+)
+from vibrojax.studies.coexistence import KICKS, evenly, kicked
 from vibrojax.studies.lyapunov import exponents
 from vibrojax.studies.orbit_plane import SLOTS, OrbitPlane
 
@@ -99,8 +115,7 @@ def peterka(
     found, cells = made(model, points, span or Span(), lyapunov_cycles, options)
     dims = ("clearance", "ratio")
     parts = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in cells._asdict().items()}
-    weight = GRAVITY * float(np.asarray(model.mass))
-    result = np.where(parts["kind"] == FAILED, found.result, 0)
+    kind = Kind(parts["kind"], parts["impacts"], parts["period"])
     return labelled(
         "Peterka map",
         model,
@@ -110,13 +125,9 @@ def peterka(
             "ratio": Labelled(("ratio",), ratio, "1", "excitation frequency over natural frequency"),
         },
         variables={
-            "kind": Labelled(dims, parts["kind"], "1", MEANING),
-            "impacts": Labelled(dims, parts["impacts"], "1", "impacts in one period, p"),
-            "period": Labelled(dims, parts["period"], "1", "cycles of excitation in one period, q"),
-            "impact_force": Labelled(dims, parts["force"], "N", "largest impact force"),
-            "force_over_weight": Labelled(dims, parts["force"] / weight, "1", "largest impact force over the hammer's weight"),
+            **motions(dims, kind, np.where(kind.kind == FAILED, found.result, SUCCESS)),
+            **forces(dims, parts["force"], float(np.asarray(model.mass))),
             "lyapunov": Labelled(dims, parts["growth"], "1", "largest Lyapunov exponent per cycle of excitation"),
-            "result": outcome(dims, result),
             "shown": Labelled(dims, parts["shown"], "1", _SHOWN),
             "other_code": Labelled((*dims, "other"), parts["other_code"], "1", "another motion: 1000 p + q, 0 rest, -1 none"),
             "other_force": Labelled((*dims, "other"), parts["other_force"], "N", "its largest impact force"),
@@ -151,7 +162,7 @@ def _followed(model: Model, points: Points, span: Span, lyapunov_cycles: int, op
     """Orbits first, then which of them rest leads to, then what is left."""
     begin, values = time.perf_counter(), points.flat()
     lanes, rest = lanes_of(model, points)
-    scale = np.stack([values["base_amplitude"], values["base_amplitude"] * 2.0 * np.pi * values["frequency_hz"]])
+    scale = section_scales(values["base_amplitude"], values["frequency_hz"])
     chosen = {name: options[name] for name in ("engine", "threads") if name in options}
     with Strobes(lanes, chunk=_SIDE_BY_SIDE, small=_FEW, **chosen) as wide, Strobes(lanes, chunk=options.get("chunk"), **chosen) as strobes:
         plane = OrbitPlane(wide, (points.shape[0], points.shape[1]), scale)
@@ -175,10 +186,7 @@ def _total(span: Span) -> int:
 
 def _ask(model: Model, plane: OrbitPlane, strobes: Strobes, values: dict[str, np.ndarray], span: Span) -> np.ndarray:
     """Find orbits by all starts at some cells, and continue them; which cells."""
-    picked = [np.unique(np.linspace(0, size - 1, min(size, _ASKED)).round().astype(int)) for size in plane.shape]
-    asked = np.zeros(plane.shape, bool)
-    asked[np.ix_(*picked)] = True
-    asked = asked.ravel()
+    asked = evenly(plane.shape, (_ASKED, _ASKED))
     starts = np.repeat(np.flatnonzero(asked), len(KICKS) + 2)
     u, v = kicked(model, {name: part[starts] for name, part in values.items()}, KICKS)
     nothing = np.zeros(starts.size)
@@ -303,7 +311,7 @@ def _summed(plane: OrbitPlane, found: Responses, points: Points, into: np.ndarra
     force = np.where(known, plane.force[slot, everyone], force)
     growth = np.where(kind == APERIODIC, growth, np.nan)
     impacts, period = (np.where(kind == APERIODIC, 0, part) for part in (impacts, period))
-    own = np.where(kind == PERIODIC, 1000 * impacts + period, np.where(kind == NO_IMPACT, 0, -1))
+    own = codes(kind, impacts, period)
     own_slot = np.where(known, into, -1)
     others = (plane.code >= 0) & (np.arange(SLOTS)[:, None] != own_slot) & (known | (plane.code != own))
     order = np.argsort(~others, axis=0, kind="stable")
