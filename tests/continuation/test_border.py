@@ -8,7 +8,7 @@ import pytest
 from tests.continuation.rigs import FINE, RIGID, STEPS
 from vibrojax.continuation import Branch, End, Kind, SpecialPoint, border
 from vibrojax.continuation.border import border_table, borders
-from vibrojax.continuation.figure import borders_finding
+from vibrojax.continuation.job import borders_finding
 from vibrojax.errors import InputError
 
 GAPS = (2.5e-3, 3.5e-3)

@@ -65,6 +65,10 @@ class Points:
         """What each point sets, one array of all points a name."""
         return {name: np.broadcast_to(np.asarray(value, dtype=float), self.shape).reshape(-1) for name, value in self.values.items()}
 
+    def chosen(self, index: np.ndarray) -> "Points":
+        """Some of the points, one after the other on the axis `lane`; `index` counts them as `flat` does."""
+        return Points(coords={"lane": index.astype(float)}, values={name: part[index] for name, part in self.flat().items()})
+
 
 def grid(axes: Mapping[str, Any], **fixed: float) -> Points:
     """Every combination of the values on some axes.

@@ -88,6 +88,11 @@ class Span:
         """How often that many."""
         return -(-(self.transient + self.recorded) // self.call[0])
 
+    @property
+    def total(self) -> int:
+        """Cycles in all, where no orbit closes."""
+        return self.calls * self.call[0]
+
 
 def engine_for(lanes: Lanes) -> AbstractEngine:
     """The fast path where it fits, else Runge-Kutta steps."""
@@ -282,9 +287,10 @@ class Batch:
         repeat = repeats(sections, scale, tolerance, _LONGEST) > 0
         over, self.closing[index] = repeat & self.closing[index], repeat
         period = repeats(sections, scale, _SLACK * tolerance, _LONGEST)[over]
-        over, total = index[over], self.span.calls * self.span.call[0]
+        over = index[over]
         for values in self.kept.values():
-            wanted = np.arange(-len(values), 0)[:, None] + total - self.done[over]  # cycles, counted from the first that is left out
+            # cycles, counted from the first that is left out
+            wanted = np.arange(-len(values), 0)[:, None] + self.span.total - self.done[over]
             values[:, over] = np.take_along_axis(values[:, over], len(values) - period + np.mod(wanted, period), axis=0)
         self.closed[over], self.open[over] = period, False
 

@@ -201,9 +201,9 @@ def _arm(surface: _Surface, start: _Point, limits: Float[np.ndarray, "2 2"], mos
                 return points, End.LOST
             continue
         h = min(h * _LONGER, _LONGEST)
-        outside = (new[0][-2:] < limits[:, 0]) | (new[0][-2:] > limits[:, 1])
-        if outside.any():
-            last = _at_bound(surface, z, new[0], limits)
+        bound = np.clip(new[0][-2:], *limits.T)
+        if np.any(bound != new[0][-2:]):
+            last = _at_bound(surface, z, new[0], bound)
             return ([*points, last], End.BOUND) if last is not None else (points, End.LOST)
         points.append(new)
         back = float(np.linalg.norm((new[0] - start[0])[-2:]))
@@ -227,11 +227,10 @@ def _next(surface: _Surface, last: _Point, h: float) -> _Point | None:
     return (found, ahead) if min(ahead @ chord, tangent @ chord) >= _STRAIGHT * length else None
 
 
-def _at_bound(surface: _Surface, last: Coordinates, new: Coordinates, limits: Float[np.ndarray, "2 2"]) -> _Point | None:
-    """The point between two points at which the border leaves the ranges; None where none is found."""
+def _at_bound(surface: _Surface, last: Coordinates, new: Coordinates, bound: Float[np.ndarray, " 2"]) -> _Point | None:
+    """The point between two points at which the border leaves the ranges; None where none is found. `bound` is the second, clipped."""
     here, there = last[-2:], new[-2:]
-    bound = np.where(there < limits[:, 0], limits[:, 0], limits[:, 1])
-    leaves = (there < limits[:, 0]) | (there > limits[:, 1])
+    leaves = bound != there
     parts = np.where(leaves, (bound - here) / np.where(leaves, there - here, 1.0), np.inf)
     axis = int(np.argmin(parts))
     try:

@@ -38,10 +38,14 @@ class Point:
     monodromy: Float[np.ndarray, "states states"]
     """In SI."""
     tangent: Coordinates
-    """Of length one; the caller chooses its sense."""
+    """Of length one; the caller chooses its sense (`towards`)."""
     passage: Passage
     corrections: int
     """Newton steps that it took."""
+
+    def towards(self, direction: Coordinates) -> "Point":
+        """The same point, its tangent in the sense of a direction."""
+        return self if self.tangent @ direction >= 0 else dataclasses.replace(self, tangent=-self.tangent)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -43,7 +43,7 @@ def around_corner(curve: Curve, last: Point) -> Point | None:
                 continue
             offset = new.z - last.z
             if abs(int(new.passage.touches) - touches) == 1 and 0.0 < np.linalg.norm(offset) < _NEAR_CORNER * reach:
-                return dataclasses.replace(new, tangent=new.tangent * (1.0 if new.tangent @ offset >= 0 else -1.0))
+                return new.towards(offset)
     return None
 
 
@@ -62,7 +62,7 @@ _SINGULAR = 1e-3
 """Slowest touch over the cart's speed at which a branch with a rigid stop is at its end: the slope of the map grows like 1 / speed."""
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(frozen=True)
 class _Arm:
     """The part of a branch on one side of its start."""
 
@@ -111,12 +111,11 @@ def follow(
     start = curve.start(orbit)
     limits = (low / curve.scale[-1], high / curve.scale[-1])
     arm = functools.partial(_arm, curve, start, limits=limits, longest_step=longest_step, most_points=most_points)
-    up = start.tangent * (1.0 if start.tangent[-1] >= 0 else -1.0)
+    up = start.towards(np.eye(len(start.z))[-1]).tangent
     if born_at is not None:
         away = start.z - np.append(born_at.orbit.state, born_at.parameter) / curve.scale
         least = 0.5 * _halves_apart(curve, start)
-        up = start.tangent * (1.0 if start.tangent @ away >= 0 else -1.0)
-        forward = arm(up, merges=lambda point: _halves_apart(curve, point) < least)
+        forward = arm(start.towards(away).tangent, merges=lambda point: _halves_apart(curve, point) < least)
         backward = _Arm([start], [], End.BORN)
     else:
         forward = arm(up)
@@ -158,25 +157,21 @@ def _arm(
                 continue
             new, h = around_corner(curve, last), _AFTER_CORNER
         if new is None:
-            arm.end = _breaks_off(curve, last, arm)
-            return arm
+            return dataclasses.replace(arm, end=_breaks_off(curve, last, arm))
         if merges(new):
-            arm.end = End.BORN
-            return arm
+            return dataclasses.replace(arm, end=End.BORN)
         outside = not limits[0] <= new.z[-1] <= limits[1]
         if outside:
             new = _at_bound(curve, last, new, limits)
             if new is None:
-                arm.end = End.LOST
-                return arm
-        arm.special += special_points(curve, last, new)
+                return dataclasses.replace(arm, end=End.LOST)
+        arm.special.extend(special_points(curve, last, new))
         arm.points.append(new)
         first = arm.points[0]
         near = len(arm.points) > _RETURNED and float(np.linalg.norm(new.z - first.z)) < h
         back = near and float(new.tangent @ first.tangent) > _STRAIGHT
         if outside or back:
-            arm.end = End.BOUND if outside else End.CLOSED
-            return arm
+            return dataclasses.replace(arm, end=End.BOUND if outside else End.CLOSED)
         h = min(h * (_LONGER if new.corrections <= _QUICK else _SHORTER if new.corrections >= _SLOW else 1.0), longest_step)
     return arm
 
@@ -188,22 +183,18 @@ def _step(curve: Curve, last: Point, h: float) -> Point | None:
     except NoConvergenceError:
         return None
     along = (new.z - last.z) / np.linalg.norm(new.z - last.z)
-    tangent = new.tangent * (1.0 if new.tangent @ along >= 0 else -1.0)
+    new = new.towards(along)
     corner = h < _CORNER and int(new.passage.touches) != int(last.passage.touches)
-    if min(tangent @ along, last.tangent @ along) < _STRAIGHT and not corner:
-        return None
-    return dataclasses.replace(new, tangent=tangent)
+    return new if corner or min(new.tangent @ along, last.tangent @ along) >= _STRAIGHT else None
 
 
 def _at_bound(curve: Curve, last: Point, new: Point, limits: tuple[float, float]) -> Point | None:
     """The point at the end of the range between two points."""
-    bound = limits[0] if new.z[-1] < limits[0] else limits[1]
-    part = (bound - last.z[-1]) / (new.z[-1] - last.z[-1])
+    part = (np.clip(new.z[-1], *limits) - last.z[-1]) / (new.z[-1] - last.z[-1])
     try:
-        found = curve.corrected(last.z + part * (new.z - last.z), np.eye(len(last.z))[-1])
+        return curve.corrected(last.z + part * (new.z - last.z), np.eye(len(last.z))[-1]).towards(last.tangent)
     except NoConvergenceError:
         return None
-    return dataclasses.replace(found, tangent=found.tangent * (1.0 if found.tangent @ last.tangent >= 0 else -1.0))
 
 
 def _breaks_off(curve: Curve, last: Point, arm: _Arm) -> End:
@@ -288,10 +279,10 @@ def doubled(place: SpecialPoint, name: str, span: float, *, landing: Landing | N
     z = np.append(orbit.state, place.parameter) / single.scale
     for reach in _REACHES:
         try:
-            found = double.orbit(double.corrected(z + reach * normal, normal))
-            halfway, _, _ = map_with_jacobian(landing, found.rig, name, orbit.cycles, found.state)
+            found = double.corrected(z + reach * normal, normal)
+            apart = _halves_apart(double, found)
         except NoConvergenceError:
             continue
-        if np.linalg.norm((halfway - found.state) / single.scale[:-1]) > _OTHER * reach:
-            return found
+        if apart > _OTHER * reach:
+            return double.orbit(found)
     raise NoConvergenceError(f"no orbit of {2 * orbit.cycles} cycles found near the period doubling at {name} = {place.parameter:g}")

@@ -232,14 +232,14 @@ def settled(
     """
     span, values = span or Span(), points.flat()
     most = 10 * (span.transient + span.recorded) if most_cycles is None else most_cycles
-    found = integrate(model, _lanes(values, np.arange(points.lanes)), span=span, threads=threads)
+    found = integrate(model, points.chosen(np.arange(points.lanes)), span=span, threads=threads)
     kept = {name: np.array(getattr(found, name)) for name in _KEPT}
     kind, state = [np.array(part) for part in _kind(found, values)], found.state
     after, length = span.transient + span.recorded, span.transient
     while after < most and (left := np.flatnonzero(_open(kept, kind[_PERIOD], values))).size:
         length = min(max(_GROWS * length, 1), most - after)
         further = dataclasses.replace(span, transient=length)
-        points_left, begin = _lanes(values, left), jax.tree.map(lambda leaf, left=left: leaf[left], state)
+        points_left, begin = points.chosen(left), jax.tree.map(lambda leaf, left=left: leaf[left], state)
         more = integrate(model, points_left, span=further, start=begin, threads=threads)
         for name, part in kept.items():
             part[left] = getattr(more, name) + (part[left] if name == "cycles" else 0)
@@ -254,10 +254,6 @@ def settled(
     shaped = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in kept.items()}
     last = Responses(coords=dict(points.coords), state=state, engine=found.engine, seconds=found.seconds, **shaped)
     return last, Kind(*(part.reshape(points.shape) for part in kind)), growth.reshape(points.shape)
-
-
-def _lanes(values: Mapping[str, np.ndarray], chosen: np.ndarray) -> Points:
-    return Points(coords={"lane": chosen.astype(float)}, values={name: part[chosen] for name, part in values.items()})
 
 
 def _kind(found: Responses, values: Mapping[str, np.ndarray]) -> Kind:
@@ -353,7 +349,7 @@ def places_of_coexistence(
         name = "gap" if number < len(tried["gap"]) else "frequency_hz"
         scale = section_scales(np.asarray(base_amplitude), np.asarray(setting["frequency_hz"]))
         section = np.stack([found.u[number], found.v[number]], axis=-1) / scale
-        _, each = attractors(Sections(section, *(part[number] for part in kind), growth[number]))
+        _, each = attractors(Sections(section, kind.kind[number], kind.impacts[number], kind.period[number], growth[number]))
         names = tuple(one.name for one in each if one.period > 0)
         if len(names) > 1:
             places.append(Place(name, setting[name], names))

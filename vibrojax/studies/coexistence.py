@@ -6,6 +6,7 @@ from it. A motion that is found at one value is started at its neighbours along 
 and down from each of them. At a single operating point there is time for more starts and cycles, and whatever strikes after 1500 counts.
 """
 
+import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -87,13 +88,13 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
         asked: lanes at which all starts are tried.
         along: axis of the points along which motions are followed; None for nowhere.
     """
-    values, lanes = points.flat(), np.arange(points.lanes).reshape(points.shape)
+    lanes = np.arange(points.lanes).reshape(points.shape)
     found: list[dict[int, Motion]] = [{} for _ in range(points.lanes)]
     kicks = _PLANE if points.lanes == 1 else KICKS
     starts = np.repeat(asked, len(kicks) + 2)
-    start = {name: part[starts] for name, part in values.items()}
-    start |= dict(zip(("u0", "v0"), kicked(model, start, kicks), strict=True))
-    front = _settled(model, start, starts, None, found, _SPAN)
+    at = points.chosen(starts)
+    u0, v0 = kicked(model, at.values, kicks)
+    front = _settled(model, dataclasses.replace(at, values=dict(at.values) | {"u0": u0, "v0": v0}), starts, None, found, _SPAN)
     tried = {(lane, of) for lane, of in front}
     while front and along is not None:
         onward = []
@@ -108,7 +109,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
             break
         index = np.array([lane for lane, _, _ in onward])
         state = unpacked(jnp.asarray(np.stack([state for _, _, state in onward], axis=1)))
-        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found, _SPAN)
+        front = _settled(model, points.chosen(index), index, state, found, _SPAN)
     return found
 
 
@@ -130,22 +131,15 @@ def kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple
 
 
 def _settled(
-    model: Model,
-    values: Mapping[str, np.ndarray],
-    index: np.ndarray,
-    start: LaneState | None,
-    found: list[dict[int, Motion]],
-    span: Span,
+    model: Model, at: Points, index: np.ndarray, start: LaneState | None, found: list[dict[int, Motion]], span: Span
 ) -> list[tuple[int, int]]:
-    """Integrate, note what is new at each lane, and return that."""
-    points = Points(coords={"start": np.arange(float(len(index)))}, values=values)
+    """Integrate from each start, note what is new at its lane (`index`), and return that."""
     alone = len(found) == 1
-    there = integrate(model, points, start=start, span=span, chunk=_CHUNK if alone else None)
-    kind = classify(there, values["base_amplitude"], values["frequency_hz"])
+    there = integrate(model, at, start=start, span=span, chunk=_CHUNK if alone else None)
+    kind = classify(there, at.values["base_amplitude"], at.values["frequency_hz"])
     wild = np.flatnonzero((kind.kind == APERIODIC) | ((kind.kind == PERIODIC) & (there.closed == 0)))[:_WILD]
     if alone and wild.size and span is not _LONG:
-        onward = {name: part[wild] for name, part in values.items()}
-        _settled(model, onward, index[wild], unpacked(jnp.asarray(packed(there.state)[:, wild])), found, _LONG)
+        _settled(model, at.chosen(wild), index[wild], unpacked(jnp.asarray(packed(there.state)[:, wild])), found, _LONG)
     state, new = packed(there.state), []
     state[5] = 0.0  # cycles are counted anew
     strikes, closed = kind.kind == PERIODIC, there.closed > 0

@@ -167,7 +167,7 @@ def _followed(model: Model, points: Points, span: Span, lyapunov_cycles: int, op
     with Strobes(lanes, chunk=_SIDE_BY_SIDE, small=_FEW, **chosen) as wide, Strobes(lanes, chunk=options.get("chunk"), **chosen) as strobes:
         plane = OrbitPlane(wide, (points.shape[0], points.shape[1]), scale)
         batch = Batch(strobes, rest, values["base_amplitude"], span)
-        asked = _ask(model, plane, strobes, values, span)
+        asked = _ask(model, plane, strobes, points, span)
         _search(plane, batch)
         into = _reached(plane, batch)
         wild = np.flatnonzero((into < 0) & (batch.open | (batch.closed == 0)) & (batch.result == 0))
@@ -175,20 +175,16 @@ def _followed(model: Model, points: Points, span: Span, lyapunov_cycles: int, op
         mask[wild] = True
         growth = _growth(model, points, batch.responses(points, 0.0).state, mask, lyapunov_cycles, options)
         late = np.flatnonzero(mask & ~(growth > CHAOS))
-        _onward(plane, batch, late, into, _total(span))
+        _onward(plane, batch, late, into)
     found = batch.responses(points, time.perf_counter() - begin)
     return found, _summed(plane, found, points, into, growth, asked)
 
 
-def _total(span: Span) -> int:
-    return span.calls * span.call[0]
-
-
-def _ask(model: Model, plane: OrbitPlane, strobes: Strobes, values: dict[str, np.ndarray], span: Span) -> np.ndarray:
+def _ask(model: Model, plane: OrbitPlane, strobes: Strobes, points: Points, span: Span) -> np.ndarray:
     """Find orbits by all starts at some cells, and continue them; which cells."""
     asked = evenly(plane.shape, (_ASKED, _ASKED))
     starts = np.repeat(np.flatnonzero(asked), len(KICKS) + 2)
-    u, v = kicked(model, {name: part[starts] for name, part in values.items()}, KICKS)
+    u, v = kicked(model, points.chosen(starts).values, KICKS)
     nothing = np.zeros(starts.size)
     state = np.stack([u, v, nothing, np.abs(v), nothing, nothing])
     segment, recorded = span.call[0], span.call[1]
@@ -205,7 +201,7 @@ def _search(plane: OrbitPlane, batch: Batch) -> None:
     row, column = np.divmod(np.arange(plane.count.size), plane.shape[1])
     for stride in _STRIDES:
         cells = np.flatnonzero((plane.count == 0) & (batch.done == 0) & (row % stride == 0) & (column % stride == 0))
-        while (on := cells[batch.open[cells] & (batch.done[cells] < min(_SETTLED, _total(batch.span)))]).size:
+        while (on := cells[batch.open[cells] & (batch.done[cells] < min(_SETTLED, batch.span.total))]).size:
             batch.advance(on)
         _continue_from(plane, batch, cells)
 
@@ -223,19 +219,19 @@ def _reached(plane: OrbitPlane, batch: Batch) -> np.ndarray:
     and the same, and has its orbit: that of the four nearest cells where the orbit is its only one, else that of the sixteen nearest.
     Elsewhere it is iterated.
     """
-    into, total = np.full(plane.count.size, -1), _total(batch.span)
+    into = np.full(plane.count.size, -1)
     coarse = min(_COARSE, max(1, min(plane.shape) // 75))
     lattice: list[np.ndarray] = []
     for every in (stride for stride in _STRIDES if stride <= coarse):
         finer = [np.unique(np.append(np.arange(0, size, every), size - 1)) for size in plane.shape]
         here = np.zeros(plane.shape, bool)
         here[np.ix_(*finer)] = True
-        left = np.flatnonzero(here.ravel() & (plane.count > 0) & (into < 0) & (batch.done < total))
+        left = np.flatnonzero(here.ravel() & (plane.count > 0) & (into < 0) & (batch.done < batch.span.total))
         slot = np.full(left.size, -1)
         if lattice:
             slot = np.where(plane.count[left] == 1, *(_as_around(plane, into, left, lattice, reach) for reach in (1, 2)))
         into[left[slot >= 0]] = slot[slot >= 0]
-        _onward(plane, batch, left[slot < 0], into, total)
+        _onward(plane, batch, left[slot < 0], into)
         lattice = finer
     return into
 
@@ -254,12 +250,12 @@ def _as_around(plane: OrbitPlane, into: np.ndarray, cells: np.ndarray, lattice: 
     return np.where(agreed & (own.sum(axis=0) == 1), own.argmax(axis=0), -1)
 
 
-def _onward(plane: OrbitPlane, batch: Batch, cells: np.ndarray, into: np.ndarray, total: int) -> None:
-    """Iterate cells from rest until they approach an orbit, at most so many cycles; look for new orbits where none is approached."""
+def _onward(plane: OrbitPlane, batch: Batch, cells: np.ndarray, into: np.ndarray) -> None:
+    """Iterate cells from rest until they approach an orbit, at most all cycles; look for new orbits where none is approached."""
     before = np.full(plane.count.size, np.inf)
     looked = 0
     while True:
-        cells = cells[(into[cells] < 0) & batch.open[cells] & (batch.done[cells] < total)]
+        cells = cells[(into[cells] < 0) & batch.open[cells] & (batch.done[cells] < batch.span.total)]
         if cells.size == 0:
             return
         batch.advance(cells)
