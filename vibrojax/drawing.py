@@ -5,7 +5,7 @@ import gc
 import io
 import logging
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
@@ -244,3 +244,13 @@ def save(figure: Figure, path: Path, look: FigureStyle = SCREEN) -> None:
     """Write the figure to a file of the kind that its suffix says, `.png`, `.pdf` or `.svg`; the same figure gives the same bytes."""
     dates = {".pdf": {"CreationDate": None, "Creator": None, "Producer": None}, ".svg": {"Date": None, "Creator": None}}
     figure.savefig(path, dpi=look.dpi, metadata=dates.get(path.suffix))
+
+
+def write_figure(draw: Callable[[], Figure], path: Path, look: FigureStyle) -> list[Path]:
+    """Draw a figure in a style, and write it to a file of each of `FORMATS`; `path` is without a suffix, which may have dots of its own."""
+    paths = [path.with_name(f"{path.name}.{suffix}") for suffix in FORMATS]
+    with style(look):
+        figure = sized(draw(), look)
+        for one in paths:
+            save(figure, one, look)
+    return paths

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrojax.continuation import ForcedRig
-from vibrojax.continuation.figure import branch_finding
-from vibrojax.continuation.job import follow_and_write
+from vibrojax.continuation.job import branch_finding, follow_and_write
 from vibrojax.data_files import data_path
 from vibrojax.errors import NoConvergenceError
 from vibrojax.figure_style import SCREEN, FigureStyle

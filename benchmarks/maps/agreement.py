@@ -22,7 +22,7 @@ from benchmarks.machine import machine
 from benchmarks.maps.cases import AMPLITUDE, MODEL, plane
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.progress import points_done
-from vibrojax.studies.classify import APERIODIC, FAILED, PERIODIC
+from vibrojax.studies.base import APERIODIC, FAILED, PERIODIC
 
 AIM = 0.995
 _SAMPLES = 400
@@ -99,8 +99,7 @@ def both_exist(ours: xr.Dataset, theirs: xr.Dataset, cycles: int) -> int:
     """In how many of the cells that differ the fast path stays on the switch model's motion when it starts there."""
     from vibrojax.batch import Points, Sampled, Span, integrate
     from vibrojax.integrate import Switch
-    from vibrojax.studies.base import natural_frequency
-    from vibrojax.studies.classify import classify
+    from vibrojax.studies.base import classify, natural_frequency
 
     wrong = np.argwhere(_away_from_chaos(ours, theirs) & ~_same(ours, theirs))
     if wrong.size == 0:

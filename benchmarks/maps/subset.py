@@ -20,7 +20,7 @@ from scipy.ndimage import maximum_filter
 from benchmarks.machine import machine
 from benchmarks.maps.cases import AMPLITUDE, MODEL, plane
 from vibrojax.cli.environment import prepare_jax
-from vibrojax.studies.classify import APERIODIC, NO_IMPACT, PERIODIC
+from vibrojax.studies.base import APERIODIC, NO_IMPACT, PERIODIC
 
 
 def main() -> None:
@@ -62,8 +62,7 @@ def made(side: int, cycles: int) -> tuple[xr.Dataset, float, float]:
 def iterated(data: xr.Dataset, cells: np.ndarray, cycles: int) -> tuple[np.ndarray, float, float]:
     """Codes of the motions by iteration from rest: 1000 p + q, 0 without impacts, -1 aperiodic; and seconds a cell, exponents left out."""
     from vibrojax.batch import Points, Span, integrate
-    from vibrojax.studies.base import natural_frequency
-    from vibrojax.studies.classify import classify
+    from vibrojax.studies.base import classify, natural_frequency
 
     row, column = np.divmod(cells, data.sizes["ratio"])
     frequency = data["ratio"].values[column] * natural_frequency(MODEL, "a map")

@@ -6,7 +6,7 @@ from tests.batch.rigs import model, points
 from vibrojax.batch.base import Lanes
 from vibrojax.batch.linear_flow import flow_of, fly, highest, point, safe_step, take_off, to_strobe
 from vibrojax.batch.points import lanes_of
-from vibrojax.batch.run import continued, repeats
+from vibrojax.batch.run import repeats
 
 
 def flows() -> Lanes:
@@ -46,8 +46,6 @@ def test_two_flights_make_one_and_the_highest_point_is_found():
     assert (to_strobe(flow, start.theta) > 0).all()
 
 
-def test_periods_are_found_and_continued():
+def test_periods_are_found():
     wave = np.array([[1.0, 1.0, 1.0], [1.0, 2.0, 3.0], [1.0, 1.0, 2.0], [1.0, 2.0, 5.0], [1.0, 1.0, 4.0], [1.0, 2.0, 6.0]])
-    assert repeats(wave, wave, np.ones(3), np.ones(3), 1e-9, 8).tolist() == [1, 2, 0]
-    onward = continued(wave[:, :2], np.array([1, 2]), np.array([[-1, -1], [0, 0], [1, 1], [2, 2]]))
-    assert onward.tolist() == [[1.0, 2.0], [1.0, 1.0], [1.0, 2.0], [1.0, 1.0]]
+    assert repeats(np.stack([wave, wave], axis=1), np.ones((2, 3)), 1e-9, 8).tolist() == [1, 2, 0]

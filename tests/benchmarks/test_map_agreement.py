@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from benchmarks.maps.agreement import compare
-from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
+from vibrojax.studies.base import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 
 
 def made(kind: np.ndarray, impacts: np.ndarray) -> xr.Dataset:

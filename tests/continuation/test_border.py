@@ -7,8 +7,8 @@ import pytest
 
 from tests.continuation.rigs import FINE, RIGID, STEPS
 from vibrojax.continuation import Branch, End, Kind, SpecialPoint, border
-from vibrojax.continuation.border import borders, csv
-from vibrojax.continuation.figure import borders_finding
+from vibrojax.continuation.border import border_table, borders
+from vibrojax.continuation.job import borders_finding
 from vibrojax.errors import InputError
 
 GAPS = (2.5e-3, 3.5e-3)
@@ -43,7 +43,7 @@ def test_two_folds_that_meet_in_a_cusp_lie_on_one_border(soft):
     assert not folds.holds(7.0, 3e-3, (1e-3, 1e-6))
     tip = int(np.argmin(folds.second))
     assert 0 < tip < len(folds.second) - 1 and 1e-3 < folds.second[tip] < 1.5e-3
-    rows = csv(found).splitlines()
+    rows = border_table(found).splitlines()
     assert rows[0].startswith("border,kind,cycles,touches,frequency,gap") and len(rows) == 1 + sum(len(one.first) for one in found)
     assert "fold of z = 1/1 at frequency" in borders_finding(found) and "grazing of the motion without impact" in borders_finding(found)
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.continuation.rigs import RIGID, STEPS, rig, settled, without_impact
 from vibrojax.contact import Hertz, KelvinVoigtClipped, Newton
-from vibrojax.continuation import Branch, End, Kind, Steps, find_orbit, follow
+from vibrojax.continuation import Branch, End, Kind, find_orbit, follow
 from vibrojax.continuation.rig import as_arrays, strobe_from
 from vibrojax.errors import InputError
 
@@ -119,7 +119,7 @@ def test_other_parameters_are_followed_too(soft):
 
 
 def test_a_short_allowance_says_so(soft):
-    branch = follow(settled(rig(frequency=4.0)), "frequency", (3.0, 9.0), landing=STEPS, steps=Steps(most_points=4))
+    branch = follow(settled(rig(frequency=4.0)), "frequency", (3.0, 9.0), landing=STEPS, most_points=4)
     assert branch.ends == (End.POINTS, End.POINTS)
     assert len(branch.parameter) == 7
 

@@ -6,7 +6,7 @@ import pytest
 
 from vibrojax.data_files import data_path
 from vibrojax.presets import NAMES, read_preset
-from vibrojax.presets.facts import FACTS, BandEnd, LargestForce, band, coexisting
+from vibrojax.presets.facts import FACTS, BandPlace, band, coexisting
 from vibrojax.presets.single_impact import SingleImpact
 
 
@@ -29,8 +29,8 @@ def test_a_band_of_the_compliant_rig_ends_near_that_of_the_rigid_one():
 
 
 def test_an_answer_may_be_yes_or_no():
-    near = LargestForce(preset="wires", rows=("observed_gap_1_0_at_3_0",), gap=1e-3, cycles=1)
-    far = BandEnd(preset="wires", rows=("observed_gap_1_0_at_7_0",), gap=1e-3, cycles=1)
+    near = BandPlace(preset="wires", rows=("observed_gap_1_0_at_3_0",), place="largest", gap=1e-3, cycles=1)
+    far = BandPlace(preset="wires", rows=("observed_gap_1_0_at_7_0",), place="end", gap=1e-3, cycles=1)
     assert near.ask().reproduced
     assert not far.ask().reproduced
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vibrojax.studies.attractors import SAME, Sections, attractors, share
+from vibrojax.studies.base import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 from vibrojax.studies.basins import boundary, entropy, integrity
 from vibrojax.studies.basins_along import _together
-from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
 
 STROBES = 16
 

@@ -8,12 +8,12 @@ import xarray as xr
 
 from tests.batch.rigs import AMPLITUDE, model
 from vibrojax.presets import read_preset
-from vibrojax.presets.facts import FACTS, GRID_HZ, BandEnd, Coexistence, LargestForce
+from vibrojax.presets.facts import FACTS, GRID_HZ, BandPlace, Coexistence
 from vibrojax.studies import coexistence, frequency_response, section
 from vibrojax.studies.coexistence import APERIODIC_CODE, own_motions, with_coexistence
 from vibrojax.studies.finding import finding
 
-ANSWERED = {(fact.preset, fact.gap) for fact in FACTS if isinstance(fact, LargestForce | BandEnd)}
+ANSWERED = {(fact.preset, fact.gap) for fact in FACTS if isinstance(fact, BandPlace)}
 
 
 def curve(data: xr.Dataset, of: int) -> np.ndarray:
@@ -37,9 +37,9 @@ def check_bands(name: str, gap: float, data: xr.Dataset) -> int:
     """Every stated place of a band is where the response has it, if the preset reproduces it at all; how many that are."""
     x, checked = data["frequency_hz"].values, 0
     for fact in FACTS:
-        if isinstance(fact, LargestForce | BandEnd) and (fact.preset, fact.gap) == (name, gap) and fact.ask().reproduced:
+        if isinstance(fact, BandPlace) and (fact.preset, fact.gap) == (name, gap) and fact.ask().reproduced:
             force = curve(data, 1000 + fact.cycles)
-            place = x[np.nanargmax(force)] if isinstance(fact, LargestForce) else x[np.isfinite(force)].max()
+            place = x[np.nanargmax(force)] if fact.place == "largest" else x[np.isfinite(force)].max()
             assert abs(place - fact.values[0]) <= GRID_HZ + np.diff(x).max(), (fact.statement, place)
             checked += 1
     return checked

@@ -10,7 +10,7 @@ from tests.studies.made_fit import written_fit
 from vibrojax.batch import Span
 from vibrojax.errors import InputError
 from vibrojax.studies import basins, bifurcation, frequency_response, lyapunov, peterka, section
-from vibrojax.studies.classify import PERIODIC
+from vibrojax.studies.base import PERIODIC
 from vibrojax.studies.draws import Draws, read_fit
 from vibrojax.studies.job import Job
 from vibrojax.studies.quantiles import LEVELS

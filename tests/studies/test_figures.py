@@ -11,7 +11,7 @@ from PIL import Image
 
 from vibrojax.drawing import COLOURS, new_figure, style
 from vibrojax.figure_style import FIGURE_STYLES
-from vibrojax.studies.classify import APERIODIC
+from vibrojax.studies.base import APERIODIC
 from vibrojax.studies.figures import FIGURES, UNCERTAIN, maps
 from vibrojax.studies.figures.maps import Region, lightness, motion_colours
 from vibrojax.studies.quantiles import LEVELS

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from vibrojax.continuation import Branch, End
-from vibrojax.continuation.figure import branch_finding
-from vibrojax.studies.classify import APERIODIC, NO_IMPACT, PERIODIC
+from vibrojax.continuation.job import branch_finding
+from vibrojax.studies.base import APERIODIC, NO_IMPACT, PERIODIC
 from vibrojax.studies.finding import bands, finding
 
 

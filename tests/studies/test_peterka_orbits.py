@@ -11,7 +11,7 @@ from vibrojax.batch import Span
 from vibrojax.effects import CubicStiffness
 from vibrojax.presets import read_preset
 from vibrojax.studies import peterka
-from vibrojax.studies.classify import APERIODIC, NO_IMPACT, PERIODIC
+from vibrojax.studies.base import APERIODIC, NO_IMPACT, PERIODIC
 from vibrojax.studies.coexistence import of_map, several_in_map
 from vibrojax.studies.figures.maps import draw_peterka
 from vibrojax.studies.finding import finding
@@ -53,7 +53,7 @@ def test_fewer_cells_are_left_without_a_period(both):
 def test_orbits_beside_that_from_rest_are_named(both):
     """Iteration from a state on the other orbit stays there."""
     from vibrojax.batch import Points, integrate
-    from vibrojax.studies.classify import classify
+    from vibrojax.studies.base import classify
 
     ours = both[0]
     place = np.argwhere((ours["kind"].values == NO_IMPACT) & (ours["other_code"].values > 0).any(axis=-1))

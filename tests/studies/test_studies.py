@@ -13,8 +13,8 @@ from vibrojax.effects import ForceClipping, GainError, SecondMode, StopComplianc
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import NOT_FINITE
 from vibrojax.studies import basins, bifurcation, frequency_response, hammer_design, lyapunov, peterka, section
+from vibrojax.studies.base import APERIODIC, FAILED, NO_IMPACT, PERIODIC, classify
 from vibrojax.studies.bifurcation import jumps
-from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC, classify
 from vibrojax.studies.write import write_study
 from vibrojax.suspension import Free
 

@@ -6,7 +6,6 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from vibrojax.batch.base import TABLES
 from vibrojax.batch.points import LONG_SINCE
 from vibrojax.batch.run import Strobes
 from vibrojax.integrate.base import SUCCESS
@@ -18,6 +17,8 @@ _CLOSED = 1e-6
 """Of A0, and of A0 Omega: an orbit is found when the next Newton step would be shorter."""
 _SLOW = 0.3
 """A step that is longer than this part of the one before asks for a new monodromy matrix."""
+_REACH = 0.5
+"""Of A0, and of A0 Omega: a step that is longer is taken for one to another orbit, and the start is lost."""
 _STEPS = 6
 """Newton steps, at most."""
 _NEAR_BORDER = 0.05
@@ -48,8 +49,6 @@ class Orbits(NamedTuple):
     """p in q cycles."""
     peak_force: Float[np.ndarray, " starts"]
     """Largest push of the stop, N."""
-    impact_speed: Float[np.ndarray, " starts"]
-    """Largest approach speed, m/s."""
 
 
 class _Passage(NamedTuple):
@@ -58,7 +57,6 @@ class _Passage(NamedTuple):
     strobes: Float[np.ndarray, "cycles_and_start 2 lanes"]
     impacts: Int[np.ndarray, " lanes"]
     force: Float[np.ndarray, " lanes"]
-    speed: Float[np.ndarray, " lanes"]
     touch: Float[np.ndarray, "2 lanes"]
     """At the end: speed of the last touch, m/s, and time since, s, where in contact."""
     whole: Bool[np.ndarray, " lanes"]
@@ -70,8 +68,6 @@ def find_orbits(
     guess: Float[np.ndarray, "2 starts"],
     period: Int[np.ndarray, " starts"],
     scale: Float[np.ndarray, "2 starts"],
-    *,
-    reach: float = 0.5,
 ) -> Orbits:
     """Periodic orbits near guesses: x with P^q(x) = x, P the map from strobe to strobe, by Newton's method.
 
@@ -87,7 +83,6 @@ def find_orbits(
         guess: u, m, and u', m/s, at the strobe.
         period: q, cycles, at least 1.
         scale: A0, m, and A0 Omega, m/s, by which distances are measured.
-        reach: over `scale`; a step that is longer is taken for one to another orbit, and the start is lost.
 
     Source: Newton shooting as in `vibrojax.continuation.orbit`; conditions of E. I. Jury, Theory and application of the z-transform method
     (1964), for two multipliers.
@@ -98,10 +93,7 @@ def find_orbits(
     fresh, found, open_ = np.ones(count, bool), np.zeros(count, bool), np.ones(count, bool)
     away = np.zeros(count)
     longest = int(period.max(initial=1))
-    nothing = np.zeros(count)
-    passage = _Passage(
-        np.zeros((longest + 1, 2, count)), np.zeros(count, int), nothing, nothing.copy(), touch.copy(), np.zeros(count, bool)
-    )
+    passage = _Passage(np.zeros((longest + 1, 2, count)), np.zeros(count, int), np.zeros(count), touch.copy(), np.zeros(count, bool))
     for _ in range(_STEPS):
         here = np.flatnonzero(open_)
         if here.size == 0:
@@ -112,7 +104,8 @@ def find_orbits(
         for axis in range(2):
             start[axis, here.size + axis * again.size :][: again.size] += _DISTURBED
         ran = _run(strobes, index[which], start * scale[:, which], touch[:, which], period[which], longest)
-        _note(passage, ran, here)
+        for kept, part in zip(passage, ran, strict=True):
+            kept[..., here] = part[..., : here.size]  # the undisturbed motions come first
         last_strobe = _at(ran.strobes, period[which]) / scale[:, which]
         for axis in range(2):
             beside = last_strobe[:, here.size + axis * again.size :][:, : again.size]
@@ -122,16 +115,18 @@ def find_orbits(
         length = np.abs(step).max(axis=0)
         away[again] = length[fresh[here]]
         closed = (length < _CLOSED) & passage.whole[here]
-        lost = ~(length < reach) | ~passage.whole[here]
+        lost = ~(length < _REACH) | ~passage.whole[here]
         fresh[here] = length > _SLOW * last[here]
         last[here] = length
         found[here[closed]] = True
         x[:, here] += np.where(closed | lost, 0.0, step)
         open_[here[closed | lost]] = False
-    stable = _stable(matrix)
-    unsure = np.flatnonzero(found & ((_margin(matrix) < _NEAR_BORDER) | (away > _AWAY)))
+    margins = _margins(matrix)
+    unsure = np.flatnonzero(found & ((np.abs(margins).min(axis=0) < _NEAR_BORDER) | (away > _AWAY)))
     if unsure.size:
-        stable[unsure] = _stable(_monodromy(strobes, index[unsure], x[:, unsure], touch[:, unsure], period[unsure], scale[:, unsure]))
+        there = _monodromy(strobes, index[unsure], x[:, unsure], touch[:, unsure], period[unsure], scale[:, unsure])
+        margins[:, unsure] = _margins(there)
+    stable = np.asarray((margins > 0).all(axis=0))
     return _shortest(passage, x * scale, found, stable, period, scale)
 
 
@@ -148,17 +143,11 @@ def _run(strobes: Strobes, index: np.ndarray, start: np.ndarray, touch: np.ndarr
     rows = max(_ROWS, longest)
     after, what = strobes.advance(index, state, period, rows)
     row = rows - period + np.minimum(np.arange(longest)[:, None], period - 1)
-    u, v, impacts, force, speed = (np.take_along_axis(what[name], row, axis=0) for name in TABLES)
+    u, v, impacts, force = (np.take_along_axis(what[name], row, axis=0) for name in ("u", "v", "impacts", "peak_force"))
     once = np.arange(longest)[:, None] < period
     touch = np.stack([after[3], np.where(after[4] > 0, after[4], LONG_SINCE)])
     points = np.concatenate([start[None], np.stack([u, v], axis=1)])
-    return _Passage(points, (impacts * once).sum(axis=0), force.max(axis=0), speed.max(axis=0), touch, what["result"] == SUCCESS)
-
-
-def _note(passage: _Passage, ran: _Passage, here: np.ndarray) -> None:
-    """Keep the undisturbed motions, which come first."""
-    for kept, part in zip(passage, ran, strict=True):
-        kept[..., here] = part[..., : here.size]
+    return _Passage(points, (impacts * once).sum(axis=0), force.max(axis=0), touch, what["result"] == SUCCESS)
 
 
 def _at(points: np.ndarray, row: np.ndarray) -> np.ndarray:
@@ -174,15 +163,10 @@ def _newton_step(matrix: np.ndarray, miss: np.ndarray) -> np.ndarray:
         return -np.stack([d * miss[0] - b * miss[1], a * miss[1] - c * miss[0]]) / (a * d - b * c)
 
 
-def _margin(matrix: np.ndarray) -> np.ndarray:
-    """Distance to the nearest condition's border."""
+def _margins(matrix: np.ndarray) -> np.ndarray:
+    """By how much each of the two stability conditions is met; negative where it is missed."""
     trace, det = matrix[0, 0] + matrix[1, 1], matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-    return np.minimum(np.abs(1.0 + det - np.abs(trace)), np.abs(1.0 - det))
-
-
-def _stable(matrix: np.ndarray) -> np.ndarray:
-    trace, det = matrix[0, 0] + matrix[1, 1], matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-    return (np.abs(trace) < 1.0 + det) & (det < 1.0)
+    return np.stack([1.0 + det - np.abs(trace), 1.0 - det])
 
 
 def _monodromy(strobes: Strobes, index: np.ndarray, x: np.ndarray, touch: np.ndarray, period: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -198,9 +182,9 @@ def _monodromy(strobes: Strobes, index: np.ndarray, x: np.ndarray, touch: np.nda
 
 def _shortest(passage: _Passage, state: np.ndarray, found: np.ndarray, stable: np.ndarray, period: np.ndarray, scale: np.ndarray) -> Orbits:
     """With the period after which each orbit repeats first."""
-    short, impacts = period.copy(), passage.impacts.copy()
+    short, impacts = period, passage.impacts
     for q in range(len(passage.strobes) - 1, 0, -1):
         repeats = (period % q == 0) & (np.abs((passage.strobes[q] - passage.strobes[0]) / scale).max(axis=0) < _SAME)
         impacts = np.where(repeats & (q < period), passage.impacts * q // period, impacts)
         short = np.where(repeats & (q < period), q, short)
-    return Orbits(found, stable, state, passage.strobes[:-1], short, impacts, passage.force, passage.speed)
+    return Orbits(found, stable, state, passage.strobes[:-1], short, impacts, passage.force)

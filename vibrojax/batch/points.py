@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -25,6 +26,8 @@ SETTINGS = {
     "v0": ("m/s", "initial velocity of the hammer relative to the cart"),
 }
 """What an operating point sets beside the model's parameters: unit and meaning."""
+STILL = 1e-3
+"""m; what sections are measured by where the cart is at rest."""
 LONG_SINCE = 1e-12
 """s since the touch of what starts inside the stop: it did not touch it now."""
 _NEEDED = ("frequency_hz", "base_amplitude", "gap")
@@ -60,6 +63,10 @@ class Points:
     def flat(self) -> dict[str, np.ndarray]:
         """What each point sets, one array of all points a name."""
         return {name: np.broadcast_to(np.asarray(value, dtype=float), self.shape).reshape(-1) for name, value in self.values.items()}
+
+    def chosen(self, index: np.ndarray) -> "Points":
+        """Some of the points, one after the other on the axis `lane`; `index` counts them as `flat` does."""
+        return Points(coords={"lane": index.astype(float)}, values={name: part[index] for name, part in self.flat().items()})
 
 
 def grid(axes: Mapping[str, Any], **fixed: float) -> Points:
@@ -97,7 +104,7 @@ def lanes_of(model: Model, points: Points) -> tuple[Lanes, LaneState]:
     base = Harmonic(full["base_amplitude"], full["base_phase"], full["frequency_hz"])
     gap = jnp.full(points.lanes, NOWHERE) if isinstance(model.law, NoContact) else full["gap"]
     system = model.replace(chosen).system(gap=gap, base=base, applied=Unforced())
-    systems = _spread(system, points.lanes)
+    systems = jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf, dtype=float), (points.lanes,)), system)
     if isinstance(model.law, AbstractInstantaneousLaw) and bool(jnp.any(full["u0"] > jnp.asarray(systems.gap))):
         raise InputError("u0 lies behind a rigid stop: expected u0 <= gap; move the start or the stop")
     return Lanes(systems, full["frequency_hz"]), state_at(systems, full["u0"], full["v0"])
@@ -137,18 +144,17 @@ def _check(model: Model, values: Mapping[str, np.ndarray]) -> None:
         for value in np.unique(values.get(p.name, np.zeros(0))):
             if expected := p.refusal(value):
                 raise InputError(f"{p.name} is {value:g} somewhere: expected {expected}; correct the axis")
-    for name in ("frequency_hz", MASS.name):
-        if name in values and not np.all(values[name] > 0):
-            raise InputError(f"{name} is {values[name].min():g} somewhere: expected numbers above 0; correct the axis")
-    if not np.all(values["base_amplitude"] >= 0):
-        raise InputError(f"base_amplitude is {values['base_amplitude'].min():g} somewhere: expected numbers of at least 0")
+    for name in ("frequency_hz", MASS.name, "base_amplitude"):
+        least = values[name].min() if name in values else np.inf
+        if least < 0 or (least == 0 and name != "base_amplitude"):
+            expected = "of at least 0" if name == "base_amplitude" else "above 0"
+            raise InputError(f"{name} is {least:g} somewhere: expected numbers {expected}; correct the axis")
 
 
-def _spread(system: Any, lanes: int) -> Any:
-    """The system with every leaf one number a lane."""
-    import jax
-
-    return jax.tree.map(lambda leaf: jnp.broadcast_to(jnp.asarray(leaf, dtype=float), (lanes,)), system)
+def section_scales(base_amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Sizes by which section points (u, u') are measured: A0 and A0 Omega, along the first axis of what comes back."""
+    size = np.where(base_amplitude > 0, base_amplitude, STILL)
+    return np.stack(np.broadcast_arrays(size, size * 2.0 * np.pi * frequency_hz))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -187,6 +193,11 @@ class Responses:
 
     @property
     def failures(self) -> dict[str, int]:
-        """Count of lanes by why they stopped short; empty where all went through."""
-        codes, counts = np.unique(self.result[self.result != SUCCESS], return_counts=True)
-        return {RESULT_MESSAGES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True)}
+        """`failures` of its lanes."""
+        return failures(self.result)
+
+
+def failures(result: np.ndarray) -> dict[str, int]:
+    """Count of operating points by why they stopped short, from their codes; empty where all went through."""
+    codes, counts = np.unique(result[result != SUCCESS], return_counts=True)
+    return {RESULT_MESSAGES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True)}

@@ -15,7 +15,7 @@ import numpy as np
 from vibrojax.batch.base import TABLES, AbstractEngine, Cycles, Lanes, LaneState
 from vibrojax.batch.exact_flight import ExactFlight
 from vibrojax.batch.kernel import BLOCK, MOST_LANES, in_one_kernel
-from vibrojax.batch.points import Points, Responses, lanes_of
+from vibrojax.batch.points import Points, Responses, lanes_of, section_scales
 from vibrojax.batch.stepping import Stepping
 from vibrojax.compiling import LONG
 from vibrojax.errors import InputError
@@ -23,14 +23,12 @@ from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
 
 
-def repeats(u: np.ndarray, v: np.ndarray, scale_u: np.ndarray, scale_v: np.ndarray, tolerance: float, longest: int) -> np.ndarray:
+def repeats(sections: np.ndarray, scale: np.ndarray, tolerance: float, longest: int) -> np.ndarray:
     """After how many cycles each orbit comes back to where it was, all through the last such stretch.
 
     Arguments:
-        u: displacement at successive strobes, m, `(cycles, lanes)`.
-        v: velocity there, m/s, `(cycles, lanes)`.
-        scale_u: size to which the tolerance is relative, m, `(lanes,)`.
-        scale_v: the same of the velocity, m/s, `(lanes,)`.
+        sections: (u, u') at successive strobes, m and m/s, `(cycles, 2, lanes)`.
+        scale: sizes to which the tolerance is relative (`section_scales`), `(2, lanes)`.
         tolerance: largest distance that counts as none.
         longest: longest period searched for, cycles; at most half of what is given.
 
@@ -38,30 +36,15 @@ def repeats(u: np.ndarray, v: np.ndarray, scale_u: np.ndarray, scale_v: np.ndarr
         The shortest period of each lane in cycles; 0 where there is none.
 
     Example:
-        >>> u = np.array([[1.0], [2.0], [1.0], [2.0]])
-        >>> repeats(u, u, np.ones(1), np.ones(1), 1e-9, 8)
+        >>> sections = np.array([1.0, 2.0, 1.0, 2.0])[:, None, None] * np.ones((1, 2, 1))
+        >>> repeats(sections, np.ones((2, 1)), 1e-9, 8)
         array([2])
     """
-    period = np.zeros(u.shape[1], dtype=int)
-    for q in range(min(longest, u.shape[0] // 2), 0, -1):
-        distance = np.maximum(np.abs(u[-q:] - u[-2 * q : -q]) / scale_u, np.abs(v[-q:] - v[-2 * q : -q]) / scale_v)
-        period = np.where(np.all(distance < tolerance, axis=0), q, period)
+    period = np.zeros(sections.shape[-1], dtype=int)
+    for q in range(min(longest, len(sections) // 2), 0, -1):
+        distance = np.abs(sections[-q:] - sections[-2 * q : -q]) / scale
+        period = np.where(np.all(distance < tolerance, axis=(0, 1)), q, period)
     return period
-
-
-def continued(values: np.ndarray, period: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Values of cycles that were not integrated, because each lane repeats its last `period` cycles.
-
-    Arguments:
-        values: of the last cycles that were, `(cycles, lanes)`.
-        period: of each lane, at least 1, `(lanes,)`.
-        wanted: cycles counted from the first one after these, `(more, lanes)`; negative ones lie before and repeat as well.
-
-    Returns:
-        `(more, lanes)`
-    """
-    row = values.shape[0] - period[None, :] + np.mod(wanted, period[None, :])
-    return np.take_along_axis(values, row, axis=0)
 
 
 _SIDE_BY_SIDE = 64
@@ -73,8 +56,6 @@ _LONGEST = 8
 _SLACK = 1e3
 """Of the tolerance, when the period of an orbit that has closed is named: a transient that rings at half the excitation frequency falls
 below the tolerance after two cycles before it does after one."""
-_STILL = 1e-3
-"""m; what a closed orbit is measured by where the cart is at rest."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -107,6 +88,11 @@ class Span:
         """How often that many."""
         return -(-(self.transient + self.recorded) // self.call[0])
 
+    @property
+    def total(self) -> int:
+        """Cycles in all, where no orbit closes."""
+        return self.calls * self.call[0]
+
 
 def engine_for(lanes: Lanes) -> AbstractEngine:
     """The fast path where it fits, else Runge-Kutta steps."""
@@ -123,7 +109,6 @@ def integrate(
     start: LaneState | None = None,
     chunk: int | None = None,
     threads: int | None = None,
-    progress: Callable[[float], None] = lambda part: None,
 ) -> Responses:
     """Integrate a model at many operating points at once.
 
@@ -138,7 +123,6 @@ def integrate(
         chunk: lanes that are stepped side by side; by default 64. On a GPU all of them or 131,072, and always a multiple of 64; lanes
             that are missing are computed as copies.
         threads: chunks at a time; by default one a core, on a GPU one.
-        progress: called with the completed share of the lanes' cycles, between 0 and 1.
 
     Raises:
         InputError: points that do not suit the model, or an engine that does not; before anything is computed.
@@ -152,15 +136,15 @@ def integrate(
         1
     """
     span = Span() if span is None else span
+    if span.recorded < 1 or span.transient < 0:
+        raise InputError(f"span of {span.transient} + {span.recorded} cycles: expected at least 0 and at least 1; correct it")
     lanes, initial = lanes_of(model, points)
-    _check(span)
     strobes = Strobes(lanes, engine=engine, chunk=chunk, threads=threads)
     begin = time.perf_counter()
     batch = Batch(strobes, initial if start is None else start, points.flat()["base_amplitude"], span)
     with strobes:
-        for number in range(span.calls):
+        for _ in range(span.calls):
             batch.advance(np.flatnonzero(batch.open))
-            progress((number + 1) / span.calls)
     return batch.responses(points, time.perf_counter() - begin)
 
 
@@ -270,8 +254,7 @@ class Batch:
         self.done = np.zeros(count, dtype=int)
         self.u_max = np.full(count, np.nan)
         self.kept: dict[str, np.ndarray] = {name: np.zeros((kept, count)) for name in TABLES}
-        self.scale_u = np.where(amplitude > 0, amplitude, _STILL)
-        self.scale_v = self.scale_u * 2.0 * np.pi * frequency
+        self.scale = section_scales(amplitude, frequency)
 
     def advance(self, index: np.ndarray) -> None:
         """Take some lanes on by one segment."""
@@ -296,20 +279,19 @@ class Batch:
 
     def _close(self, index: np.ndarray) -> None:
         """Orbits that repeat, and did so a segment before, so that nothing kept is older, are continued by repetition and left there."""
-        u, v = self.kept["u"][:, index], self.kept["v"][:, index]
         known = min(int(self.done[index].min(initial=self.span.recorded)), self.span.recorded)
         if known < 2:
             return
-        scales = self.scale_u[index], self.scale_v[index]
-        tolerance = self.span.closed or 0.0
-        repeat = repeats(u[-known:], v[-known:], *scales, tolerance, _LONGEST) > 0
+        sections = np.stack([self.kept[name][-known:, index] for name in ("u", "v")], axis=1)
+        scale, tolerance = self.scale[:, index], self.span.closed or 0.0
+        repeat = repeats(sections, scale, tolerance, _LONGEST) > 0
         over, self.closing[index] = repeat & self.closing[index], repeat
-        period = repeats(u[-known:], v[-known:], *scales, _SLACK * tolerance, _LONGEST)[over]
-        over, total = index[over], self.span.calls * self.span.call[0]
-        more = total - self.done[over]
+        period = repeats(sections, scale, _SLACK * tolerance, _LONGEST)[over]
+        over = index[over]
         for values in self.kept.values():
-            wanted = np.arange(-values.shape[0], 0)[:, None] + more[None, :]
-            values[:, over] = continued(values[:, over], period, wanted)
+            # cycles, counted from the first that is left out
+            wanted = np.arange(-len(values), 0)[:, None] + self.span.total - self.done[over]
+            values[:, over] = np.take_along_axis(values[:, over], len(values) - period + np.mod(wanted, period), axis=0)
         self.closed[over], self.open[over] = period, False
 
     def responses(self, points: Points, seconds: float) -> Responses:
@@ -342,16 +324,19 @@ def _compiled(
     Without `cycles`, these are the last row of the state.
     """
 
+    def as_recorded(what: Cycles) -> Cycles:
+        return what._replace(**{name: getattr(what, name)[:recorded] for name in TABLES})
+
     @partial(jax.jit, compiler_options=LONG)  # of arrays alone: `equinox.filter_jit` costs as much a call as thirty steps
     def by_xla(rigs: jax.Array, state: jax.Array):
         state, count = (state[:-1], jnp.round(state[-1]).astype(int)) if cycles is None else (state, cycles)
         after, what = engine.advance(jax.tree.unflatten(form, list(rigs)), unpacked(state), count, recorded)
-        return _packed_array(after), _recorded(what, recorded)
+        return _packed_array(after), as_recorded(what)
 
     @jax.jit
     def as_kernel(rigs: jax.Array, state: jax.Array):
         after, what = in_one_kernel(engine, form, cycles, recorded, rigs, state)
-        return after, _recorded(what, recorded)
+        return after, as_recorded(what)
 
     if not engine.in_kernel or jax.default_backend() != "gpu":
         return by_xla
@@ -360,10 +345,6 @@ def _compiled(
     except NotImplementedError:  # an operation of the contact law that Pallas does not lower
         return by_xla
     return as_kernel
-
-
-def _recorded(what: Cycles, recorded: int) -> Cycles:
-    return what._replace(**{name: getattr(what, name)[:recorded] for name in TABLES})
 
 
 def _packed_array(state: LaneState) -> jax.Array:
@@ -380,8 +361,3 @@ def unpacked(rows: jax.Array) -> LaneState:
     """The states that `packed` made an array of."""
     u, v, in_contact, approach_speed, since_touch, cycle = rows[:6]
     return LaneState(u, v, in_contact > 0.5, approach_speed, since_touch, jnp.round(cycle).astype(int), rows[6:].T)
-
-
-def _check(span: Span) -> None:
-    if span.recorded < 1 or span.transient < 0:
-        raise InputError(f"span of {span.transient} + {span.recorded} cycles: expected at least 0 and at least 1; correct it")

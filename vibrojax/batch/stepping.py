@@ -112,17 +112,12 @@ def _open(motion: LandingState, targets: _Lanes) -> Bool[Array, " lanes"]:
 def _noted(system: System, before: LandingState, after: LandingState, cycle: _Cycle) -> _Cycle:
     """The cycle after one trial step of one lane."""
     touches = before.landing & ~after.landing & ~before.in_contact
-    push = push_of(system, after)
+    push, h = push_of(system, after), after.t - before.t
+    arriving = after.v if after.v_arriving is None else after.v_arriving
     return _Cycle(
         impacts=cycle.impacts + touches.astype(int),
-        peak=jnp.maximum(cycle.peak, peak_of_step(cycle.push, push, after.t - before.t)),
+        peak=jnp.maximum(cycle.peak, peak_of_step(cycle.push, push, h)),
         speed=jnp.where(touches, jnp.maximum(cycle.speed, after.approach_speed), cycle.speed),
-        u_max=jnp.maximum(cycle.u_max, _highest(before, after)),
+        u_max=jnp.maximum(cycle.u_max, cubic_top(before.u, h * before.v, after.u, h * arriving)),
         push=push,
     )
-
-
-def _highest(before: LandingState, after: LandingState) -> Array:
-    """Largest displacement in a step, m, from the cubic through its ends."""
-    h, v1 = after.t - before.t, after.v if after.v_arriving is None else after.v_arriving
-    return cubic_top(before.u, h * before.v, after.u, h * v1)

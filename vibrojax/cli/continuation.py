@@ -79,8 +79,7 @@ def continue_(
     with output_folder(out) as folder, stages(quiet=quiet) as say:
         say("loading JAX")
         prepare_jax()
-        from vibrojax.continuation.figure import borders_finding, branch_finding
-        from vibrojax.continuation.job import borders_and_write, follow_and_write
+        from vibrojax.continuation.job import borders_and_write, borders_finding, branch_finding, follow_and_write
 
         rigs = _rigs(model, preset, {"gap": gap, "amplitude": base_amplitude, "frequency": frequency}, vary, name, at)
         if second is not None:

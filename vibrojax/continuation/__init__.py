@@ -2,7 +2,7 @@
 
 from vibrojax.continuation.border import Border, border
 from vibrojax.continuation.branch import Branch, End, Kind, SpecialPoint
-from vibrojax.continuation.follow import Steps, doubled, follow
+from vibrojax.continuation.follow import doubled, follow
 from vibrojax.continuation.orbit import Orbit, find_orbit, settle
 from vibrojax.continuation.rig import ForcedRig
 
@@ -14,7 +14,6 @@ __all__ = [
     "Kind",
     "Orbit",
     "SpecialPoint",
-    "Steps",
     "border",
     "doubled",
     "find_orbit",

@@ -5,15 +5,14 @@ from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from vibrojax.continuation.branch import Branch, End, Kind, SpecialPoint
-from vibrojax.continuation.orbit import flip_test, fold_test, landing_of, map_with_jacobian, solved, state_scale
+from vibrojax.continuation.branch import Branch, Coordinates, End, Kind, SpecialPoint, comma_separated, null_vector, sizes_of
+from vibrojax.continuation.orbit import flip_test, fold_test, landing_of, map_with_jacobian, solved
 from vibrojax.continuation.rig import SETTINGS, ForcedRig, Passage, as_arrays
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
 
-Coordinates = Float[np.ndarray, " coordinates"]
 Bounds = tuple[float, float]
 _CLEARANCE = 1e-5
 """Distance over A0 between the stop and an orbit that counts as grazing: just short of the impact the map is still smooth."""
@@ -59,13 +58,12 @@ class Border(eqx.Module):
         along = np.clip(-(x[:-1] * dx + y[:-1] * dy) / np.maximum(dx**2 + dy**2, 1e-300), 0.0, 1.0)
         return bool(np.any(np.hypot(x[:-1] + along * dx, y[:-1] + along * dy) < 1.0))
 
-    def columns(self) -> dict[str, np.ndarray | list[str]]:
+    def columns(self) -> dict[str, np.ndarray]:
         """The border as columns of a plain table: one row a point."""
         count = len(self.first)
-        whole: Int[np.ndarray, " points"] = np.full(count, self.cycles)
         return {
-            "kind": [self.kind.value] * count,
-            "cycles": whole,
+            "kind": np.full(count, self.kind.value),
+            "cycles": np.full(count, self.cycles),
             "touches": np.full(count, self.touches),
             self.names[0]: self.first,
             self.names[1]: self.second,
@@ -103,14 +101,11 @@ def border(place: SpecialPoint, names: tuple[str, str], bounds: tuple[Bounds, Bo
     for name, value, (low, high) in zip(names, here, bounds, strict=True):
         if not low < high or not low <= value <= high:
             raise InputError(f"{name} runs from {low:g} to {high:g}, the border begins at {value:g}: expected a range that holds it")
-    sizes = state_scale(rig)
-    sizes[:2] *= max(sizes[0], abs(float(rig.gap)), float(place.orbit.passage.highest), -float(place.orbit.passage.lowest)) / sizes[0]
-    scale = np.array([*sizes, *(high - low for low, high in bounds)])
-    surface = _Surface(
-        rig, names, place.orbit.cycles, place.orbit.touches, place.kind, landing_of(rig) if landing is None else landing, scale
-    )
+    scale = np.array([*sizes_of(place.orbit), *(high - low for low, high in bounds)])
+    landing = landing_of(rig) if landing is None else landing
+    surface = _Surface(rig, names, place.orbit.cycles, place.orbit.touches, place.kind, landing, scale)
     guess = np.array([*place.orbit.state, *here]) / scale
-    start = surface.corrected(guess, _unit(len(guess), -1), where=f"{names[1]} = {here[1]:g}")
+    start = surface.corrected(guess, np.eye(len(guess))[-1], where=f"{names[1]} = {here[1]:g}")
     limits = np.array(bounds) / scale[-2:, None]
     forward = _arm(surface, start, limits)
     backward = ([start], End.CLOSED) if forward[1] is End.CLOSED else _arm(surface, (start[0], -start[1]), limits)
@@ -151,9 +146,10 @@ class _Surface:
         z, moved = guess, np.inf
         for _ in range(_ITERATIONS):
             error = self.conditions(z)
-            jacobian = self._jacobian(z)
+            steps = _DIFFERENCE * np.eye(len(z))
+            jacobian = np.stack([(self.conditions(z + step) - self.conditions(z - step)) / (2.0 * _DIFFERENCE) for step in steps], axis=1)
             if np.max(np.abs(error[:-1])) < _CLOSED and moved < _STILL:
-                return z, np.linalg.svd(jacobian)[2][-1]
+                return z, null_vector(jacobian)
             step = solved(np.vstack([jacobian, normal]), np.append(error, normal @ (z - guess)))
             z, moved = z - step, float(np.linalg.norm(step))
             if not moved < 1.0:
@@ -168,10 +164,6 @@ class _Surface:
         rig = as_arrays(rig)
         reached, full, passage = map_with_jacobian(self.landing, rig, self.names[0], self.cycles, state)
         return np.append((reached - state) / self.scale[:-2], _TESTS[self.kind](rig, full[:, :-1], passage, self.touches))
-
-    def _jacobian(self, z: Coordinates) -> Float[np.ndarray, "conditions coordinates"]:
-        steps = _DIFFERENCE * np.eye(len(z))
-        return np.stack([(self.conditions(z + step) - self.conditions(z - step)) / (2.0 * _DIFFERENCE) for step in steps], axis=1)
 
 
 def _grazes(rig: ForcedRig, _: np.ndarray, passage: Passage, touches: int) -> float:
@@ -197,12 +189,6 @@ FOLLOWED = tuple(_TESTS)
 """Kinds of special points that lie on borders which are followed."""
 
 
-def _unit(size: int, place: int) -> Coordinates:
-    found = np.zeros(size)
-    found[place] = 1.0
-    return found
-
-
 def _arm(surface: _Surface, start: _Point, limits: Float[np.ndarray, "2 2"], most_points: int = 1000) -> tuple[list[_Point], End]:
     """Points from the start on along its tangent, and why there are no more."""
     points, h = [start], _FIRST
@@ -215,9 +201,9 @@ def _arm(surface: _Surface, start: _Point, limits: Float[np.ndarray, "2 2"], mos
                 return points, End.LOST
             continue
         h = min(h * _LONGER, _LONGEST)
-        outside = (new[0][-2:] < limits[:, 0]) | (new[0][-2:] > limits[:, 1])
-        if outside.any():
-            last = _at_bound(surface, z, new[0], limits)
+        bound = np.clip(new[0][-2:], *limits.T)
+        if np.any(bound != new[0][-2:]):
+            last = _at_bound(surface, z, new[0], bound)
             return ([*points, last], End.BOUND) if last is not None else (points, End.LOST)
         points.append(new)
         back = float(np.linalg.norm((new[0] - start[0])[-2:]))
@@ -241,15 +227,14 @@ def _next(surface: _Surface, last: _Point, h: float) -> _Point | None:
     return (found, ahead) if min(ahead @ chord, tangent @ chord) >= _STRAIGHT * length else None
 
 
-def _at_bound(surface: _Surface, last: Coordinates, new: Coordinates, limits: Float[np.ndarray, "2 2"]) -> _Point | None:
-    """The point between two points at which the border leaves the ranges; None where none is found."""
+def _at_bound(surface: _Surface, last: Coordinates, new: Coordinates, bound: Float[np.ndarray, " 2"]) -> _Point | None:
+    """The point between two points at which the border leaves the ranges; None where none is found. `bound` is the second, clipped."""
     here, there = last[-2:], new[-2:]
-    bound = np.where(there < limits[:, 0], limits[:, 0], limits[:, 1])
-    leaves = (there < limits[:, 0]) | (there > limits[:, 1])
+    leaves = bound != there
     parts = np.where(leaves, (bound - here) / np.where(leaves, there - here, 1.0), np.inf)
     axis = int(np.argmin(parts))
     try:
-        return surface.corrected(last + parts[axis] * (new - last), _unit(len(last), len(last) - 2 + axis))
+        return surface.corrected(last + parts[axis] * (new - last), np.eye(len(last))[len(last) - 2 + axis])
     except NoConvergenceError:
         return None
 
@@ -290,12 +275,7 @@ def borders(
     return found, lost
 
 
-def csv(found: Sequence[Border]) -> str:
-    """All borders as comma-separated text with a header, numbered in the first column."""
-    lines: list[str] = []
-    for number, one in enumerate(found, 1):
-        columns = one.columns()
-        lines = lines or [",".join(["border", *columns])]
-        values = [np.asarray(column).tolist() for column in columns.values()]
-        lines += [",".join([str(number), *(str(value) for value in row)]) for row in zip(*values, strict=True)]
-    return "\n".join(lines) + "\n"
+def border_table(found: Sequence[Border]) -> str:
+    """All borders of a branch as comma-separated text with a header, numbered in the first column."""
+    tables = [{"border": np.full(len(one.first), number)} | one.columns() for number, one in enumerate(found, 1)]
+    return comma_separated({name: np.concatenate([table[name] for table in tables]) for name in tables[0]})

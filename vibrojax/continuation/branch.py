@@ -2,7 +2,7 @@
 
 import dataclasses
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import equinox as eqx
 import numpy as np
@@ -38,10 +38,14 @@ class Point:
     monodromy: Float[np.ndarray, "states states"]
     """In SI."""
     tangent: Coordinates
-    """Of length one; the caller chooses its sense."""
+    """Of length one; the caller chooses its sense (`towards`)."""
     passage: Passage
     corrections: int
     """Newton steps that it took."""
+
+    def towards(self, direction: Coordinates) -> "Point":
+        """The same point, its tangent in the sense of a direction."""
+        return self if self.tangent @ direction >= 0 else dataclasses.replace(self, tangent=-self.tangent)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +77,7 @@ class Curve:
             gap, jacobian, monodromy, passage = self._closing(z)
             error = float(np.max(np.abs(gap)))
             if error < _TOLERANCE and corrections > 0:
-                return Point(z, monodromy, _null_vector(jacobian), passage, corrections)
+                return Point(z, monodromy, null_vector(jacobian), passage, corrections)
             if not error < _WORSE * last:
                 break
             bordered = np.vstack([jacobian, normal])
@@ -84,16 +88,12 @@ class Curve:
     def tangent_at(self, z: Coordinates) -> tuple[Coordinates, int]:
         """Unit vector along which the closing error does not change, at a point that need not be on the curve, and its impacts."""
         _, jacobian, _, passage = self._closing(z)
-        return _null_vector(jacobian), int(passage.touches)
+        return null_vector(jacobian), int(passage.touches)
 
     def start(self, orbit: Orbit) -> Point:
         """The point of a given orbit."""
         z = np.append(orbit.state, float(self.rig.value(self.name))) / self.scale
-        return self.corrected(z, _along_parameter(z))
-
-    def at_parameter(self, guess: Coordinates) -> Point:
-        """The point with the parameter of the guess."""
-        return self.corrected(guess, _along_parameter(guess))
+        return self.corrected(z, np.eye(len(z))[-1])
 
     def rig_at(self, point: Point) -> ForcedRig:
         """The rig with the parameter of a point."""
@@ -102,10 +102,6 @@ class Curve:
     def orbit(self, point: Point) -> Orbit:
         """The orbit of a point."""
         return Orbit(self.rig_at(point), self.cycles, point.z[:-1] * self.scale[:-1], point.monodromy, point.passage)
-
-    def multipliers(self, point: Point) -> np.ndarray:
-        """Floquet multipliers of a point."""
-        return multipliers(point.monodromy)
 
     def _closing(self, z: Coordinates):
         """Closing error and its Jacobian in scaled coordinates; monodromy matrix in SI; passage."""
@@ -118,18 +114,17 @@ class Curve:
 
 def curve_through(orbit: Orbit, name: str, span: float, landing: Landing) -> Curve:
     """The curve through an orbit along one parameter; `span` is the range of the parameter that counts as one."""
+    return Curve(as_arrays(orbit.rig), name, orbit.cycles, landing, np.append(sizes_of(orbit), span))
+
+
+def sizes_of(orbit: Orbit) -> Coordinates:
+    """Scales of the states along a branch: those of the rig, larger where the gap or the orbit is larger than A0."""
     sizes = state_scale(orbit.rig)
     sizes[:2] *= max(sizes[0], abs(float(orbit.rig.gap)), float(orbit.passage.highest), -float(orbit.passage.lowest)) / sizes[0]
-    return Curve(as_arrays(orbit.rig), name, orbit.cycles, landing, np.append(sizes, span))
+    return sizes
 
 
-def _along_parameter(z: Coordinates) -> Coordinates:
-    normal = np.zeros_like(z)
-    normal[-1] = 1.0
-    return normal
-
-
-def _null_vector(jacobian: Float[np.ndarray, "states coordinates"]) -> Coordinates:
+def null_vector(jacobian: Float[np.ndarray, "states coordinates"]) -> Coordinates:
     """Unit vector that the Jacobian maps to nothing."""
     return np.linalg.svd(jacobian)[2][-1]
 
@@ -168,62 +163,38 @@ class SpecialPoint(eqx.Module):
     """Distance of the parameter between the nearest orbits found on either side."""
 
 
-@dataclasses.dataclass(frozen=True)
-class _Watch:
-    """A smooth function of a point whose change of sign announces something."""
-
-    test: Callable[[Point], float]
-    kind: Callable[[Point], Kind | None]
-
-
 def special_points(curve: Curve, before: Point, after: Point) -> list[SpecialPoint]:
     """What happens between two neighbouring points of a branch as it is followed, each located by bisection along the chord.
 
     A sign change by a jump (as of multipliers at a grazing with a stiff stop) is not reported as a passage of a multiplier.
     """
     along = (after.z - before.z) / np.linalg.norm(after.z - before.z)
-    found = [_passage(curve, before, after, watch) for watch in _watches(before, after, along)]
+    turns = bool(before.tangent[-1] * after.tangent[-1] < 0)  # tangents at the ends point along the branch as it is followed
+    tests: list[tuple[Kind, Callable[[Point], float]]] = [
+        (Kind.FOLD, lambda point: float(point.tangent[-1] * np.sign(point.tangent @ along))),
+        *([] if turns else [(Kind.BRANCH_POINT, lambda point: fold_test(point.monodromy))]),
+        (Kind.PERIOD_DOUBLING, lambda point: flip_test(point.monodromy)),
+        (Kind.TORUS, lambda point: torus_test(point.monodromy)),
+    ]
+    found = [_passage(curve, before, after, kind, test) for kind, test in tests]
     places = [place for place in found if place is not None]
     if int(before.passage.touches) != int(after.passage.touches):
-        corner = _turns(before, after) and Kind.FOLD not in {place.kind for place in places}
+        corner = turns and Kind.FOLD not in {place.kind for place in places}
         places.append(_grazing(curve, before, after, Kind.GRAZING_FOLD if corner else Kind.GRAZING))
     return sorted(places, key=lambda place: float(np.append(place.orbit.state, place.parameter) / curve.scale @ along))
 
 
-def _watches(before: Point, after: Point, along: Coordinates) -> list[_Watch]:
-    """Tests for this stretch."""
-    turns = _turns(before, after)
-    return [
-        _Watch(lambda point: _slope(point, along), lambda _: Kind.FOLD),
-        _Watch(lambda point: fold_test(point.monodromy), lambda _: None if turns else Kind.BRANCH_POINT),
-        _Watch(lambda point: flip_test(point.monodromy), lambda _: Kind.PERIOD_DOUBLING),
-        _Watch(lambda point: torus_test(point.monodromy), _torus),
-    ]
-
-
-def _turns(before: Point, after: Point) -> bool:
-    """Whether the parameter goes the other way after the step: tangents at its ends point along the branch as it is followed."""
-    return bool(before.tangent[-1] * after.tangent[-1] < 0)
-
-
-def _slope(point: Point, along: Coordinates) -> float:
-    """How fast the parameter changes along the branch, in the sense of `along`."""
-    return float(point.tangent[-1] * np.sign(point.tangent @ along))
-
-
-def _torus(point: Point) -> Kind | None:
-    return Kind.TORUS if has_unit_pair(multipliers(point.monodromy), _ON_CIRCLE) else None
-
-
-def _passage(curve: Curve, before: Point, after: Point, watch: _Watch) -> SpecialPoint | None:
-    """Where a test vanishes between two points; None where it does not, or jumps."""
-    ends = watch.test(before), watch.test(after)
+def _passage(curve: Curve, before: Point, after: Point, kind: Kind, test: Callable[[Point], float]) -> SpecialPoint | None:
+    """Where a smooth test vanishes between two points; None where it does not, or jumps."""
+    ends = test(before), test(after)
     if ends[0] * ends[1] >= 0:
         return None
-    low, high = _bisect(curve, before, after, lambda point: np.sign(watch.test(point)) == np.sign(ends[0]), lambda: None)
-    nearer = min(low, high, key=lambda point: abs(watch.test(point)))
-    kind = watch.kind(nearer) if abs(watch.test(nearer)) <= _SMALLER * min(abs(end) for end in ends) else None
-    return None if kind is None else _place(curve, kind, nearer, low, high)
+    low, high = _bisect(curve, before, after, lambda point: np.sign(test(point)) == np.sign(ends[0]), lambda: None)
+    nearer = min(low, high, key=lambda point: abs(test(point)))
+    jumps = abs(test(nearer)) > _SMALLER * min(abs(end) for end in ends)
+    if jumps or (kind is Kind.TORUS and not has_unit_pair(multipliers(nearer.monodromy), _ON_CIRCLE)):
+        return None
+    return _place(curve, kind, nearer, low, high)
 
 
 def _grazing(curve: Curve, before: Point, after: Point, kind: Kind) -> SpecialPoint:
@@ -264,6 +235,12 @@ def _place(curve: Curve, kind: Kind, at: Point, low: Point, high: Point) -> Spec
     """A special point at one of two neighbours."""
     width = float(abs(high.z[-1] - low.z[-1]) * curve.scale[-1])
     return SpecialPoint(kind, float(at.z[-1] * curve.scale[-1]), curve.orbit(at), width)
+
+
+def comma_separated(columns: Mapping[str, np.ndarray]) -> str:
+    """Columns of a table as comma-separated text with a header; numbers as exact as they are."""
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return "\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)]) + "\n"
 
 
 class End(enum.Enum):
@@ -332,9 +309,7 @@ class Branch(eqx.Module):
 
     def csv(self) -> str:
         """`columns` as comma-separated text with a header; numbers as exact as they are."""
-        columns = self.columns()
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        return "\n".join([",".join(columns), *(",".join(repr(value) for value in row) for row in rows)]) + "\n"
+        return comma_separated(self.columns())
 
     def special_table(self) -> list[dict[str, str | int | float | bool]]:
         """One row a special point: kind, parameter, width of its bracket, largest multiplier, impacts a period."""

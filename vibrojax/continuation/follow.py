@@ -1,13 +1,14 @@
 """Follow a branch of periodic orbits through folds and corners, stable or not, and start branches of twice the period."""
 
 import dataclasses
+import functools
 from collections.abc import Callable
 
 import numpy as np
 
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.branch import Branch, Coordinates, Curve, End, Kind, Point, SpecialPoint, curve_through, special_points
-from vibrojax.continuation.orbit import Orbit, landing_of, map_with_jacobian
+from vibrojax.continuation.orbit import Orbit, landing_of, map_with_jacobian, multipliers
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import Landing
 
@@ -42,7 +43,7 @@ def around_corner(curve: Curve, last: Point) -> Point | None:
                 continue
             offset = new.z - last.z
             if abs(int(new.passage.touches) - touches) == 1 and 0.0 < np.linalg.norm(offset) < _NEAR_CORNER * reach:
-                return dataclasses.replace(new, tangent=new.tangent * (1.0 if new.tangent @ offset >= 0 else -1.0))
+                return new.towards(offset)
     return None
 
 
@@ -52,8 +53,8 @@ _STRAIGHT = 0.97
 """Least cosine between neighbouring tangents."""
 _CORNER = 1e-4
 """A step this short may turn by any angle where the number of impacts changes: with a law of n <= 1 the branch has a corner there."""
-_AFTER_CORNER = 1e-2
-"""First step after a corner, over the first step of all."""
+_FIRST, _AFTER_CORNER, _SHORTEST = 5e-3, 5e-5, 1e-8
+"""First step of all and after a corner, and the step below which the branch is given up, with the range of the parameter as one."""
 _RETURNED = 8
 _GRAZES_SPEED, _GRAZES_DISTANCE = 0.03, 1e-3
 """Slowest touch over the cart's speed, and clearance over its amplitude, below which a branch that breaks off does so at a grazing."""
@@ -61,24 +62,7 @@ _SINGULAR = 1e-3
 """Slowest touch over the cart's speed at which a branch with a rigid stop is at its end: the slope of the map grows like 1 / speed."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Steps:
-    """Lengths of steps along a branch, with the range of the parameter as one.
-
-    Attributes:
-        first: first step.
-        largest: longest.
-        smallest: below it the branch is given up.
-        most_points: in each direction.
-    """
-
-    first: float = 5e-3
-    largest: float = 5e-2
-    smallest: float = 1e-8
-    most_points: int = 2000
-
-
-@dataclasses.dataclass
+@dataclasses.dataclass(frozen=True)
 class _Arm:
     """The part of a branch on one side of its start."""
 
@@ -94,7 +78,8 @@ def follow(
     *,
     born_at: SpecialPoint | None = None,
     landing: Landing | None = None,
-    steps: Steps | None = None,
+    longest_step: float = 5e-2,
+    most_points: int = 2000,
 ) -> Branch:
     """Follow the branch of an orbit both ways along one parameter, by pseudo-arclength continuation.
 
@@ -108,7 +93,8 @@ def follow(
         born_at: the period doubling from which the orbit comes (`doubled`): the branch is followed away from it alone, since beyond it the
             same orbits come again, one period of the old ones later, and it ends where its orbits have half their period again.
         landing: the integrator.
-        steps: lengths of steps.
+        longest_step: with the range of the parameter as one.
+        most_points: in each direction.
 
     Raises:
         InputError: unknown parameter, or bounds that do not hold the start.
@@ -121,20 +107,19 @@ def follow(
     value = float(orbit.rig.value(name))
     if not low < high or not low <= value <= high:
         raise InputError(f"{name} runs from {low:g} to {high:g}, the orbit is at {value:g}: expected a range that holds it; give another")
-    steps = Steps() if steps is None else steps
     curve = curve_through(orbit, name, high - low, landing_of(orbit.rig) if landing is None else landing)
     start = curve.start(orbit)
     limits = (low / curve.scale[-1], high / curve.scale[-1])
-    up = start.tangent * (1.0 if start.tangent[-1] >= 0 else -1.0)
+    arm = functools.partial(_arm, curve, start, limits=limits, longest_step=longest_step, most_points=most_points)
+    up = start.towards(np.eye(len(start.z))[-1]).tangent
     if born_at is not None:
         away = start.z - np.append(born_at.orbit.state, born_at.parameter) / curve.scale
         least = 0.5 * _halves_apart(curve, start)
-        up = start.tangent * (1.0 if start.tangent @ away >= 0 else -1.0)
-        forward = _arm(curve, start, up, limits, steps, lambda point: _halves_apart(curve, point) < least)
+        forward = arm(start.towards(away).tangent, merges=lambda point: _halves_apart(curve, point) < least)
         backward = _Arm([start], [], End.BORN)
     else:
-        forward = _arm(curve, start, up, limits, steps)
-        backward = _Arm([start], [], End.CLOSED) if forward.end is End.CLOSED else _arm(curve, start, -up, limits, steps)
+        forward = arm(up)
+        backward = _Arm([start], [], End.CLOSED) if forward.end is End.CLOSED else arm(-up)
     points = [*reversed(backward.points[1:]), *forward.points]
     special = (*reversed(backward.special), *forward.special)
     return _branch(curve, points, special, (backward.end, forward.end))
@@ -151,47 +136,44 @@ def _arm(
     curve: Curve,
     start: Point,
     direction: Coordinates,
+    *,
     limits: tuple[float, float],
-    steps: Steps,
+    longest_step: float,
+    most_points: int,
     merges: Callable[[Point], bool] = lambda point: False,
 ) -> _Arm:
     """Points from the start in one sense, until the orbits are no longer of this family."""
-    arm, h = _Arm([dataclasses.replace(start, tangent=direction)], [], End.POINTS), steps.first
+    arm, h = _Arm([dataclasses.replace(start, tangent=direction)], [], End.POINTS), _FIRST
     if not limits[0] <= start.z[-1] + 1e-12 * direction[-1] <= limits[1]:
         return dataclasses.replace(arm, end=End.BOUND)
-    while len(arm.points) < steps.most_points:
+    while len(arm.points) < most_points:
         last = arm.points[-1]
         singular = _slowest(curve, last) < _SINGULAR and isinstance(curve.rig.model.law, AbstractInstantaneousLaw)
-        new = None if singular and _touched_before(arm) else _step(curve, last, h)
+        comes = len(arm.points) > 1 and int(last.passage.touches) == int(arm.points[-2].passage.touches)  # to a grazing: it leaves none
+        new = None if singular and comes else _step(curve, last, h)
         if new is None:
             h *= _SHORTER
-            if h >= steps.smallest and not singular:
+            if h >= _SHORTEST and not singular:
                 continue
-            new, h = around_corner(curve, last), steps.first * _AFTER_CORNER
+            new, h = around_corner(curve, last), _AFTER_CORNER
         if new is None:
-            arm.end = _breaks_off(curve, last, arm)
-            return arm
+            return dataclasses.replace(arm, end=_breaks_off(curve, last, arm))
         if merges(new):
-            arm.end = End.BORN
-            return arm
+            return dataclasses.replace(arm, end=End.BORN)
         outside = not limits[0] <= new.z[-1] <= limits[1]
         if outside:
             new = _at_bound(curve, last, new, limits)
             if new is None:
-                arm.end = End.LOST
-                return arm
-        arm.special += special_points(curve, last, new)
+                return dataclasses.replace(arm, end=End.LOST)
+        arm.special.extend(special_points(curve, last, new))
         arm.points.append(new)
-        if outside or _closed(arm.points, h):
-            arm.end = End.BOUND if outside else End.CLOSED
-            return arm
-        h = min(h * (_LONGER if new.corrections <= _QUICK else _SHORTER if new.corrections >= _SLOW else 1.0), steps.largest)
+        first = arm.points[0]
+        near = len(arm.points) > _RETURNED and float(np.linalg.norm(new.z - first.z)) < h
+        back = near and float(new.tangent @ first.tangent) > _STRAIGHT
+        if outside or back:
+            return dataclasses.replace(arm, end=End.BOUND if outside else End.CLOSED)
+        h = min(h * (_LONGER if new.corrections <= _QUICK else _SHORTER if new.corrections >= _SLOW else 1.0), longest_step)
     return arm
-
-
-def _touched_before(arm: _Arm) -> bool:
-    """Whether the last step kept the number of impacts, so that the branch comes to a grazing and does not leave one."""
-    return len(arm.points) > 1 and int(arm.points[-1].passage.touches) == int(arm.points[-2].passage.touches)
 
 
 def _step(curve: Curve, last: Point, h: float) -> Point | None:
@@ -201,28 +183,18 @@ def _step(curve: Curve, last: Point, h: float) -> Point | None:
     except NoConvergenceError:
         return None
     along = (new.z - last.z) / np.linalg.norm(new.z - last.z)
-    tangent = new.tangent * (1.0 if new.tangent @ along >= 0 else -1.0)
+    new = new.towards(along)
     corner = h < _CORNER and int(new.passage.touches) != int(last.passage.touches)
-    if min(tangent @ along, last.tangent @ along) < _STRAIGHT and not corner:
-        return None
-    return dataclasses.replace(new, tangent=tangent)
+    return new if corner or min(new.tangent @ along, last.tangent @ along) >= _STRAIGHT else None
 
 
 def _at_bound(curve: Curve, last: Point, new: Point, limits: tuple[float, float]) -> Point | None:
     """The point at the end of the range between two points."""
-    bound = limits[0] if new.z[-1] < limits[0] else limits[1]
-    part = (bound - last.z[-1]) / (new.z[-1] - last.z[-1])
+    part = (np.clip(new.z[-1], *limits) - last.z[-1]) / (new.z[-1] - last.z[-1])
     try:
-        found = curve.at_parameter(last.z + part * (new.z - last.z))
+        return curve.corrected(last.z + part * (new.z - last.z), np.eye(len(last.z))[-1]).towards(last.tangent)
     except NoConvergenceError:
         return None
-    return dataclasses.replace(found, tangent=found.tangent * (1.0 if found.tangent @ last.tangent >= 0 else -1.0))
-
-
-def _closed(points: list[Point], h: float) -> bool:
-    """Whether the last point has come back to the first."""
-    first, last = points[0], points[-1]
-    return len(points) > _RETURNED and float(np.linalg.norm(last.z - first.z)) < h and float(last.tangent @ first.tangent) > _STRAIGHT
 
 
 def _breaks_off(curve: Curve, last: Point, arm: _Arm) -> End:
@@ -261,7 +233,7 @@ def _branch(curve: Curve, points: list[Point], special: tuple[SpecialPoint, ...]
         rigid=isinstance(curve.rig.model.law, AbstractInstantaneousLaw),
         parameter=z[:, -1],
         states=z[:, :-1],
-        multipliers=np.stack([curve.multipliers(point) for point in points]),
+        multipliers=np.stack([multipliers(point.monodromy) for point in points]),
         touches=np.array([int(passage.touches) for passage in met]),
         peak_force=np.array([float(passage.peak_force) for passage in met]),
         impact_speed=np.array([float(passage.fastest_touch) for passage in met]),
@@ -307,10 +279,10 @@ def doubled(place: SpecialPoint, name: str, span: float, *, landing: Landing | N
     z = np.append(orbit.state, place.parameter) / single.scale
     for reach in _REACHES:
         try:
-            found = double.orbit(double.corrected(z + reach * normal, normal))
-            halfway, _, _ = map_with_jacobian(landing, found.rig, name, orbit.cycles, found.state)
+            found = double.corrected(z + reach * normal, normal)
+            apart = _halves_apart(double, found)
         except NoConvergenceError:
             continue
-        if np.linalg.norm((halfway - found.state) / single.scale[:-1]) > _OTHER * reach:
-            return found
+        if apart > _OTHER * reach:
+            return double.orbit(found)
     raise NoConvergenceError(f"no orbit of {2 * orbit.cycles} cycles found near the period doubling at {name} = {place.parameter:g}")

@@ -20,6 +20,7 @@ from vibrojax.integrate.landing import Landing, LandingState
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 from vibrojax.shapes import Number
+from vibrojax.steps import cubic_top
 from vibrojax.system import System
 
 SETTINGS = {"frequency": "frequency_hz", "gap": "gap", "amplitude": "base_amplitude"}
@@ -232,10 +233,8 @@ def strobe(
     return jnp.concatenate([jnp.stack([last.u, last.v]), last.own]), passage._replace(result=result)
 
 
-@eqx.filter_jit
-def strobe_from(landing: Landing, rig: ForcedRig, cycles: Int[Array, ""], state: Float[Array, " states"]):
-    """`strobe`, compiled."""
-    return strobe(landing, rig, cycles, state)
+strobe_from = eqx.filter_jit(strobe)
+"""`strobe`, compiled."""
 
 
 @eqx.filter_jit
@@ -270,7 +269,8 @@ def _seen(system: System, before: LandingState, after: LandingState, passage: Pa
     old = system.approach(before.t, before.u, before.v, before.own)
     new = system.approach(after.t, after.u, after.v, after.own)
     turns = taken & ~landed & ~before.in_contact & (old.rate > 0) & (new.rate <= 0)
-    top = _top(old.indentation, old.rate, new.indentation, new.rate, after.t - before.t)
+    h = after.t - before.t
+    top = cubic_top(old.indentation, h * old.rate, new.indentation, h * new.rate)
     speed = after.approach_speed
     return passage._replace(
         touches=passage.touches + touch.astype(int),
@@ -279,18 +279,5 @@ def _seen(system: System, before: LandingState, after: LandingState, passage: Pa
         closest=jnp.where(turns, jnp.maximum(passage.closest, top), passage.closest),
         highest=jnp.maximum(passage.highest, after.u),
         lowest=jnp.minimum(passage.lowest, after.u),
-        peak_force=jnp.maximum(passage.peak_force, peak_of_step(*pushes, after.t - before.t)),
+        peak_force=jnp.maximum(passage.peak_force, peak_of_step(*pushes, h)),
     )
-
-
-def _top(p0: _Scalar, r0: _Scalar, p1: _Scalar, r1: _Scalar, h: _Scalar) -> _Scalar:
-    """Greatest value of the cubic through both ends of a step, whose rate falls through zero within it."""
-    m0, m1 = h * r0, h * r1
-    falls = m0 - m1 > 0
-    s = jnp.where(falls, m0 / jnp.where(falls, m0 - m1, 1.0), 0.0)
-    c2, c3 = 3.0 * (p1 - p0) - 2.0 * m0 - m1, m0 + m1 - 2.0 * (p1 - p0)
-    for _ in range(2):
-        bend = 2.0 * c2 + 6.0 * s * c3
-        slope = m0 + s * (2.0 * c2 + 3.0 * s * c3)
-        s = jnp.clip(s - jnp.where(bend < 0, slope / jnp.where(bend < 0, bend, 1.0), 0.0), 0.0, 1.0)
-    return p0 + s * (m0 + s * (c2 + s * c3))

@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import tomllib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -22,7 +22,6 @@ from jaxtyping import Array, Float
 
 from vibrojax.continuation import find_orbit, follow
 from vibrojax.continuation.branch import Branch
-from vibrojax.continuation.follow import Steps
 from vibrojax.continuation.rig import ForcedRig, as_arrays, strobe
 from vibrojax.data_files import data_path
 from vibrojax.errors import NoConvergenceError
@@ -91,27 +90,24 @@ class AbstractFact(abc.ABC):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class LargestForce(AbstractFact):
-    """The impact force of the band z = 1/n is largest at a frequency; reproduced to one step of the experiment's grid."""
+class BandPlace(AbstractFact):
+    """At a frequency the impact force of the band z = 1/n is largest, or something changes, which is read as the band's upper end.
 
+    Reproduced to one step of the experiment's grid.
+    """
+
+    place: Literal["largest", "end"]
     gap: float
     cycles: int
 
     def ask(self) -> Answer:
-        """Frequency of the largest force along the stable stretch of the branch."""
-        return _within(self.preset, self.gap, self.cycles, self.values[0], "largest")
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class BandEnd(AbstractFact):
-    """Something changes at a frequency: read as the upper end of the band z = 1/n; reproduced to one step of the experiment's grid."""
-
-    gap: float
-    cycles: int
-
-    def ask(self) -> Answer:
-        """Frequency at which the band ceases to be stable."""
-        return _within(self.preset, self.gap, self.cycles, self.values[0], "end")
+        """Frequency of the largest force along the stable stretch of the branch, or that at which the band ceases to be stable."""
+        try:
+            found = band(self.preset, self.gap, self.cycles)
+        except NoConvergenceError as error:
+            return Answer(found=f"no band z = 1/{self.cycles}: {error}", reproduced=False)
+        words, value = ("force largest at", found.largest) if self.place == "largest" else ("band ends at", found.end)
+        return Answer(found=f"z = 1/{self.cycles}: {words} {value:.2f} Hz", reproduced=abs(value - self.values[0]) <= GRID_HZ)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -173,20 +169,24 @@ def _basins(preset: str, prefix: str, count: int) -> list[AbstractFact]:
     return [Coexistence(preset=preset, rows=rows, used=True) for rows in names]
 
 
+def _place(preset: str, place: Literal["largest", "end"], row: str, *, gap: float, cycles: int) -> AbstractFact:
+    return BandPlace(preset=preset, rows=(row,), place=place, gap=gap, cycles=cycles, used=True)
+
+
 _COMPARED = ("0_0_at_2_7", "0_0_at_3_8", "1_0_at_1_5", "1_0_at_3_3", "1_0_at_4_7", "2_4_at_1_2", "2_4_at_1_4", "2_4_at_2_7")
 FACTS: tuple[AbstractFact, ...] = (
     Beat(preset="wires", rows=("no_impact_beat",)),
     Labels(preset="wires", rows=tuple(f"compared_gap_{name}" for name in _COMPARED), used=True, words="compared at"),
-    BandEnd(preset="wires", rows=("observed_gap_0_0_at_4_75",), gap=0.0, cycles=1, used=True),
-    LargestForce(preset="wires", rows=("observed_gap_0_0_at_7_25",), gap=0.0, cycles=2, used=True),
-    BandEnd(preset="wires", rows=("observed_gap_0_0_at_8_25",), gap=0.0, cycles=2, used=True),
-    BandEnd(preset="wires", rows=("observed_gap_0_0_at_8_5",), gap=0.0, cycles=2, used=True),
-    LargestForce(preset="wires", rows=("observed_gap_1_0_at_3_0",), gap=1e-3, cycles=1, used=True),
-    LargestForce(preset="wires", rows=("observed_gap_1_0_at_6_25",), gap=1e-3, cycles=2, used=True),
-    BandEnd(preset="wires", rows=("observed_gap_1_0_at_7_0",), gap=1e-3, cycles=2, used=True),
+    _place("wires", "end", "observed_gap_0_0_at_4_75", gap=0.0, cycles=1),
+    _place("wires", "largest", "observed_gap_0_0_at_7_25", gap=0.0, cycles=2),
+    _place("wires", "end", "observed_gap_0_0_at_8_25", gap=0.0, cycles=2),
+    _place("wires", "end", "observed_gap_0_0_at_8_5", gap=0.0, cycles=2),
+    _place("wires", "largest", "observed_gap_1_0_at_3_0", gap=1e-3, cycles=1),
+    _place("wires", "largest", "observed_gap_1_0_at_6_25", gap=1e-3, cycles=2),
+    _place("wires", "end", "observed_gap_1_0_at_7_0", gap=1e-3, cycles=2),
     *_basins("wires", "basin", 6),
-    LargestForce(preset="beam_170", rows=("observed_170_gap_0_at_9_0",), gap=0.0, cycles=1, used=True),
-    BandEnd(preset="beam_170", rows=("observed_170_gap_0_at_12_25",), gap=0.0, cycles=1, used=True),
+    _place("beam_170", "largest", "observed_170_gap_0_at_9_0", gap=0.0, cycles=1),
+    _place("beam_170", "end", "observed_170_gap_0_at_12_25", gap=0.0, cycles=1),
     *_basins("beam_170", "basin_170", 2),
     *_basins("beam_150", "basin_150", 2),
     *_basins("beam_135", "basin_135", 2),
@@ -204,17 +204,6 @@ def _table(name: str) -> dict[str, dict[str, Any]]:
     return {row["name"]: row for row in rows}
 
 
-def _within(preset: str, gap: float, cycles: int, stated: float, place: str) -> Answer:
-    """Whether a place of a band lies within a step of the grid of what is stated."""
-    words = {"largest": "force largest at", "end": "band ends at"}
-    try:
-        here: Band = band(preset, gap, cycles)
-    except NoConvergenceError as error:
-        return Answer(found=f"no band z = 1/{cycles}: {error}", reproduced=False)
-    value = float(getattr(here, place))
-    return Answer(found=f"z = 1/{cycles}: {words[place]} {value:.2f} Hz", reproduced=abs(value - stated) <= GRID_HZ)
-
-
 def fits_labels(f_n: float, labels: Sequence[float]) -> bool:
     """Whether every printed Omega/omega is a frequency of the grid over f_n, rounded to the one decimal that is printed."""
     ratios = np.round(np.arange(1, 200) * GRID_HZ / f_n, 1)
@@ -228,12 +217,10 @@ class Band:
     Attributes:
         largest: frequency at which the peak force is largest, Hz.
         end: upper end of stability, Hz.
-        force: the largest peak force, N.
     """
 
     largest: float
     end: float
-    force: float
 
 
 @functools.cache
@@ -254,7 +241,7 @@ def band(name: str, gap: float, cycles: int) -> Band:
     frequency, landing = ratio * preset["natural_frequency_hz"], _landing(preset)
     orbit = find_orbit(preset.rig(gap=gap, frequency=frequency), _scaled(preset, ideal, ratio), cycles=cycles, landing=landing)
     limits = (_BELOW * frequency, _ABOVE * frequency)
-    branch = follow(orbit, "frequency", limits, landing=landing, steps=Steps(largest=0.1))
+    branch = follow(orbit, "frequency", limits, landing=landing, longest_step=0.1)
     return _stable_stretch(branch, frequency)
 
 
@@ -334,4 +321,4 @@ def _stable_stretch(branch: Branch, frequency: float) -> Band:
     frequencies, forces = branch.parameter[first:last], branch.peak_force[first:last]
     top, beyond = int(np.argmax(forces)), branch.parameter[last : last + 1]
     found = [p.parameter for p in branch.special if beyond.size and frequencies[-1] <= p.parameter <= max(beyond[0], frequencies[-1])]
-    return Band(largest=float(frequencies[top]), end=max([float(frequencies.max()), *found]), force=float(forces[top]))
+    return Band(largest=float(frequencies[top]), end=max([float(frequencies.max()), *found]))

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import root_scalar
 
-from vibrojax.contact import AbstractContactLaw, HuntCrossley, KelvinVoigtClipped
+from vibrojax.contact import HuntCrossley, KelvinVoigtClipped
 from vibrojax.continuation import ForcedRig
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.suspension import AbstractSuspension, Linear, Pendulum
+from vibrojax.suspension import Linear, Pendulum
 
 NAMES = ("wires", "beam_170", "beam_150", "beam_135", "drilling_hammer")
 GRAVITY = 9.81
@@ -87,21 +87,18 @@ class Preset:
         A pendulum's length is that of a point mass on light wires, g / omega_n^2; the dashpot of the clipped spring-dashpot law is the one
         that gives the restitution.
         """
-        return Model(mass=self["mass"], suspension=self._suspension(), law=self._law())
+        zeta, f_n, stiffness = self["damping_ratio"], self["natural_frequency_hz"], self["impact_stiffness"]
+        linear = self.suspension == "linear"
+        suspension = Linear(zeta, f_n) if linear else Pendulum(zeta, f_n, length=GRAVITY / self.omega_n**2)
+        if self.law == HuntCrossley.name:
+            law = HuntCrossley(stiffness, self["impact_exponent"], self["impact_damping"])
+        else:
+            law = KelvinVoigtClipped(stiffness, clipped_dashpot(self["restitution"], stiffness, self["mass"]))
+        return Model(mass=self["mass"], suspension=suspension, law=law)
 
     def rig(self, *, gap: float, frequency: float) -> ForcedRig:
         """The rig at a gap, m, and an excitation frequency, Hz."""
         return ForcedRig(self.model(), gap=gap, base_amplitude=self["base_amplitude"], frequency_hz=frequency)
-
-    def _suspension(self) -> AbstractSuspension:
-        zeta, f_n = self["damping_ratio"], self["natural_frequency_hz"]
-        return Linear(zeta, f_n) if self.suspension == "linear" else Pendulum(zeta, f_n, length=GRAVITY / self.omega_n**2)
-
-    def _law(self) -> AbstractContactLaw:
-        stiffness = self["impact_stiffness"]
-        if self.law == HuntCrossley.name:
-            return HuntCrossley(stiffness, self["impact_exponent"], self["impact_damping"])
-        return KelvinVoigtClipped(stiffness, clipped_dashpot(self["restitution"], stiffness, self["mass"]))
 
 
 def read_preset(name: str) -> Preset:

@@ -43,9 +43,9 @@ class SingleImpact:
 
     def speed(self, ratio: float) -> float:
         """Impact speed over A0 omega_n at Omega / omega_n = `ratio`; NaN where there is no such motion."""
-        root = self._discriminant(ratio)
         alpha, beta = self._free(ratio)
         square = alpha**2 + ((self.restitution + beta) / ratio) ** 2
+        root = float((alpha * self.gap) ** 2 - square * (self.gap**2 - self._forced(ratio)[0] ** 2))
         return float((alpha * self.gap + np.sqrt(root)) / square) if root >= 0 else np.nan
 
     def state(self, ratio: float) -> Float[np.ndarray, " 2"]:
@@ -83,12 +83,6 @@ class SingleImpact:
             middle = 0.5 * (inside + outside)
             inside, outside = (middle, outside) if self.is_stable(middle) else (inside, middle)
         return inside
-
-    def _discriminant(self, ratio: float) -> float:
-        alpha, beta = self._free(ratio)
-        amplitude, _ = self._forced(ratio)
-        square = alpha**2 + ((self.restitution + beta) / ratio) ** 2
-        return float((alpha * self.gap) ** 2 - square * (self.gap**2 - amplitude**2))
 
     def _free(self, ratio: float) -> Float[np.ndarray, " 2"]:
         """(alpha, beta): the free part just after an impact of speed one."""

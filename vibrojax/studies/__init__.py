@@ -3,8 +3,7 @@
 from vibrojax.studies.basins import basins
 from vibrojax.studies.basins_along import basins_along
 from vibrojax.studies.bifurcation import bifurcation
-from vibrojax.studies.frequency_response import frequency_response
-from vibrojax.studies.hammer_design import hammer_design
+from vibrojax.studies.force_curves import frequency_response, hammer_design
 from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section

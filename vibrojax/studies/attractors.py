@@ -11,7 +11,7 @@ ours.
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -20,11 +20,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from vibrojax.batch import Points, Responses, Span, integrate
+from vibrojax.batch.points import section_scales
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
-from vibrojax.studies.base import CHAOS
-from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, Kind, classify
+from vibrojax.studies.base import APERIODIC, CHAOS, FAILED, LONGEST, NO_IMPACT, Kind, classify
 from vibrojax.studies.lyapunov import exponents
 
 SAME = 1e-3
@@ -41,7 +41,7 @@ class Sections(NamedTuple):
     points: np.ndarray
     """Last section points, u over A0 and u' over A0 Omega, `(lanes, strobes, 2)`."""
     kind: np.ndarray
-    """A key of `classify.KINDS`."""
+    """A key of `base.KINDS`."""
     impacts: np.ndarray
     """p of z = p/q."""
     period: np.ndarray
@@ -58,7 +58,7 @@ class Attractor(NamedTuple):
     motion: str
     """The name without the letter."""
     kind: int
-    """A key of `classify.KINDS`."""
+    """A key of `base.KINDS`."""
     impacts: int
     period: int
     """0 of what does not repeat."""
@@ -87,16 +87,11 @@ def attractors(lanes: Sections) -> tuple[np.ndarray, list[Attractor]]:
         >>> found.tolist(), [a.name for a in each]
         ([0, 0, 1], ['z = 1/1 a', 'z = 1/1 b'])
     """
-    label, count = np.full(len(lanes.kind), -1), 0
-    for group in _groups(lanes):
-        label[group] = count
-        count += 1
-    sizes = np.bincount(label[label >= 0], minlength=count)
-    order = np.argsort(-sizes, kind="stable")
-    rank = np.empty(count, int)
-    rank[order] = np.arange(count)
-    label = np.where(label >= 0, rank[label] if count else label, -1)
-    return label, _named([_described(lanes, np.flatnonzero(label == number)) for number in range(count)])
+    groups = sorted(_groups(lanes), key=lambda group: -group.size)
+    label = np.full(len(lanes.kind), -1)
+    for number, group in enumerate(groups):
+        label[group] = number
+    return label, _named([_described(lanes, group) for group in groups])
 
 
 def share(count: int, total: int) -> tuple[float, float, float]:
@@ -188,13 +183,8 @@ def _described(lanes: Sections, members: np.ndarray) -> Attractor:
 def _named(found: list[Attractor]) -> list[Attractor]:
     """Letters for those of the same name."""
     names = [one.name for one in found]
-    seen: dict[str, int] = {}
-    result = []
-    for one in found:
-        number = seen[one.name] = seen.get(one.name, 0) + 1
-        several = names.count(one.name) > 1
-        result.append(one._replace(name=f"{one.name} {_letter(number)}" if several else one.name))
-    return result
+    letters = [f" {_letter(names[:place].count(name))}" if names.count(name) > 1 else "" for place, name in enumerate(names, 1)]
+    return [one._replace(name=one.name + letter) for one, letter in zip(found, letters, strict=True)]
 
 
 def _letter(number: int) -> str:
@@ -206,8 +196,6 @@ def _letter(number: int) -> str:
     return text
 
 
-STILL = 1e-3
-"""m; what sections are measured by where the cart is at rest."""
 _GROWS = 2
 """Each time that motions are integrated on, so many times as long as before."""
 _SLOWEST = 0.999
@@ -217,7 +205,13 @@ _KEPT = ("u", "v", "impacts", "peak_force", "impact_speed", "u_max", "closed", "
 
 
 def settled(
-    model: Model, points: Points, *, span: Span | None = None, most_cycles: int | None = None, lyapunov_cycles: int = 200, **options: Any
+    model: Model,
+    points: Points,
+    *,
+    span: Span | None = None,
+    most_cycles: int | None = None,
+    lyapunov_cycles: int = 200,
+    threads: int | None = None,
 ) -> tuple[Responses, Kind, np.ndarray]:
     """Integrate until each motion repeats, or `most_cycles` are over.
 
@@ -231,22 +225,22 @@ def settled(
         span: of the first stretch.
         most_cycles: after which a motion that has not settled counts as one that does not; by default ten times the first stretch.
         lyapunov_cycles: over which the exponent of a motion that does not repeat is averaged.
-        options: of `vibrojax.batch.integrate`.
+        threads: chunks of lanes at a time; by default one a core.
 
     Returns:
         The batch with the last cycles of every motion, its kind, and the Lyapunov exponent per cycle of what does not repeat, else NaN.
     """
     span, values = span or Span(), points.flat()
     most = 10 * (span.transient + span.recorded) if most_cycles is None else most_cycles
-    found = integrate(model, _lanes(values, np.arange(points.lanes)), span=span, **options)
+    found = integrate(model, points.chosen(np.arange(points.lanes)), span=span, threads=threads)
     kept = {name: np.array(getattr(found, name)) for name in _KEPT}
     kind, state = [np.array(part) for part in _kind(found, values)], found.state
     after, length = span.transient + span.recorded, span.transient
     while after < most and (left := np.flatnonzero(_open(kept, kind[_PERIOD], values))).size:
         length = min(max(_GROWS * length, 1), most - after)
         further = dataclasses.replace(span, transient=length)
-        points_left, begin = _lanes(values, left), jax.tree.map(lambda leaf, left=left: leaf[left], state)
-        more = integrate(model, points_left, span=further, start=begin, **options)
+        points_left, begin = points.chosen(left), jax.tree.map(lambda leaf, left=left: leaf[left], state)
+        more = integrate(model, points_left, span=further, start=begin, threads=threads)
         for name, part in kept.items():
             part[left] = getattr(more, name) + (part[left] if name == "cycles" else 0)
         for part, new in zip(kind, _kind(more, points_left.values), strict=True):
@@ -256,20 +250,10 @@ def settled(
     _shorten(kept, kind, values)
     growth, wild = np.full(points.lanes, np.nan), kind[_KIND] == APERIODIC
     if wild.any() and lyapunov_cycles > 0:
-        growth[wild] = exponents(model, points, state, wild, cycles=lyapunov_cycles, threads=options.get("threads"))[:, 0]
+        growth[wild] = exponents(model, points, state, wild, cycles=lyapunov_cycles, threads=threads)[:, 0]
     shaped = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in kept.items()}
     last = Responses(coords=dict(points.coords), state=state, engine=found.engine, seconds=found.seconds, **shaped)
     return last, Kind(*(part.reshape(points.shape) for part in kind)), growth.reshape(points.shape)
-
-
-def scales(amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
-    """Sizes by which section points (u, u') are measured: A0 and A0 Omega, the last axis of what comes back."""
-    size = np.where(amplitude > 0, amplitude, STILL)
-    return np.stack([size, size * 2.0 * np.pi * frequency_hz], axis=-1)
-
-
-def _lanes(values: Mapping[str, np.ndarray], chosen: np.ndarray) -> Points:
-    return Points(coords={"lane": chosen.astype(float)}, values={name: part[chosen] for name, part in values.items()})
 
 
 def _kind(found: Responses, values: Mapping[str, np.ndarray]) -> Kind:
@@ -290,7 +274,7 @@ def _shorten(kept: Mapping[str, np.ndarray], kind: list[np.ndarray], values: Map
 
 
 def _scaled(kept: Mapping[str, np.ndarray], values: Mapping[str, np.ndarray]) -> np.ndarray:
-    return np.stack([kept["u"], kept["v"]], axis=-1) / scales(values["base_amplitude"], values["frequency_hz"])[:, None, :]
+    return np.stack([kept["u"], kept["v"]], axis=-1) / section_scales(values["base_amplitude"], values["frequency_hz"]).T[:, None, :]
 
 
 def _open(kept: Mapping[str, np.ndarray], period: np.ndarray, values: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -333,7 +317,6 @@ def places_of_coexistence(
     frequency_hz: float,
     gap: float,
     base_amplitude: float,
-    span: Span | None = None,
 ) -> list[Place]:
     """The nearest gap and the nearest frequency, up to the square root of two away, at which periodic attractors are seen to coexist.
 
@@ -347,7 +330,6 @@ def places_of_coexistence(
         frequency_hz: Hz.
         gap: m.
         base_amplitude: A0, m.
-        span: how long, at first.
     """
     low, high = (np.array([f(u0), f(v0)]) for f in (np.min, np.max))
     half = _WIDER * 0.5 * (high - low)
@@ -361,18 +343,15 @@ def places_of_coexistence(
     u = np.minimum(starts[None, :, 0], gaps) if rigid else starts[None, :, 0]
     values = {"u0": u, "v0": starts[None, :, 1], "gap": gaps, "frequency_hz": frequencies, "base_amplitude": base_amplitude}
     points = Points(coords={"setting": np.arange(float(len(settings))), "start": np.arange(float(len(starts)))}, values=values)
-    found, kind, growth = settled(model, points, span=span, most_cycles=0, lyapunov_cycles=0)
+    found, kind, growth = settled(model, points, most_cycles=0, lyapunov_cycles=0)
     places = []
     for number, setting in enumerate(settings):
         name = "gap" if number < len(tried["gap"]) else "frequency_hz"
-        scale = scales(np.asarray(base_amplitude), np.asarray(setting["frequency_hz"]))
+        scale = section_scales(np.asarray(base_amplitude), np.asarray(setting["frequency_hz"]))
         section = np.stack([found.u[number], found.v[number]], axis=-1) / scale
         _, each = attractors(Sections(section, kind.kind[number], kind.impacts[number], kind.period[number], growth[number]))
         names = tuple(one.name for one in each if one.period > 0)
         if len(names) > 1:
             places.append(Place(name, setting[name], names))
-    return [best for name in here if (best := _nearest([place for place in places if place.setting == name], here[name])) is not None]
-
-
-def _nearest(places: list[Place], here: float) -> Place | None:
-    return min(places, key=lambda place: abs(place.value - here)) if places else None
+    each = [[place for place in places if place.setting == name] for name in here]
+    return [min(some, key=lambda place: abs(place.value - here[place.setting])) for some in each if some]

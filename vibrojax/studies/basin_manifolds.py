@@ -2,21 +2,20 @@
 
 import json
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy.spatial import KDTree
 
+from vibrojax.continuation.branch import comma_separated
 from vibrojax.continuation.rig import ForcedRig, check_settings
 from vibrojax.errors import InputError
 from vibrojax.model import Model
+from vibrojax.studies.base import Labelled, assigned
 from vibrojax.studies.manifolds import stable_branch, unstable_branch
 from vibrojax.studies.saddles import Saddle, StrobeMap, check_plane, saddles
 
-VARIABLES = ("manifold_u", "manifold_v", "manifold_saddle", "manifold_stable")
-"""Along `manifold_point`."""
 _NEAR = 1.0
 """Cells from a curve within which a cell counts as on it."""
 _BESIDE = 0.1
@@ -74,8 +73,9 @@ def with_manifolds(data: xr.Dataset, model: Model, longest: int, progress: Progr
         progress: called with each stage.
 
     Returns:
-        The study with the variables `VARIABLES` (m, m/s; number of the saddle; 1 on stable manifolds, 0 on unstable ones; NaN between
-        curves) and the attribute `manifolds`, a table as JSON: of each saddle its period, impacts, multipliers, section points, and the
+        The study with `manifold_u` (m), `manifold_v` (m/s), `manifold_saddle` (its number) and `manifold_stable` (1, or 0 on unstable
+        manifolds) along `manifold_point`, with NaN between curves; and with the attribute `manifolds`, a table as JSON: of each saddle
+        its period, impacts, multipliers, section points, and the
         share of the cells at a boundary of two basins that lies within one cell of its stable manifold. `finding` has a sentence more.
 
     Raises:
@@ -123,25 +123,13 @@ def share_near(paths: list[np.ndarray], cells: np.ndarray) -> float:
     return float(np.mean(KDTree(points).query(cells)[0] <= _NEAR))
 
 
-def csv(data: xr.Dataset) -> str:
+def manifold_table(data: xr.Dataset) -> str:
     """The curves as comma-separated text with a header: a row a point; curves, and the parts of a broken one, are numbered."""
-    u, v, saddle, stable = (data[name].values for name in VARIABLES)
-    lines, curve, fresh = ["curve,saddle,manifold,u_m,v_m_per_s"], 0, True
-    for row in zip(u.tolist(), v.tolist(), saddle.tolist(), stable.tolist(), strict=True):
-        if np.isnan(row[0]):
-            fresh = True
-            continue
-        curve += fresh
-        fresh = False
-        lines.append(f"{curve},{row[2]},{'stable' if row[3] else 'unstable'},{row[0]!r},{row[1]!r}")
-    return "\n".join(lines) + "\n"
-
-
-def write_manifolds(data: xr.Dataset, folder: Path, stem: str) -> Path:
-    """Write `csv` beside a study, as `manifolds.csv`, with what its stem adds to the name of the study."""
-    path = folder / f"manifolds{stem.removeprefix('basins')}.csv"
-    path.write_text(csv(data), encoding="utf-8")
-    return path
+    u, v, saddle, stable = (data[f"manifold_{name}"].values for name in ("u", "v", "saddle", "stable"))
+    known = np.isfinite(u)
+    begins = known & ~np.insert(known, 0, False)[:-1]
+    columns = {"curve": np.cumsum(begins), "saddle": saddle, "manifold": np.where(stable, "stable", "unstable"), "u_m": u, "v_m_per_s": v}
+    return comma_separated({name: column[known] for name, column in columns.items()})
 
 
 def finding(summary: dict[str, Any]) -> str:
@@ -222,19 +210,14 @@ def _with_curves(data: xr.Dataset, branches: list[Branch], plane: StrobeMap) -> 
     states = np.concatenate([gap[:0], *paths])
     numbers = [np.repeat([[branch.saddle, int(branch.stable)]], len(path), axis=0) for branch, path in zip(branches, paths, strict=True)]
     saddle, stable = np.concatenate([np.zeros((0, 2), dtype=int), *numbers]).astype(np.int32).T
-    meanings = (
-        "displacement on a manifold of a saddle",
-        "velocity on it",
-        "number of the saddle",
-        "1 stable manifold, 0 unstable manifold",
-    )
-    values, units = (states[:, 0], states[:, 1], saddle, stable), ("m", "m/s", "1", "1")
-    return data.assign(
-        {
-            name: (("manifold_point",), part, {"units": unit, "long_name": meaning})
-            for name, part, unit, meaning in zip(VARIABLES, values, units, meanings, strict=True)
-        }
-    )
+    along = ("manifold_point",)
+    variables = {
+        "manifold_u": Labelled(along, states[:, 0], "m", "displacement on a manifold of a saddle"),
+        "manifold_v": Labelled(along, states[:, 1], "m/s", "velocity on it"),
+        "manifold_saddle": Labelled(along, saddle, "1", "number of the saddle"),
+        "manifold_stable": Labelled(along, stable, "1", "1 stable manifold, 0 unstable manifold"),
+    }
+    return assigned(data, variables)
 
 
 def _densely(path: np.ndarray) -> np.ndarray:

@@ -2,18 +2,18 @@
 
 import json
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy.spatial import KDTree
+from scipy.stats import linregress
 
-from vibrojax.batch import Points, Span, grid
+from vibrojax.batch import Span, grid
+from vibrojax.batch.points import section_scales
 from vibrojax.model import Model
-from vibrojax.studies.attractors import Attractor, Sections, attractors, scales, settled, share
-from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import FAILED, MEANING, NO_IMPACT
+from vibrojax.studies.attractors import Attractor, Sections, attractors, settled, share
+from vibrojax.studies.base import FAILED, NO_IMPACT, Labelled, Values, axis, labelled, motions
 
 BOX = 5
 """Points along the side of a box in which colours are counted, as in the paper."""
@@ -104,11 +104,8 @@ def _slope(steps: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
     seen = counts[:, 0] > 0
     if seen.sum() < 3:
         return float("nan"), float("nan")
-    x, y = np.log(steps[seen]), np.log(counts[seen, 0] / counts[seen, 1])
-    x0 = x - x.mean()
-    slope = float(x0 @ y / (x0 @ x0))
-    off = y - y.mean() - slope * x0
-    return slope, float(np.sqrt(off @ off / (x.size - 2) / (x0 @ x0)))
+    line: Any = linregress(np.log(steps[seen]), np.log(counts[seen, 0] / counts[seen, 1]))
+    return float(line.slope), float(line.stderr)
 
 
 def _uncertain(colours: np.ndarray, k: int, edge: int) -> np.ndarray:
@@ -173,7 +170,7 @@ def basins(
     base_amplitude: float,
     span: Span | None = None,
     most_cycles: int | None = None,
-    **options: Any,
+    threads: int | None = None,
 ) -> xr.Dataset:
     """Which attractor each initial state leads to.
 
@@ -186,7 +183,7 @@ def basins(
         base_amplitude: A0, m.
         span: how long, at first.
         most_cycles: how long at most, see `settled`.
-        options: of `vibrojax.batch.integrate`.
+        threads: chunks of lanes at a time; by default one a core.
 
     Returns:
         On the axes (`v0`, `u0`): `attractor` (its number; -1 where the integration failed), `impacting` (1, 0; -1), `kind`, `impacts` and
@@ -196,8 +193,8 @@ def basins(
         95 % interval, section points, radii of the discs of `integrity`), `basin_entropy`, `boundary_basin_entropy`,
         `uncertainty_exponent` with its standard error and `boundary_dimension` (`entropy`, `boundary`), NaN where there is no boundary.
     """
-    setting = {"frequency_hz": frequency_hz, "gap": gap, "base_amplitude": base_amplitude}
-    return measured(states(model, u0=u0, v0=v0, span=span, most_cycles=most_cycles, **setting, **options))
+    until: dict[str, Any] = {"span": span, "most_cycles": most_cycles, "threads": threads}
+    return measured(states(model, u0=u0, v0=v0, **until, frequency_hz=frequency_hz, gap=gap, base_amplitude=base_amplitude))
 
 
 def states(
@@ -205,54 +202,49 @@ def states(
     *,
     u0: Values,
     v0: Values,
-    frequency_hz: float,
-    gap: float,
-    base_amplitude: float,
+    parameter: str | None = None,
+    values: Values = (),
     span: Span | None = None,
     most_cycles: int | None = None,
-    **options: Any,
+    threads: int | None = None,
+    **fixed: float,
 ) -> xr.Dataset:
-    """What each initial state has for itself: the study before motions are compared. Arguments are those of `basins`."""
-    setting = {"frequency_hz": frequency_hz, "gap": gap, "base_amplitude": base_amplitude}
-    points = grid({"v0": v0, "u0": u0}, **setting)
-    return settled_states(model, points, "basins of attraction", setting, span=span, most_cycles=most_cycles, **options)
+    """What each initial state has for itself, at one operating point or at each value of a parameter: before motions are compared.
 
-
-def settled_states(model: Model, points: Points, title: str, setting: Mapping[str, Any], **options: Any) -> xr.Dataset:
-    """The data set of a study whose points differ in the initial state, and in a parameter where the first axis is one."""
-    found, kind, growth = settled(model, points, **options)
+    Arguments are those of `basins` and `basins_along`.
+    """
+    points = grid(({} if parameter is None else {parameter: values}) | {"v0": v0, "u0": u0}, **fixed)
+    found, kind, growth = settled(model, points, span=span, most_cycles=most_cycles, threads=threads)
     impacting = np.where(kind.kind == FAILED, -1, (kind.kind != NO_IMPACT).astype(int))
     dims = tuple(points.coords)
+    along = {"parameter": parameter, "transient": (span or Span()).transient, "most_cycles": most_cycles}
     return labelled(
-        title,
+        "basins of attraction" if parameter is None else f"basins of attraction along {parameter}",
         model,
         found,
         coords={name: axis(model, name, values) for name, values in points.coords.items()},
         variables={
             "impacting": Labelled(dims, impacting, "1", "whether the motion keeps impacting"),
-            "kind": Labelled(dims, kind.kind, "1", MEANING),
-            "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
-            "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
+            **motions(dims, kind, found.result),
             "lyapunov": Labelled(dims, growth, "1", "largest Lyapunov exponent per cycle of excitation"),
             "cycles": Labelled(dims, found.cycles, "1", "cycles integrated, until the orbit had closed"),
             "impact_speed": Labelled(dims, found.impact_speed.max(axis=-1), "m/s", "largest approach speed of the last cycles"),
             "displacement": Labelled(dims, found.u[..., -1], "m", "displacement at the last strobe"),
             SECTION[0]: Labelled((*dims, "strobe"), found.u, "m", "displacement at the last strobes"),
             SECTION[1]: Labelled((*dims, "strobe"), found.v, "m/s", "velocity at the last strobes"),
-            "result": outcome(dims, found.result),
         },
-        settings=setting,
+        settings=fixed if parameter is None else fixed | along,
     )
 
 
 def measured(data: xr.Dataset) -> xr.Dataset:
     """The study with what can only be said of all its initial states together; section points stay with the attractors alone."""
     setting = json.loads(data.attrs["settings"])
-    scale = scales(np.asarray(setting["base_amplitude"]), np.asarray(setting["frequency_hz"]))
+    scale = section_scales(np.asarray(setting["base_amplitude"]), np.asarray(setting["frequency_hz"]))
     label, found = attractors(sections(data, scale))
     colours = label.reshape(data["kind"].shape)
     u0, v0 = (data[name].values for name in ("u0", "v0"))
-    attrs = {"basin_measure": _impacting(data)}
+    attrs: dict[str, Any] = dict(with_basin_measure(data).attrs)
     if picture := min(colours.shape) > 1 and all(np.all(np.diff(side) > 0) for side in (u0, v0)):
         mixed, rough = entropy(colours), boundary(colours)
         attrs |= {
@@ -276,11 +268,8 @@ def measured(data: xr.Dataset) -> xr.Dataset:
                 "largest_disc": number(room.largest),
             }
     meaning = {"units": "1", "long_name": "number of the attractor, that of most initial states first; -1: not integrated"}
-    return (
-        data.drop_vars(SECTION)
-        .assign(attractor=(data["kind"].dims, colours, meaning))
-        .assign_attrs(attrs | {"attractors": json.dumps(rows, allow_nan=False)})
-    )
+    attrs["attractors"] = json.dumps(rows, allow_nan=False)
+    return data.drop_vars(SECTION).assign(attractor=(data["kind"].dims, colours, meaning)).assign_attrs(attrs)
 
 
 def sections(data: xr.Dataset, scale: np.ndarray) -> Sections:
@@ -310,7 +299,7 @@ def number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _impacting(data: xr.Dataset) -> float:
-    """Share of the initial states that keep impacting; NaN where none could be integrated."""
+def with_basin_measure(data: xr.Dataset) -> xr.Dataset:
+    """The study with the attribute `basin_measure`: the share of the initial states that keep impacting, NaN where none was integrated."""
     impacting = data["impacting"].values
-    return float(np.mean(impacting[impacting >= 0] == 1)) if np.any(impacting >= 0) else float("nan")
+    return data.assign_attrs(basin_measure=float(np.mean(impacting[impacting >= 0] == 1)) if np.any(impacting >= 0) else float("nan"))

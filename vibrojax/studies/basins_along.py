@@ -7,11 +7,12 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import KDTree
 
-from vibrojax.batch import Points, Span, grid
+from vibrojax.batch import Points, Span
+from vibrojax.batch.points import section_scales
 from vibrojax.model import Model
-from vibrojax.studies.attractors import Attractor, Sections, attractors, scales, settled, share
-from vibrojax.studies.base import Values
-from vibrojax.studies.basins import SECTION, sections, settled_states
+from vibrojax.studies.attractors import Attractor, Sections, attractors, settled, share
+from vibrojax.studies.base import Labelled, Values, assigned
+from vibrojax.studies.basins import SECTION, sections, states, with_basin_measure
 from vibrojax.studies.bifurcation import increasing
 
 NUMBER = "attractor_number"
@@ -58,23 +59,7 @@ def basins_along(
     """
     increasing(parameter, values)
     more: dict[str, Any] = {"span": span, "most_cycles": most_cycles, "threads": threads} | fixed
-    return matched(model, measured_along(states_along(model, parameter=parameter, values=values, u0=u0, v0=v0, **more)))
-
-
-def states_along(model: Model, *, parameter: str, values: Values, u0: Values, v0: Values, **more: Any) -> xr.Dataset:
-    """What each initial state at each value has for itself. Arguments are those of `basins_along`."""
-    options = {name: more.pop(name) for name in ("span", "most_cycles", "threads") if name in more}
-    points = grid({parameter: values, "v0": v0, "u0": u0}, **more)
-    transient, most = (options.get("span") or Span()).transient, options.get("most_cycles")
-    setting = more | {"parameter": parameter, "transient": transient, "most_cycles": most}
-    return settled_states(model, points, f"basins of attraction along {parameter}", setting, **options)
-
-
-def measured_along(data: xr.Dataset) -> xr.Dataset:
-    """The study with the attribute `basin_measure`, the share that keeps impacting, over all values."""
-    impacting = data["impacting"].values
-    through = impacting >= 0
-    return data.assign_attrs(basin_measure=float(np.mean(impacting[through] == 1)) if through.any() else float("nan"))
+    return matched(model, with_basin_measure(states(model, parameter=parameter, values=values, u0=u0, v0=v0, **more)))
 
 
 Track = dict[int, Attractor]
@@ -86,7 +71,7 @@ def matched(model: Model, data: xr.Dataset) -> xr.Dataset:
 
     Arguments:
         model: the rig.
-        data: as `measured_along` returns it.
+        data: as `states` returns it.
     """
     setting = json.loads(data.attrs["settings"])
     parameter, transient, most = (setting.pop(name) for name in ("parameter", "transient", "most_cycles"))
@@ -94,7 +79,7 @@ def matched(model: Model, data: xr.Dataset) -> xr.Dataset:
     colours, tracks, scale = np.full(data["kind"].shape, -1), list[Track](), np.ones(2)
     for place, value in enumerate(data[parameter].values):
         at = setting | {parameter: float(value)}
-        before, scale = scale, scales(np.asarray(at["base_amplitude"]), np.asarray(at["frequency_hz"]))
+        before, scale = scale, section_scales(np.asarray(at["base_amplitude"]), np.asarray(at["frequency_hz"]))
         label, found = attractors(sections(data.isel({parameter: place}), scale))
         last = [track for track in tracks if place - 1 in track]
         seeds = _seeded(model, at, [track[place - 1].points[0] * before for track in last], scale, until)
@@ -118,7 +103,7 @@ def _seeded(model: Model, at: dict[str, float], starts: list[np.ndarray], scale:
     u0, v0 = np.array(starts).T
     points = Points(coords={"seed": np.arange(float(len(starts)))}, values=at | {"u0": u0, "v0": v0})
     found, kind, growth = settled(model, points, **until)
-    return Sections(np.stack([found.u, found.v], axis=-1) / scale, kind.kind, kind.impacts, kind.period, growth)
+    return Sections(np.stack([found.u, found.v], axis=-1) / scale, *kind, growth)
 
 
 def _successors(before: list[Attractor], found: list[Attractor], seeds: Sections | None) -> tuple[dict[int, int], dict[int, Attractor]]:
@@ -174,19 +159,16 @@ def _described(data: xr.Dataset, parameter: str, colours: np.ndarray, tracks: li
             part[:, place, number] = share(one.lanes, int(totals[place]))
             p[place, number], q[place, number] = one.impacts, one.period
     dims = (parameter, NUMBER)
-    words = {
-        "share": "share of the initial states",
-        "share_low": "lower end of its 95 % interval",
-        "share_high": "upper end of its 95 % interval",
-    }
-    variables = {name: (dims, values, {"units": "1", "long_name": text}) for (name, text), values in zip(words.items(), part, strict=True)}
-    variables |= {
-        "attractor": (data["kind"].dims, colours, {"units": "1", "long_name": "number of the attractor; -1: not integrated"}),
-        "attractor_impacts": (dims, p, {"units": "1", "long_name": "impacts in one period; -1: no such attractor"}),
-        "attractor_period": (dims, q, {"units": "1", "long_name": "cycles in one period, 0: none; -1: no such attractor"}),
+    variables = {
+        "share": Labelled(dims, part[0], "1", "share of the initial states"),
+        "share_low": Labelled(dims, part[1], "1", "lower end of its 95 % interval"),
+        "share_high": Labelled(dims, part[2], "1", "upper end of its 95 % interval"),
+        "attractor": Labelled(tuple(map(str, data["kind"].dims)), colours, "1", "number of the attractor; -1: not integrated"),
+        "attractor_impacts": Labelled(dims, p, "1", "impacts in one period; -1: no such attractor"),
+        "attractor_period": Labelled(dims, q, "1", "cycles in one period, 0: none; -1: no such attractor"),
     }
     table = [{"values": [float(values[place]) for place in track], "motions": [one.motion for one in track.values()]} for track in tracks]
-    return data.assign(variables).assign_attrs(attractors=json.dumps(table), finding=_finding(data, parameter, part[0], tracks))
+    return assigned(data, variables).assign_attrs(attractors=json.dumps(table), finding=_finding(data, parameter, part[0], tracks))
 
 
 def _finding(data: xr.Dataset, parameter: str, part: np.ndarray, tracks: list[Track]) -> str:

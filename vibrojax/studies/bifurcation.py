@@ -1,7 +1,7 @@
 """Bifurcation diagram: section points and forces along a parameter that is swept up and down."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -13,8 +13,7 @@ from vibrojax.batch import LaneState, Points, Responses, Span, integrate, packed
 from vibrojax.errors import InputError
 from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
-from vibrojax.studies.base import Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import APERIODIC, FAILED, MEANING, classify
+from vibrojax.studies.base import APERIODIC, FAILED, Kind, Labelled, Values, axis, classify, labelled, motions
 
 DIRECTIONS = ("up", "down")
 _TIMES, _SHARE = 2.0, 0.02
@@ -28,7 +27,6 @@ def bifurcation(
     values: Values,
     base_amplitude: float,
     span: Span | None = None,
-    progress: Callable[[float], None] = lambda part: None,
     **fixed: float,
 ) -> xr.Dataset:
     """Follow the motion along a parameter, up and down, each value starting from where the last one ended.
@@ -44,7 +42,6 @@ def bifurcation(
         values: increasing, at least 3.
         base_amplitude: A0, m.
         span: cycles at each value; by default 150, or fewer where the orbit closes, of which 32 are recorded.
-        progress: called with the completed share.
         fixed: the other settings, among them `frequency_hz` and `gap` unless swept.
 
     Returns:
@@ -53,9 +50,8 @@ def bifurcation(
     Raises:
         InputError: too few values, or not increasing.
     """
-    values, others = increasing(parameter, values), dict[str, Any](fixed)
-    both = sweep(model, parameter=parameter, values=values, base_amplitude=base_amplitude, span=span, progress=progress, **others)
-    return with_jumps(both)
+    others: dict[str, Any] = {"values": increasing(parameter, values), "base_amplitude": base_amplitude, "span": span} | fixed
+    return with_jumps(sweep(model, parameter=parameter, **others))
 
 
 def increasing(parameter: str, values: Values) -> np.ndarray:
@@ -79,7 +75,6 @@ def sweep(
     direction: Sequence[str] = DIRECTIONS,
     before: np.ndarray | None = None,
     span: Span | None = None,
-    progress: Callable[[float], None] = lambda part: None,
     **fixed: float,
 ) -> xr.Dataset:
     """One stretch of the sweeps: the motion along increasing values, met in that order upwards and in the other downwards.
@@ -92,7 +87,6 @@ def sweep(
         direction: "up", "down", or both.
         before: `state` at the value that was met before, one row a direction; None starts at rest.
         span: cycles at each value.
-        progress: called with the completed share.
         fixed: the other settings.
 
     Returns:
@@ -104,13 +98,14 @@ def sweep(
     values = np.asarray(values, dtype=float)
     ways = np.stack([values if name == "up" else values[::-1] for name in direction])
     start = None if before is None else unpacked(jnp.asarray(before.T))
-    found = _followed(model, parameter, ways, given, span or Span(transient=118), start, progress)
+    found = _followed(model, parameter, ways, given, span or Span(transient=118), start)
     frequency = ways if parameter == "frequency_hz" else np.full(ways.shape, fixed.get("frequency_hz", np.nan))
     kinds = [classify(one, base_amplitude, frequency[:, i]) for i, one in enumerate(found)]
 
     def part(of: list, name: str) -> np.ndarray:
         return _rising(np.stack([getattr(one, name) for one in of], axis=1), direction)
 
+    kind = Kind(*(part(kinds, name) for name in Kind._fields))
     state = _rising(np.stack([packed(one.state).T for one in found], axis=1), direction)
     dims = ("direction", parameter)
     return labelled(
@@ -122,13 +117,11 @@ def sweep(
             parameter: axis(model, parameter, values),
         },
         variables={
+            **motions(dims, kind, part(found, "result")),
             "displacement": Labelled((*dims, "cycle"), part(found, "u"), "m", "displacement at the strobes"),
             "velocity": Labelled((*dims, "cycle"), part(found, "v"), "m/s", "velocity at the strobes"),
             "impact_force": Labelled((*dims, "cycle"), part(found, "peak_force"), "N", "largest impact force of a cycle"),
             "impacts": Labelled((*dims, "cycle"), part(found, "impacts"), "1", "impacts in a cycle"),
-            "period": Labelled(dims, part(kinds, "period"), "1", "cycles of excitation in one period, q"),
-            "kind": Labelled(dims, part(kinds, "kind"), "1", MEANING),
-            "result": outcome(dims, part(found, "result")),
             "state": Labelled((*dims, "row"), state, "SI", "state after the last cycle, from which the next value goes on"),
         },
         settings=given | {"parameter": parameter},
@@ -147,7 +140,7 @@ def jumps(mean: np.ndarray, kind: np.ndarray) -> np.ndarray:
 
     Arguments:
         mean: of the section points, `(direction, values)`.
-        kind: of the motion, a key of `classify.KINDS`.
+        kind: of the motion, a key of `base.KINDS`.
 
     Example:
         >>> jumps(np.array([[0.0, 0.01, 0.02, 1.0, 1.01], [0.0, 0.01, 0.02, 1.0, 1.01]]), np.ones((2, 5), int)).tolist()
@@ -175,9 +168,7 @@ def _breaks(mean: np.ndarray, to: int, near: int, far: int, least: float) -> boo
     return bool(abs(mean[to] - mean[near] - slope) > _TIMES * abs(slope) + least)
 
 
-def _followed(
-    model: Model, parameter: str, ways: np.ndarray, fixed: dict, span: Span, state: LaneState | None, progress: Callable[[float], None]
-) -> list[Responses]:
+def _followed(model: Model, parameter: str, ways: np.ndarray, fixed: dict, span: Span, state: LaneState | None) -> list[Responses]:
     """The sweeps side by side, a lane each, one value after the other; one sweep alone runs the same program, which takes two lanes."""
     found = []
     for number in range(ways.shape[1]):
@@ -185,7 +176,6 @@ def _followed(
         one = integrate(model, points, span=span, start=state, chunk=len(DIRECTIONS), threads=1)
         state = _going_on(one, state)
         found.append(dataclasses.replace(one, state=state))
-        progress((number + 1) / ways.shape[1])
     return found
 
 

@@ -6,6 +6,7 @@ from it. A motion that is found at one value is started at its neighbours along 
 and down from each of them. At a single operating point there is time for more starts and cycles, and whatever strikes after 1500 counts.
 """
 
+import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -15,11 +16,23 @@ import numpy as np
 import xarray as xr
 
 from vibrojax.batch import LaneState, Points, Span, grid, integrate, packed, unpacked
+from vibrojax.batch.points import STILL, section_scales
 from vibrojax.batch.run import repeats
 from vibrojax.model import Model
-from vibrojax.studies.attractors import STILL
-from vibrojax.studies.base import natural_frequency, setting
-from vibrojax.studies.classify import APERIODIC, LONGEST, NO_IMPACT, PERIODIC, classify
+from vibrojax.studies.base import (
+    ALIKE,
+    APERIODIC,
+    LONGEST,
+    NO_IMPACT,
+    PERIODIC,
+    Labelled,
+    assigned,
+    classify,
+    code,
+    codes,
+    natural_frequency,
+    setting,
+)
 
 KICKS = ((0.1, 2.5), (0.5, -1.0), (1.0, 1.0), (2.0, -4.0), (2.0, 4.0), (3.5, -2.0), (5.0, -3.0), (5.0, 1.5))
 """Initial states: distance from the stop over the larger of gap and A0, and velocity over that and Omega; spread over where the thesis's
@@ -56,11 +69,6 @@ class Motion(NamedTuple):
     """As `vibrojax.batch.packed` has it, one lane."""
 
 
-def code(impacts: int, period: int) -> int:
-    """One number for a motion z = p/q; 0 for rest."""
-    return 1000 * impacts + period if impacts else 0
-
-
 def name(of: int) -> str:
     """Words for a code.
 
@@ -80,13 +88,13 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
         asked: lanes at which all starts are tried.
         along: axis of the points along which motions are followed; None for nowhere.
     """
-    values, lanes = points.flat(), np.arange(points.lanes).reshape(points.shape)
+    lanes = np.arange(points.lanes).reshape(points.shape)
     found: list[dict[int, Motion]] = [{} for _ in range(points.lanes)]
     kicks = _PLANE if points.lanes == 1 else KICKS
     starts = np.repeat(asked, len(kicks) + 2)
-    start = {name: part[starts] for name, part in values.items()}
-    start |= dict(zip(("u0", "v0"), kicked(model, start, kicks), strict=True))
-    front = _settled(model, start, starts, None, found, _SPAN)
+    at = points.chosen(starts)
+    u0, v0 = kicked(model, at.values, kicks)
+    front = _settled(model, dataclasses.replace(at, values=dict(at.values) | {"u0": u0, "v0": v0}), starts, None, found, _SPAN)
     tried = {(lane, of) for lane, of in front}
     while front and along is not None:
         onward = []
@@ -101,7 +109,7 @@ def motions(model: Model, points: Points, asked: np.ndarray, along: int | None) 
             break
         index = np.array([lane for lane, _, _ in onward])
         state = unpacked(jnp.asarray(np.stack([state for _, _, state in onward], axis=1)))
-        front = _settled(model, {name: part[index] for name, part in values.items()}, index, state, found, _SPAN)
+        front = _settled(model, points.chosen(index), index, state, found, _SPAN)
     return found
 
 
@@ -123,29 +131,22 @@ def kicked(model: Model, values: Mapping[str, np.ndarray], kicks: Sequence[tuple
 
 
 def _settled(
-    model: Model,
-    values: Mapping[str, np.ndarray],
-    index: np.ndarray,
-    start: LaneState | None,
-    found: list[dict[int, Motion]],
-    span: Span,
+    model: Model, at: Points, index: np.ndarray, start: LaneState | None, found: list[dict[int, Motion]], span: Span
 ) -> list[tuple[int, int]]:
-    """Integrate, note what is new at each lane, and return that."""
-    points = Points(coords={"start": np.arange(float(len(index)))}, values=values)
+    """Integrate from each start, note what is new at its lane (`index`), and return that."""
     alone = len(found) == 1
-    there = integrate(model, points, start=start, span=span, chunk=_CHUNK if alone else None)
-    kind = classify(there, values["base_amplitude"], values["frequency_hz"])
+    there = integrate(model, at, start=start, span=span, chunk=_CHUNK if alone else None)
+    kind = classify(there, at.values["base_amplitude"], at.values["frequency_hz"])
     wild = np.flatnonzero((kind.kind == APERIODIC) | ((kind.kind == PERIODIC) & (there.closed == 0)))[:_WILD]
     if alone and wild.size and span is not _LONG:
-        onward = {name: part[wild] for name, part in values.items()}
-        _settled(model, onward, index[wild], unpacked(jnp.asarray(packed(there.state)[:, wild])), found, _LONG)
+        _settled(model, at.chosen(wild), index[wild], unpacked(jnp.asarray(packed(there.state)[:, wild])), found, _LONG)
     state, new = packed(there.state), []
     state[5] = 0.0  # cycles are counted anew
     strikes, closed = kind.kind == PERIODIC, there.closed > 0
     counts = (kind.kind == NO_IMPACT) | (strikes & closed) | ((span is _LONG) & (strikes | (kind.kind == APERIODIC)))
-    codes = np.where(strikes, 1000 * kind.impacts + kind.period, np.where(kind.kind == NO_IMPACT, 0, APERIODIC_CODE))
+    found_codes = codes(*kind, other=APERIODIC_CODE)
     for row in np.flatnonzero(counts):
-        lane, of = int(index[row]), int(codes[row])
+        lane, of = int(index[row]), int(found_codes[row])
         if of not in found[lane]:
             force, speed = float(there.peak_force[row].max()), float(there.impact_speed[row].max())
             found[lane][of] = Motion(force, speed, np.stack([there.u[row, -LONGEST:], there.v[row, -LONGEST:]]), state[:, row])
@@ -167,25 +168,27 @@ def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
     """
     points, own = _points(model, data), own_motions(data)
     along = None if "clearance" in points.coords or points.lanes == 1 else len(points.shape) - 1
-    chosen = _asked(points.shape, along)
+    most = [ASKED if axis == along else _CELLS if along is None else size for axis, size in enumerate(points.shape)]
+    chosen = evenly(points.shape, most)
     found = motions(model, points, np.flatnonzero(chosen), along)
     others = [{of: one for of, one in here.items() if of not in mine} for here, mine in zip(found, own, strict=True)]
     most = max(1, *(len(one) for one in others))
-    codes, forces, speeds = np.full((len(others), most), -1), *np.full((2, len(others), most), np.nan)
-    strobes = np.full((2, len(others), most, LONGEST), np.nan)
-    for lane, here in enumerate(others):
-        for place, (of, one) in enumerate(sorted(here.items())):
-            codes[lane, place], forces[lane, place], speeds[lane, place] = of, one.force, one.speed
-            strobes[:, lane, place] = one.strobes
     dims = tuple(points.coords) if points.lanes > 1 or "strobe" not in data.dims else ()
     shape = points.shape if dims else ()
+    of, force, speed = np.full((points.lanes, most), -1), *np.full((2, points.lanes, most), np.nan)
+    strobes = np.full((2, points.lanes, most, LONGEST), np.nan)
+    for lane, here in enumerate(others):
+        for place, (number, one) in enumerate(sorted(here.items())):
+            of[lane, place], force[lane, place], speed[lane, place] = number, one.force, one.speed
+            strobes[:, lane, place] = one.strobes
+    dims_of = (*dims, "other"), (*dims, "other", "other_strobe")
     parts = {
-        "other_code": ((*dims, "other"), codes.reshape(*shape, most), "1", "another motion: 1000 p + q, 0 rest, -1 none"),
-        "other_force": ((*dims, "other"), forces.reshape(*shape, most), "N", "its largest impact force"),
-        "other_speed": ((*dims, "other"), speeds.reshape(*shape, most), "m/s", "its largest approach speed"),
-        "other_displacement": ((*dims, "other", "other_strobe"), strobes[0].reshape(*shape, most, LONGEST), "m", "its section points"),
-        "other_velocity": ((*dims, "other", "other_strobe"), strobes[1].reshape(*shape, most, LONGEST), "m/s", "its velocity there"),
-        "asked": (dims, chosen.reshape(shape).astype(int), "1", "whether all starts were tried here"),
+        "other_code": Labelled(dims_of[0], of, "1", "another motion: 1000 p + q, 0 rest, -1 none"),
+        "other_force": Labelled(dims_of[0], force, "N", "its largest impact force"),
+        "other_speed": Labelled(dims_of[0], speed, "m/s", "its largest approach speed"),
+        "other_displacement": Labelled(dims_of[1], strobes[0], "m", "its section points"),
+        "other_velocity": Labelled(dims_of[1], strobes[1], "m/s", "its velocity there"),
+        "asked": Labelled(dims, chosen.astype(int), "1", "whether all starts were tried here"),
     }
     said = {
         "starts": len(_PLANE if points.lanes == 1 else KICKS) + 2,
@@ -193,8 +196,8 @@ def with_coexistence(model: Model, data: xr.Dataset) -> xr.Dataset:
         "points": points.lanes,
         "followed": along is not None,
     }
-    variables = {key: (dims, values, {"units": unit, "long_name": words}) for key, (dims, values, unit, words) in parts.items()}
-    return data.assign(variables).assign_attrs(coexistence=json.dumps(said))
+    shaped = {key: part._replace(values=part.values.reshape((*shape, *part.values.shape[1:]))) for key, part in parts.items()}
+    return assigned(data, shaped).assign_attrs(coexistence=json.dumps(said))
 
 
 def of_map(model: Model, data: xr.Dataset) -> xr.Dataset:
@@ -213,7 +216,7 @@ def of_map(model: Model, data: xr.Dataset) -> xr.Dataset:
 
 def several_in_map(data: xr.Dataset) -> np.ndarray:
     """At which cells of a map several periodic motions are known, rest among them, `(clearance, ratio)`."""
-    return (_codes_of_map(data) >= 0).sum(axis=-1) > 1
+    return (codes_of_map(data) >= 0).sum(axis=-1) > 1
 
 
 def is_continued(data: xr.Dataset) -> bool:
@@ -221,10 +224,9 @@ def is_continued(data: xr.Dataset) -> bool:
     return json.loads(data.attrs["coexistence"])["followed"] == FROM_CELL_TO_CELL
 
 
-def _codes_of_map(data: xr.Dataset) -> np.ndarray:
+def codes_of_map(data: xr.Dataset) -> np.ndarray:
     """Codes of a cell's own motion, -1 where it is aperiodic, and of those beside it."""
-    kind, impacts, period = (data[part].transpose("clearance", "ratio").values for part in ("kind", "impacts", "period"))
-    own = np.where(kind == PERIODIC, 1000 * impacts + period, np.where(kind == NO_IMPACT, 0, -1))
+    own = codes(*(data[part].transpose("clearance", "ratio").values for part in ("kind", "impacts", "period")))
     return np.concatenate([own[..., None], data["other_code"].transpose("clearance", "ratio", "other").values], axis=-1)
 
 
@@ -246,12 +248,9 @@ def _points(model: Model, data: xr.Dataset) -> Points:
 def own_motions(data: xr.Dataset) -> list[set[int]]:
     """Codes of the motions that the study itself shows, by lane; nothing of what is aperiodic."""
     if "strobe" in data.dims:
-        return [_section_motion(data)]
-    kind, period = data["kind"], data["period"]
-    impacts = data["impacts"]
-    if "cycle" in impacts.dims:
-        back = np.arange(impacts.sizes["cycle"])[::-1]
-        impacts = impacts.where(xr.DataArray(back, dims="cycle") < period, 0).sum("cycle")
+        q, touches = section_period(data), data["touches"].values
+        return [{(code(int(touches[-q:].sum()), q) if q else APERIODIC_CODE) if touches[-LONGEST:].any() else 0}]
+    kind, impacts, period = data["kind"], impacts_in_period(data), data["period"]
     ways = [dict(direction=way) for way in range(kind.sizes["direction"])] if "direction" in kind.dims else [{}]
     own: list[set[int]] = [set() for _ in range(kind.isel(ways[0]).size)]
     for way in ways:
@@ -262,91 +261,26 @@ def own_motions(data: xr.Dataset) -> list[set[int]]:
     return own
 
 
+def impacts_in_period(data: xr.Dataset) -> xr.DataArray:
+    """p of z = p/q at each point of a study, from the impacts of each cycle where it has these."""
+    impacts = data["impacts"]
+    if "cycle" not in impacts.dims:
+        return impacts
+    back = xr.DataArray(np.arange(impacts.sizes["cycle"])[::-1], dims="cycle")
+    return impacts.where(back < data["period"], 0).sum("cycle")
+
+
 def section_period(data: xr.Dataset) -> int:
     """Cycles after which the motion of a section repeats; 0 where it does not within eight."""
     amplitude, frequency = setting(data, "base_amplitude"), setting(data, "frequency_hz")
-    u, v = (data[name].values[:, None] for name in ("displacement", "velocity"))
-    size = np.array([amplitude if amplitude > 0 else STILL])
-    return int(repeats(u, v, size, size * 2.0 * np.pi * frequency, 1e-5, LONGEST)[0]) if len(u) > LONGEST else 0
+    sections = np.stack([data["displacement"].values, data["velocity"].values], axis=1)[..., None]
+    scale = section_scales(np.array([amplitude]), np.array([frequency]))
+    return int(repeats(sections, scale, ALIKE, LONGEST)[0]) if len(sections) > LONGEST else 0
 
 
-def _section_motion(data: xr.Dataset) -> set[int]:
-    """Code of the motion of a section; nothing where it does not repeat."""
-    period, touches = section_period(data), data["touches"].values
-    if not touches[-LONGEST:].any():
-        return {0}
-    return {code(int(touches[-period:].sum()), period) if period else APERIODIC_CODE}
-
-
-def _asked(shape: tuple[int, ...], along: int | None) -> np.ndarray:
-    """Which lanes get all starts: values spread evenly along the axis that is followed, or cells of a map."""
+def evenly(shape: tuple[int, ...], most: Sequence[int]) -> np.ndarray:
+    """Which lanes lie on the lines of a lattice that has at most so many, evenly spread, along each axis."""
     chosen = np.zeros(shape, dtype=bool)
-    most = {axis: ASKED if axis == along else _CELLS if along is None else size for axis, size in enumerate(shape)}
-    picked = [np.unique(np.linspace(0, size - 1, min(size, most[axis])).round().astype(int)) for axis, size in enumerate(shape)]
-    chosen[np.ix_(*picked)] = True
+    lines = [np.unique(np.linspace(0, size - 1, min(size, few)).round().astype(int)) for size, few in zip(shape, most, strict=True)]
+    chosen[np.ix_(*lines)] = True
     return chosen.ravel()
-
-
-def words(data: xr.Dataset, x: np.ndarray, unit: str) -> str:
-    """Where several motions exist along the only axis of a study, and how they were looked for.
-
-    Arguments:
-        data: as `with_coexistence` returns it, on one axis.
-        x: values along it, as they are printed.
-        unit: of `x`.
-    """
-    names = _names(data)
-    starts = [0, *(i for i in range(1, len(names)) if names[i] != names[i - 1]), len(names)]
-    runs = [(a, b - 1) for a, b in zip(starts[:-1], starts[1:], strict=True) if len(names[a]) > 1]
-    longest = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:_RUNS])
-    places = [
-        f"{_listed(names[a])} coexist {f'from {x[a]:.4g} to {x[b]:.4g}' if b > a else f'at {x[a]:.4g}'} {unit}".rstrip() for a, b in longest
-    ]
-    more = f", and others in {len(runs) - _RUNS} more stretch{'' if len(runs) == _RUNS + 1 else 'es'}" if len(runs) > _RUNS else ""
-    return (", ".join(places) or "no motions that coexist") + more
-
-
-def words_of_map(data: xr.Dataset) -> str:
-    """In what part of a map several motions exist, or at how many of the cells that were asked, and which of them most often."""
-    chosen = np.ones(data["kind"].shape, bool) if is_continued(data) else data["asked"].transpose("clearance", "ratio").values == 1
-    several = several_in_map(data) & chosen
-    sets, counts = np.unique(np.sort(_codes_of_map(data)[several], axis=-1), axis=0, return_counts=True)
-    most = f", {_listed([name(int(of)) for of in sets[np.argmax(counts)] if of >= 0])} most often" if counts.size else ""
-    if is_continued(data):
-        return f"several motions coexist in {100 * several.mean():.1f} % of it{most}"
-    return f"several motions coexist at {int(several.sum())} of the {int(chosen.sum())} cells that were asked{most}"
-
-
-def words_of_section(data: xr.Dataset) -> str:
-    """What exists beside the motion of a section, with the force of each."""
-    others = [
-        f"{name(int(of))}{f' ({force:.3g} N)' if of else ''}"
-        for of, force in zip(data["other_code"].values, data["other_force"].values, strict=True)
-        if of >= 0
-    ]
-    return f"{' and '.join(others)} {'exists' if len(others) == 1 else 'exist'} beside it" if others else "no other motion found"
-
-
-def how(data: xr.Dataset) -> str:
-    """How the motions were looked for."""
-    said = json.loads(data.attrs["coexistence"])
-    where = f" at each of {said['asked']} of {said['points']} points" if said["points"] > 1 else ""
-    followed = "up and down" if said["followed"] is True else said["followed"]
-    return f"{said['starts']} starts{where}{f', each motion followed {followed}' if followed else ''}"
-
-
-_RUNS = 3
-"""Most stretches that a sentence names."""
-
-
-def _names(data: xr.Dataset) -> list[list[str]]:
-    """The motions of each point in words, rest first."""
-    codes = data["other_code"].values.reshape(-1, data.sizes["other"])
-    return [
-        [name(of) for of in sorted(mine | {int(of) for of in other if of >= 0})]
-        for mine, other in zip(own_motions(data), codes, strict=True)
-    ]
-
-
-def _listed(names: list[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]])

@@ -2,7 +2,8 @@
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,27 +52,24 @@ def pieces(values: np.ndarray, stable: np.ndarray, chosen: int) -> np.ndarray:
 
 
 def _branch(path: Path, parameter: str) -> dict[str, Any]:
-    found: dict[str, list[float]] = {"value": [], "u": [], "force": [], "stable": []}
-    columns = {"value": parameter, "u": "u_m", "force": "peak_force_N", "stable": "stable"}
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = csv.DictReader(file)
-            rigid = columns["force"] not in (rows.fieldnames or ())
-            for row in rows:
-                for name, column in columns.items():
-                    if not (rigid and name == "force"):
-                        found[name].append(float(row[column]))
-        if not found["value"] or not np.isfinite([*found["value"], *found["u"], *found["force"], *found["stable"]]).all():
+    expected = f"a branch along {parameter}: expected a branch.csv that vibrojax continue --sweep {parameter}=A:B wrote, with the columns "
+    with _rows(path, f"{expected}{parameter}, u_m and stable") as rows:
+        columns = {"value": parameter, "u": "u_m", "force": "peak_force_N", "stable": "stable"}
+        known = {name for name, column in columns.items() if name != "force" or (rows and column in rows[0])}
+        found = {name: [float(row[column]) for row in rows] if name in known else [] for name, column in columns.items()}
+        if not rows or not np.isfinite(np.concatenate(list(found.values()))).all():
             raise ValueError
-    except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError, csv.Error):
-        raise InputError(
-            f"{path} is no table of a branch along {parameter}: expected a branch.csv that vibrojax continue --sweep {parameter}=A:B "
-            f"wrote, with the columns {parameter}, u_m and stable"
-        ) from None
     return found
 
 
-_NEEDED = ("border", "kind", "frequency", "gap", "amplitude")
+@contextmanager
+def _rows(path: Path, expected: str) -> Iterator[list[dict[str, Any]]]:
+    """Rows of a table; what goes wrong in reading it, or in what is made of its rows, is an `InputError`."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            yield list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError, ZeroDivisionError, csv.Error):
+        raise InputError(f"{path} is no table of {expected}") from None
 
 
 def with_borders(data: xr.Dataset, model: Model, path: Path) -> xr.Dataset:
@@ -85,16 +83,11 @@ def with_borders(data: xr.Dataset, model: Model, path: Path) -> xr.Dataset:
     Raises:
         InputError: the file is no such table.
     """
-    f_n, found = natural_frequency(model, "a Peterka map"), dict[str, dict[str, list[float] | str]]()
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = csv.DictReader(file)
-            for row in rows:
-                line = found.setdefault(row["border"], {"kind": row["kind"], "ratio": [], "clearance": []})
-                line["ratio"].append(float(row["frequency"]) / f_n)  # type: ignore[union-attr]
-                line["clearance"].append(float(row["gap"]) / float(row["amplitude"]))  # type: ignore[union-attr]
-    except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError, ZeroDivisionError, csv.Error):
-        raise InputError(
-            f"{path} is no table of borders: expected a borders.csv that vibrojax continue --along wrote; it has {', '.join(_NEEDED)}"
-        ) from None
+    f_n, found = natural_frequency(model, "a Peterka map"), dict[str, dict[str, Any]]()
+    needed = "border, kind, frequency, gap, amplitude"
+    with _rows(path, f"borders: expected a borders.csv that vibrojax continue --along wrote; it has {needed}") as rows:
+        for row in rows:
+            line = found.setdefault(row["border"], {"kind": row["kind"], "ratio": [], "clearance": []})
+            line["ratio"].append(float(row["frequency"]) / f_n)
+            line["clearance"].append(float(row["gap"]) / float(row["amplitude"]))
     return data.assign_attrs(borders=json.dumps(list(found.values())))

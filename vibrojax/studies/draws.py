@@ -130,13 +130,8 @@ def _numbers(document: Any) -> tuple[dict[str, float], dict[str, float], list[st
     errors = {str(name): float(part["stderr"]) for name, part in listed.items() if part["stderr"] is not None}
     if not all(map(math.isfinite, (*values.values(), *errors.values()))):
         raise ValueError("a value or standard error that is not finite")
-    if np.all(np.isfinite(matrix)) and not _is_correlation(matrix):
-        raise ValueError("a matrix of correlations that is none: not symmetric, not 1 on its diagonal, or not positive semidefinite")
-    return values, errors, names, matrix
-
-
-def _is_correlation(matrix: Float[np.ndarray, "parameter parameter"]) -> bool:
-    """Whether there can be parameters with these correlations, rounding aside."""
     rounding = _SAME * max(1, len(matrix))
     sound = np.allclose(matrix, matrix.T, rtol=0.0, atol=rounding) and np.allclose(np.diag(matrix), 1.0, rtol=0.0, atol=rounding)
-    return sound and (len(matrix) == 0 or float(np.linalg.eigvalsh(matrix)[0]) >= -rounding)
+    if np.all(np.isfinite(matrix)) and not (sound and (len(matrix) == 0 or float(np.linalg.eigvalsh(matrix)[0]) >= -rounding)):
+        raise ValueError("a matrix of correlations that is none: not symmetric, not 1 on its diagonal, or not positive semidefinite")
+    return values, errors, names, matrix

@@ -1,19 +1,19 @@
 """What a study found, in one sentence for the terminal and the caption; of basins of one colour, where else to look."""
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from vibrojax.batch import Span
 from vibrojax.model import Model
 from vibrojax.studies import coexistence
 from vibrojax.studies.attractors import Place, places_of_coexistence
-from vibrojax.studies.base import CHAOS, setting
-from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, NO_IMPACT, PERIODIC
+from vibrojax.studies.base import APERIODIC, CHAOS, FAILED, LONGEST, PERIODIC, setting
 
 _LISTED = 5
 """Attractors that are named one by one."""
@@ -26,8 +26,10 @@ def with_finding(model: Model, data: xr.Dataset) -> xr.Dataset:
         model: the rig.
         data: as `basins` returns it.
     """
-    rows = json.loads(data.attrs["attractors"])
-    places = _elsewhere(model, data) if len(rows) == 1 else []
+    places = []
+    if len(json.loads(data.attrs["attractors"])) == 1:
+        plane = {name: np.asarray(data[name].values) for name in ("u0", "v0")}
+        places = places_of_coexistence(model, **plane, **json.loads(data.attrs["settings"]))
     return data.assign_attrs(finding=basins_finding(data, places))
 
 
@@ -56,7 +58,10 @@ def basins_finding(data: xr.Dataset, places: list[Place]) -> str:
     rest = 100 * sum(one["share"] for one in rows[_LISTED:])
     shares += [f"{len(rows) - _LISTED} others {rest:.1f} %"] if len(rows) > _LISTED else []
     lead = f"{len(rows)} attractors: {', '.join(shares)} of the initial states"
-    return "; ".join([lead, *_border(data), *_room(rows)])
+    known = [(one["name"], bears(one)) for one in rows[:_LISTED]]
+    each = [f"{name} {text}" for name, text in known if text]  # those whose section points lie in the picture
+    room = [f"disturbances at the strobe that cannot end a motion: {', '.join(each)}"] if each else []
+    return "; ".join([lead, *_border(data), *room])
 
 
 def percent(one: dict[str, Any]) -> str:
@@ -76,13 +81,6 @@ def _border(data: xr.Dataset) -> list[str]:
     if math.isfinite(mixed) and mixed > math.log(2.0):
         return [f"{words} and S_bb {mixed:.2f} > ln 2: it is fractal"]
     return [words]
-
-
-def _room(rows: list[dict[str, Any]]) -> list[str]:
-    """What the attractors bear whose section points lie in the picture."""
-    known = [(one["name"], bears(one)) for one in rows[:_LISTED]]
-    each = [f"{name} {text}" for name, text in known if text]
-    return [f"disturbances at the strobe that cannot end a motion: {', '.join(each)}"] if each else []
 
 
 def bears(one: dict[str, Any]) -> str:
@@ -108,15 +106,8 @@ def _one_colour(one: dict[str, Any], places: list[Place]) -> str:
     return f"{lead}; several motions coexist at {', or at '.join(tips)}"
 
 
-def _elsewhere(model: Model, data: xr.Dataset) -> list[Place]:
-    """Near-by settings of coexistence."""
-    setting = json.loads(data.attrs["settings"])
-    plane = {name: np.asarray(data[name].values) for name in ("u0", "v0")}
-    return places_of_coexistence(model, **plane, **setting, span=Span())
-
-
 _RUNS, _JUMPS = 3, 4
-"""Most bands and jumps that a sentence names."""
+"""Most stretches along an axis, and jumps, that a sentence names."""
 
 
 def finding(name: str, data: xr.Dataset) -> str:
@@ -136,35 +127,56 @@ def bands(x: np.ndarray, kind: np.ndarray, impacts: np.ndarray, period: np.ndarr
         >>> bands(np.arange(5.0), np.array([0, 1, 1, 1, 0]), np.array([0, 1, 1, 1, 0]), np.array([0, 2, 2, 2, 0]), "Hz")
         'z = 1/2 from 1 to 3 Hz'
     """
-    codes = [_motion(*one) for one in zip(kind.tolist(), impacts.tolist(), period.tolist(), strict=True)]
-    starts = [0, *(i for i in range(1, len(codes)) if codes[i] != codes[i - 1]), len(codes)]
-    runs = [(a, b - 1) for a, b in zip(starts[:-1], starts[1:], strict=True) if kind[a] not in (NO_IMPACT, FAILED)]
-    if not runs:
-        return "no motion with impacts"
-    longest = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:_RUNS])
-    return ", ".join(
-        f"{codes[a]} from {x[a]:.4g} to {x[b]:.4g} {unit}".rstrip() if b > a else f"{codes[a]} at {x[a]:.4g} {unit}".rstrip()
-        for a, b in longest
-    )
+    aperiodic = f"no period up to {LONGEST} cycles"
+    names = [
+        f"z = {p}/{q}" if which == PERIODIC else aperiodic if which == APERIODIC else ""
+        for which, p, q in zip(kind.tolist(), impacts.tolist(), period.tolist(), strict=True)
+    ]
+    longest, _ = _longest_runs(names, [name != "" for name in names])
+    return ", ".join(f"{names[a]} {_from_to(x, a, b, unit)}" for a, b in longest) or "no motion with impacts"
 
 
-def _motion(kind: int, impacts: int, period: int) -> str:
-    return f"z = {impacts}/{period}" if kind == PERIODIC else {APERIODIC: f"no period up to {LONGEST} cycles"}.get(kind, "")
+def _longest_runs(labels: Sequence[Any], counted: Sequence[bool]) -> tuple[list[tuple[int, int]], int]:
+    """First and last place of the longest runs of equal labels that count, in the order in which they lie; and how many more there are."""
+    starts = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
+    runs = [(a, b - 1) for a, b in itertools.pairwise(starts) if counted[a]]
+    return sorted(sorted(runs, key=lambda run: run[0] - run[1])[:_RUNS]), max(len(runs) - _RUNS, 0)
 
 
-def _response(data: xr.Dataset) -> str:
-    return _curves(data, "frequency_hz", "Hz")
+def _from_to(x: np.ndarray, first: int, last: int, unit: str) -> str:
+    return (f"from {x[first]:.4g} to {x[last]:.4g} {unit}" if last > first else f"at {x[first]:.4g} {unit}").rstrip()
 
 
-def _design(data: xr.Dataset) -> str:
-    return _curves(data, "mass_ratio", "", "mass ratio ")
+def _coexisting(data: xr.Dataset, x: np.ndarray, unit: str) -> str:
+    """Where several motions exist along the only axis of a study, rest named first; `x` along it, as it is printed."""
+    others = data["other_code"].values.reshape(-1, data.sizes["other"])
+    each = [
+        [coexistence.name(of) for of in sorted(mine | {int(of) for of in other if of >= 0})]
+        for mine, other in zip(coexistence.own_motions(data), others, strict=True)
+    ]
+    longest, more = _longest_runs(each, [len(names) > 1 for names in each])
+    places = [f"{_listed(each[a])} coexist {_from_to(x, a, b, unit)}" for a, b in longest]
+    rest = f", and others in {more} more stretch{'' if more == 1 else 'es'}" if more else ""
+    return (", ".join(places) or "no motions that coexist") + rest
 
 
-def _curves(data: xr.Dataset, along: str, unit: str, name: str = "") -> str:
+def _listed(names: list[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]])
+
+
+def _how(data: xr.Dataset) -> str:
+    """How the motions beside those of a study were looked for."""
+    said = json.loads(data.attrs["coexistence"])
+    where = f" at each of {said['asked']} of {said['points']} points" if said["points"] > 1 else ""
+    followed = "up and down" if said["followed"] is True else said["followed"]
+    return f" ({said['starts']} starts{where}{f', each motion followed {followed}' if followed else ''})"
+
+
+def _curves(data: xr.Dataset, *, along: str, unit: str, name: str = "") -> str:
     """Bands, and where the force is largest, for every curve."""
     others = [dim for dim in data["impact_force"].dims if dim != along]
     found = []
-    for _, part in _each(data, others):
+    for part in _each(data, others):
         x, force = part[along].values, np.where(part["kind"].values == FAILED, np.nan, part["impact_force"].values)
         words = bands(x, part["kind"].values, part["impacts"].values, part["period"].values, unit)
         if np.nanmax(force, initial=0.0) > 0:
@@ -173,22 +185,18 @@ def _curves(data: xr.Dataset, along: str, unit: str, name: str = "") -> str:
         if "coexistence" in data.attrs:
             words += f"; {_beside(part, x, force, along, unit)}"
         found.append(f"{_where(part, others)}: {words}")
-    return "; ".join(found) + _how(data)
+    return "; ".join(found) + (_how(data) if "coexistence" in data.attrs else "")
 
 
 def _beside(part: xr.Dataset, x: np.ndarray, force: np.ndarray, along: str, unit: str) -> str:
     """Which motions coexist, and the largest force of those that rest does not lead to, where it is larger."""
-    found = coexistence.words(part, x, unit)
+    found = _coexisting(part, x, unit)
     other = np.nan_to_num(part["other_force"].max("other").values, nan=0.0)
     if other.max(initial=0.0) <= np.nanmax(force, initial=0.0):
         return found
     top = int(np.argmax(other))
     which = int(part["other_code"].values[top][np.nanargmax(part["other_force"].values[top])])
     return f"{found}, largest F_i of them {other[top]:.3g} N on {coexistence.name(which)} at {x[top]:.4g} {unit}".rstrip()
-
-
-def _how(data: xr.Dataset) -> str:
-    return f" ({coexistence.how(data)})" if "coexistence" in data.attrs else ""
 
 
 def _bifurcation(data: xr.Dataset) -> str:
@@ -198,15 +206,14 @@ def _bifurcation(data: xr.Dataset) -> str:
     for direction in ("up", "down"):
         part = data.sel(direction=direction)
         x, period = scale * part[parameter].values, part["period"].values
-        cycles = np.arange(part.sizes["cycle"])[::-1]
-        impacts = np.where(cycles < period[:, None], part["impacts"].values, 0).sum(axis=1)
+        impacts = coexistence.impacts_in_period(part).values
         places = [f"{place:.4g}" for place in x[part["jump"].values == 1]][:: 1 if direction == "up" else -1]
         more = f" and {len(places) - _JUMPS} more" if len(places) > _JUMPS else ""
         jumps = f", jump at {', '.join(places[:_JUMPS])} {unit}{more}" if places else ", no jump"
         found.append(f"{direction}wards: {bands(x, part['kind'].values, impacts, period, unit)}{jumps}")
     if "coexistence" in data.attrs:
-        found.append(coexistence.words(data, scale * data[parameter].values, unit))
-    return "; ".join(found) + _how(data)
+        found.append(_coexisting(data, scale * data[parameter].values, unit) + _how(data))
+    return "; ".join(found)
 
 
 def _peterka(data: xr.Dataset) -> str:
@@ -214,7 +221,15 @@ def _peterka(data: xr.Dataset) -> str:
 
     shares = [(float(region.cells.mean()), region.name) for region in regions_of(data)]
     found = "of the map: " + ", ".join(f"{name} {100 * share:.1f} %" for share, name in sorted(shares, reverse=True))
-    return f"{found}; {coexistence.words_of_map(data)}{_how(data)}" if "coexistence" in data.attrs else found
+    if "coexistence" not in data.attrs:
+        return found
+    continued = coexistence.is_continued(data)
+    asked = np.ones(data["kind"].shape, bool) if continued else data["asked"].transpose("clearance", "ratio").values == 1
+    several = coexistence.several_in_map(data) & asked
+    sets, counts = np.unique(np.sort(coexistence.codes_of_map(data)[several], axis=-1), axis=0, return_counts=True)
+    most = f", {_listed([coexistence.name(int(of)) for of in sets[np.argmax(counts)] if of >= 0])} most often" if counts.size else ""
+    where = f"in {100 * several.mean():.1f} % of it" if continued else f"at {several.sum()} of the {asked.sum()} cells that were asked"
+    return f"{found}; several motions coexist {where}{most}{_how(data)}"
 
 
 def _section(data: xr.Dataset) -> str:
@@ -227,7 +242,16 @@ def _section(data: xr.Dataset) -> str:
 
 
 def _beside_section(data: xr.Dataset) -> str:
-    return f"; {coexistence.words_of_section(data)}{_how(data)}" if "coexistence" in data.attrs else ""
+    """What exists beside the motion of a section, with the force of each."""
+    if "coexistence" not in data.attrs:
+        return ""
+    others = [
+        f"{coexistence.name(int(of))}{f' ({force:.3g} N)' if of else ''}"
+        for of, force in zip(data["other_code"].values, data["other_force"].values, strict=True)
+        if of >= 0
+    ]
+    found = f"{' and '.join(others)} {'exists' if len(others) == 1 else 'exist'} beside it" if others else "no other motion found"
+    return f"; {found}{_how(data)}"
 
 
 def _basins(data: xr.Dataset) -> str:
@@ -245,30 +269,25 @@ def _lyapunov(data: xr.Dataset) -> str:
     return f"{share}, {largest}"
 
 
-def _curves_of_draws(along: str, unit: str, name: str = "") -> Callable[[xr.Dataset], str]:
-    def found(data: xr.Dataset) -> str:
-        others = [dim for dim in data["impact_force"].dims if dim not in (along, "quantile")]
-        words = []
-        for _, part in _each(data, others):
-            force = part["impact_force"].transpose("quantile", along).values
-            top = int(np.nanargmax(np.nan_to_num(force[2], nan=-1.0)))
-            words.append(
-                f"{_where(part, others)}: largest median F_i {force[2, top]:.3g} N (95 %: {force[0, top]:.3g} to {force[4, top]:.3g} N) "
-                f"at {name}{float(part[along][top]):.4g} {unit}".rstrip()
-            )
-        return "; ".join(words)
-
-    return found
+def _curves_of_draws(data: xr.Dataset, *, along: str, unit: str, name: str = "") -> str:
+    """Where the median force is largest, for every curve."""
+    others = [dim for dim in data["impact_force"].dims if dim not in (along, "quantile")]
+    words = []
+    for part in _each(data, others):
+        force = part["impact_force"].transpose("quantile", along).values
+        top = int(np.nanargmax(np.nan_to_num(force[2], nan=-1.0)))
+        words.append(
+            f"{_where(part, others)}: largest median F_i {force[2, top]:.3g} N (95 %: {force[0, top]:.3g} to {force[4, top]:.3g} N) "
+            f"at {name}{float(part[along][top]):.4g} {unit}".rstrip()
+        )
+    return "; ".join(words)
 
 
-def _most_likely(name: str, what: str) -> Callable[[xr.Dataset], str]:
-    def found(data: xr.Dataset) -> str:
-        share = data[name].fillna(0.0)
-        place = share.stack(all=share.dims).isel(all=int(np.argmax(share.values)))
-        along = [f"{_where(place, [dim])}" for dim in share.dims if dim != "direction"]
-        return f"{what} is likeliest, {100 * float(place):.0f} %, at {', '.join(along)}"
-
-    return found
+def _most_likely(data: xr.Dataset, *, name: str, what: str) -> str:
+    """Where a kind of motion has its largest probability."""
+    share = data[name].fillna(0.0)
+    place = share.stack(all=share.dims).isel(all=int(np.argmax(share.values)))
+    return f"{what} is likeliest, {100 * float(place):.0f} %, at {_where(place, [dim for dim in share.dims if dim != 'direction'])}"
 
 
 def _basins_of_draws(data: xr.Dataset) -> str:
@@ -281,12 +300,12 @@ def _section_of_draws(data: xr.Dataset) -> str:
     return f"largest median F_i {np.nanmax(force[2]):.3g} N, largest of the upper 97.5 % {np.nanmax(force[4]):.3g} N"
 
 
-def _each(data: xr.Dataset, dims: Sequence[Any]) -> list[tuple[Any, xr.Dataset]]:
+def _each(data: xr.Dataset, dims: Sequence[Any]) -> list[xr.Dataset]:
     """The study at every combination of values on some axes."""
     if not dims:
-        return [(None, data)]
+        return [data]
     stacked = data.stack(one=list(dims))
-    return [(number, stacked.isel(one=number)) for number in range(stacked.sizes["one"])]
+    return [stacked.isel(one=number) for number in range(stacked.sizes["one"])]
 
 
 def _where(part: Any, dims: Sequence[Any]) -> str:
@@ -305,21 +324,21 @@ def _unit(data: Any, name: str) -> tuple[float, str]:
 
 
 _OF_STUDY: dict[str, Callable[[xr.Dataset], str]] = {
-    "response": _response,
+    "response": partial(_curves, along="frequency_hz", unit="Hz"),
     "bifurcation": _bifurcation,
     "peterka": _peterka,
     "section": _section,
     "basins": _basins,
     "basins_along": _basins,
     "lyapunov": _lyapunov,
-    "design": _design,
+    "design": partial(_curves, along="mass_ratio", unit="", name="mass ratio "),
 }
 _OF_DRAWS: dict[str, Callable[[xr.Dataset], str]] = {
-    "response": _curves_of_draws("frequency_hz", "Hz"),
-    "bifurcation": _most_likely("probability_jump", "a jump"),
-    "peterka": _most_likely("probability_1_1", "z = 1/1"),
+    "response": partial(_curves_of_draws, along="frequency_hz", unit="Hz"),
+    "bifurcation": partial(_most_likely, name="probability_jump", what="a jump"),
+    "peterka": partial(_most_likely, name="probability_1_1", what="z = 1/1"),
     "section": _section_of_draws,
     "basins": _basins_of_draws,
-    "lyapunov": _most_likely("probability_chaos", "chaos"),
-    "design": _curves_of_draws("mass_ratio", "", "mass ratio "),
+    "lyapunov": partial(_most_likely, name="probability_chaos", what="chaos"),
+    "design": partial(_curves_of_draws, along="mass_ratio", unit="", name="mass ratio "),
 }

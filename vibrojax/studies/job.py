@@ -19,14 +19,13 @@ from vibrojax import __version__
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document
-from vibrojax.studies.basins import measured, states
-from vibrojax.studies.basins_along import matched, measured_along, states_along
+from vibrojax.studies.basins import measured, states, with_basin_measure
+from vibrojax.studies.basins_along import matched
 from vibrojax.studies.bifurcation import DIRECTIONS, increasing, sweep, with_jumps
 from vibrojax.studies.coexistence import of_map, with_coexistence
 from vibrojax.studies.draws import Draws
 from vibrojax.studies.finding import with_finding
-from vibrojax.studies.frequency_response import frequency_response
-from vibrojax.studies.hammer_design import hammer_design
+from vibrojax.studies.force_curves import frequency_response, hammer_design
 from vibrojax.studies.lyapunov import lyapunov
 from vibrojax.studies.peterka import peterka
 from vibrojax.studies.section import section
@@ -35,8 +34,8 @@ FORMAT = 4
 """Of the settings and variables of a store; one of another format is refused."""
 
 
-class Kind(NamedTuple):
-    """How one study is cut."""
+class Study(NamedTuple):
+    """How one study is made, and cut."""
 
     part: Callable[..., xr.Dataset]
     """The study on the axes that it is given."""
@@ -58,14 +57,14 @@ class Kind(NamedTuple):
 
 
 STUDIES = {
-    "response": Kind(frequency_response, ("gap", "frequency_hz"), after=with_coexistence),
-    "bifurcation": Kind(sweep, ("direction", "values"), 16, with_jumps, with_coexistence, is_sweep=True, threads=False),
-    "peterka": Kind(peterka, ("clearance", "ratio"), 40_000, after=of_map),
-    "section": Kind(section, (), after=with_coexistence, threads=False, of_draws={"even": True}),
-    "basins": Kind(states, ("v0", "u0"), whole=measured, after=with_finding),
-    "basins_along": Kind(states_along, ("values", "v0", "u0"), whole=measured_along, after=matched, rises=True),
-    "lyapunov": Kind(lyapunov, ("values",)),
-    "design": Kind(hammer_design, ("frequency_hz", "mass_ratio")),
+    "response": Study(frequency_response, ("gap", "frequency_hz"), after=with_coexistence),
+    "bifurcation": Study(sweep, ("direction", "values"), 16, with_jumps, with_coexistence, is_sweep=True, threads=False),
+    "peterka": Study(peterka, ("clearance", "ratio"), 40_000, after=of_map),
+    "section": Study(section, (), after=with_coexistence, threads=False, of_draws={"even": True}),
+    "basins": Study(states, ("v0", "u0"), whole=measured, after=with_finding),
+    "basins_along": Study(states, ("values", "v0", "u0"), whole=with_basin_measure, after=matched, rises=True),
+    "lyapunov": Study(lyapunov, ("values",)),
+    "design": Study(hammer_design, ("frequency_hz", "mass_ratio")),
 }
 """By the name of the command."""
 
@@ -121,8 +120,8 @@ class Job:
         object.__setattr__(self, "axes", arrays)
 
     @property
-    def kind(self) -> Kind:
-        """How the study is cut."""
+    def kind(self) -> Study:
+        """How the study is made, and cut."""
         return STUDIES[self.study]
 
     def dim(self, axis: str) -> str:

@@ -23,6 +23,8 @@ _APART = 1e-7
 """Distance of twins at the start of a cycle: far above rounding, far below the orbit."""
 _TOGETHER = 5
 """Cycles between two looks at a twin where it has no other to be orthogonal to: it stays small beside the orbit meanwhile."""
+_SIDE_BY_SIDE = 32
+"""Lanes that are stepped side by side, each with its twins."""
 _STROBES = 100
 """Section points at each value, at least: chaos shows as a cloud."""
 
@@ -35,7 +37,6 @@ def exponents(
     *,
     cycles: int,
     number: int = 1,
-    chunk: int = 32,
     threads: int | None = None,
 ) -> np.ndarray:
     """Largest Lyapunov exponents per cycle of excitation of some lanes, from states on their attractors, `(chosen, number)`.
@@ -52,7 +53,6 @@ def exponents(
         chosen: which lanes, `(lanes,)`.
         number: how many exponents; at most the number of states.
         cycles: averaged over, after a tenth as many that turn the twins into the fastest direction.
-        chunk: lanes that are stepped side by side, each with its twin.
         threads: chunks at a time; by default one a core.
 
     Source: G. Benettin, L. Galgani, J.-M. Strelcyn, Kolmogorov entropy and numerical experiments, Phys. Rev. A 14 (1976) 2338-2345.
@@ -60,10 +60,10 @@ def exponents(
     lanes, _ = lanes_of(model, points)
     engine, index = engine_for(lanes), np.flatnonzero(chosen)
     everyone = jax.tree.map(np.asarray, (lanes, state, _scales(model, points)))
-    pieces = [index[i : i + chunk] for i in range(0, index.size, chunk)]
+    pieces = [index[i : i + _SIDE_BY_SIDE] for i in range(0, index.size, _SIDE_BY_SIDE)]
 
     def one(piece: np.ndarray) -> np.ndarray:
-        full = np.concatenate([piece, np.full(chunk - piece.size, piece[-1])])
+        full = np.concatenate([piece, np.full(_SIDE_BY_SIDE - piece.size, piece[-1])])
         rigs, start, scale = jax.tree.map(lambda leaf: leaf[full], everyone)
         return np.asarray(_growth(engine, rigs, start, scale, cycles, number))[: piece.size]
 
@@ -165,7 +165,7 @@ def lyapunov(
             "exponent": Labelled((parameter,), growth[0], "1", "largest Lyapunov exponent per cycle of excitation"),
             "second_exponent": Labelled((parameter,), growth[1], "1", "second Lyapunov exponent per cycle of excitation"),
             "displacement": Labelled((parameter, "cycle"), found.u, "m", "displacement at the strobes"),
-            "result": outcome((parameter,), found.result),
+            **outcome((parameter,), found.result),
         },
         settings={"base_amplitude": base_amplitude, "parameter": parameter, "cycles": cycles} | fixed,
     )

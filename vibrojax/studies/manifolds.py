@@ -4,7 +4,6 @@ The stable one is grown by the search-circle algorithm, which needs no inverse o
 on.
 """
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -115,6 +114,13 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
+_FIRST, _LARGEST = 0.05, 4.0
+"""Cells from the saddle to the first point, along the eigenvector; the longest step."""
+_SMALLEST = 1e-3
+"""Cells: at this step the curve may turn by any angle, as it does where the map has a corner: at a grazing."""
+_LARGEST_ANGLE, _SMALLEST_ANGLE, _BEND = 0.3, 0.2, 0.1
+"""A step is halved where the curve turns by more than the first, rad, or by more than the third, cells aside (step times angle), and
+doubled where it turns by less than the second: the rules and the angles are those of Krauskopf and Osinga 1998."""
 _RADII = (1.0, 0.5, 0.25, 0.125)
 """Of the circles searched at once, over the step."""
 _ANGLES = 16
@@ -135,30 +141,6 @@ _DETOUR = 1.25
 """Length of the curve between two images over their distance: more, and the image has skipped a bend."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Steps:
-    """Spacing of a curve's points, in cells.
-
-    A step is halved where the curve turns by more than `largest_angle`, or by more than `bend` cells aside, and doubled where it turns by
-    less than `smallest_angle`: the rules and the angles are those of Krauskopf and Osinga 1998.
-
-    Attributes:
-        first: distance of the first point from the saddle, along the eigenvector.
-        largest: longest step.
-        smallest: at this step the curve may turn by any angle, as it does where the map has a corner: at a grazing.
-        largest_angle: rad.
-        smallest_angle: rad.
-        bend: step times angle.
-    """
-
-    first: float = 0.05
-    largest: float = 4.0
-    smallest: float = 1e-3
-    largest_angle: float = 0.3
-    smallest_angle: float = 0.2
-    bend: float = 0.1
-
-
 class _Found(NamedTuple):
     """A point of the curve."""
 
@@ -172,7 +154,7 @@ class _Found(NamedTuple):
 
 
 def stable_branch(
-    plane: AbstractPlaneMap, saddle: Place, direction: Place, *, low: Place, high: Place, longest: float, steps: Steps | None = None
+    plane: AbstractPlaneMap, saddle: Place, direction: Place, *, low: Place, high: Place, longest: float
 ) -> tuple[Curve, bool]:
     """One branch of the stable manifold: points that the map takes to others nearer to the saddle along the same curve.
 
@@ -185,7 +167,6 @@ def stable_branch(
         low: lower left corner of the region where the curve is sought, cells.
         high: upper right corner.
         longest: length at which it ends, cells.
-        steps: spacing.
 
     Returns:
         The curve from the saddle on, with a row of NaN where it passes a rigid stop, and whether it ended before the region and `longest`,
@@ -194,62 +175,61 @@ def stable_branch(
     Source: J. P. England, B. Krauskopf, H. M. Osinga, Computing one-dimensional stable manifolds and stable sets of planar maps without
     the inverse, SIAM Journal on Applied Dynamical Systems 3 (2004) 161-190; several circles at once, ours.
     """
-    steps = Steps() if steps is None else steps
-    curve = Traced(plane, saddle - steps.first * direction, saddle)
-    curve.add(saddle + steps.first * direction)
+    curve = Traced(plane, saddle - _FIRST * direction, saddle)
+    curve.add(saddle + _FIRST * direction)
     image = plane.image(np.array([curve.points[-1]]))[0]
-    trail = [_Found(curve.points[-1], float(np.arctan2(direction[1], direction[0])), steps.first, float((image - saddle) @ direction))]
-    step = steps.first
+    trail = [_Found(curve.points[-1], float(np.arctan2(direction[1], direction[0])), _FIRST, float((image - saddle) @ direction))]
+    step = _FIRST
     for _ in range(_TRIES):
         if curve.lengths[-1] >= longest:
             return curve.path(), False
-        found = _next(plane, curve, trail[-1], step, steps)
-        if found is None and trail[-1].step > steps.smallest and len(trail) > 1:
+        found = _next(plane, curve, trail[-1], step)
+        if found is None and trail[-1].step > _SMALLEST and len(trail) > 1:
             curve.remove()
-            step = max(_BACK * trail.pop().step, steps.smallest)
+            step = max(_BACK * trail.pop().step, _SMALLEST)
             continue
-        found = found or _corner(plane, curve, trail[-1], steps)
+        found = found or _corner(plane, curve, trail[-1])
         if found is None:
             return curve.path(), True
         curve.add(found.point)
         here = plane.fold(found.point[None])[0]
         if np.any(here < low) or np.any(here > high):
             return curve.path(), False
-        grows = abs(_turn(trail[-1], found)) < steps.smallest_angle
-        step = float(np.clip(_GROWS * found.step if grows else found.step, steps.smallest, steps.largest))
+        grows = abs(_turn(trail[-1], found)) < _SMALLEST_ANGLE
+        step = float(np.clip(_GROWS * found.step if grows else found.step, _SMALLEST, _LARGEST))
         trail.append(found)
     return curve.path(), True
 
 
-def _next(plane: AbstractPlaneMap, curve: Traced, last: _Found, step: float, steps: Steps) -> _Found | None:
+def _next(plane: AbstractPlaneMap, curve: Traced, last: _Found, step: float) -> _Found | None:
     """The next point at the longest step that turns little enough; None where there is none down to the shortest."""
-    while step >= steps.smallest:
-        radii = np.unique(np.clip(step * np.array(_RADII), steps.smallest, steps.largest))[::-1]
+    while step >= _SMALLEST:
+        radii = np.unique(np.clip(step * np.array(_RADII), _SMALLEST, _LARGEST))[::-1]
         angles = np.broadcast_to(np.linspace(-_SPREAD, _SPREAD, _ANGLES), (len(radii), _ANGLES))
         arcs = _images(plane, last, radii, angles)
-        coarse = [_nearest(curve, arc, last.length - _NOISE * steps.smallest, last.length) for arc in arcs]
+        coarse = [_nearest(curve, arc, last.length - _NOISE * _SMALLEST, last.length) for arc in arcs]
         for radius, arc, here, inner in zip(radii, arcs, coarse, [*coarse[1:], None], strict=True):
-            on_the_way = inner is not None or radius <= steps.smallest
-            found = _refined(plane, curve, last, float(radius), angles[0], arc, here[0], steps) if here and on_the_way else None
+            on_the_way = inner is not None or radius <= _SMALLEST
+            found = _refined(plane, curve, last, float(radius), angles[0], arc, here[0]) if here and on_the_way else None
             turn = 0.0 if found is None else abs(_turn(last, found))
-            if found and turn <= steps.largest_angle and turn * radius <= steps.bend and _follows(curve, last, found, steps):
+            if found and turn <= _LARGEST_ANGLE and turn * radius <= _BEND and _follows(curve, last, found):
                 return found
         step *= _RADII[-1]
     return None
 
 
-def _corner(plane: AbstractPlaneMap, curve: Traced, last: _Found, steps: Steps) -> _Found | None:
+def _corner(plane: AbstractPlaneMap, curve: Traced, last: _Found) -> _Found | None:
     """The next point whatever the curve turns by, on the smallest circle where the image goes on.
 
     Behind a grazing of a rigid stop the image goes on with the square of the distance alone.
     """
-    angles, radius = np.linspace(-np.pi, np.pi, _ANGLES * len(_RADII)), steps.smallest
-    while radius <= steps.largest:
+    angles, radius = np.linspace(-np.pi, np.pi, _ANGLES * len(_RADII)), _SMALLEST
+    while radius <= _LARGEST:
         arc = _images(plane, last, np.array([radius]), angles[None])[0]
         _, positions, _ = curve.crossings(arc[None], last.length - radius)
-        each = [_refined(plane, curve, last, radius, angles, arc, float(position), steps) for position in positions]
-        ahead = [found for found in each if found and found.length > last.length + _NOISE * steps.smallest]
-        on = [found for found in ahead if _follows(curve, last, found, steps)]
+        each = [_refined(plane, curve, last, radius, angles, arc, float(position)) for position in positions]
+        ahead = [found for found in each if found and found.length > last.length + _NOISE * _SMALLEST]
+        on = [found for found in ahead if _follows(curve, last, found)]
         if on:
             return min(on, key=lambda found: found.length)
         radius *= _GROWS
@@ -261,10 +241,10 @@ def _turn(last: _Found, found: _Found) -> float:
     return float(np.mod(found.heading - last.heading + np.pi, 2.0 * np.pi) - np.pi)
 
 
-def _follows(curve: Traced, last: _Found, found: _Found, steps: Steps) -> bool:
+def _follows(curve: Traced, last: _Found, found: _Found) -> bool:
     """Whether the curve between the last image and this one is nearly straight, so that none of its bends was skipped."""
     apart = float(np.linalg.norm(curve.place(found.length) - curve.place(last.length)))
-    return found.length - last.length <= _DETOUR * apart + 4.0 * steps.smallest
+    return found.length - last.length <= _DETOUR * apart + 4.0 * _SMALLEST
 
 
 def _nearest(curve: Traced, arc: np.ndarray, least: float, at: float) -> tuple[float, float] | None:
@@ -277,7 +257,7 @@ def _nearest(curve: Traced, arc: np.ndarray, least: float, at: float) -> tuple[f
 
 
 def _refined(
-    plane: AbstractPlaneMap, curve: Traced, last: _Found, radius: float, angles: np.ndarray, arc: np.ndarray, position: float, steps: Steps
+    plane: AbstractPlaneMap, curve: Traced, last: _Found, radius: float, angles: np.ndarray, arc: np.ndarray, position: float
 ) -> _Found | None:
     """The crossing on one circle, its angle refined until neighbouring images are near; None where it does not stay."""
     length = last.length
@@ -285,7 +265,7 @@ def _refined(
         number = min(int(position), len(angles) - 2)
         angles = np.linspace(angles[number], angles[number + 1], _ANGLES * len(_RADII))
         arc = _images(plane, last, np.array([radius]), angles[None])[0]
-        here = _nearest(curve, arc, last.length - _NOISE * steps.smallest, last.length)
+        here = _nearest(curve, arc, last.length - _NOISE * _SMALLEST, last.length)
         if here is None:
             return None
         position, length = here
@@ -307,6 +287,8 @@ _PIECES = 8
 """Of the straight line from the saddle's neighbourhood to its image."""
 _IMAGES = 200
 """At most: so often a piece is mapped on."""
+_TORN = 2.0 * _LARGEST
+"""Spacing beyond which neighbours are no neighbours on the curve."""
 _SPLIT = 1e-7
 """Cells: nearer points are not divided further; where their images lie apart the curve is broken, as at a rigid stop."""
 
@@ -320,7 +302,6 @@ def unstable_branch(
     low: Place,
     high: Place,
     longest: float,
-    steps: Steps | None = None,
 ) -> Curve:
     """One branch of the unstable manifold: the points that leave the saddle.
 
@@ -335,7 +316,6 @@ def unstable_branch(
         low: lower left corner of the region where the curve is sought, cells.
         high: upper right corner.
         longest: length at which it ends, cells.
-        steps: spacing.
 
     Returns:
         The curve from the saddle on, with a row of NaN where it is broken; it ends at the region's border, at `longest`, or on an
@@ -345,53 +325,47 @@ def unstable_branch(
     14-22; spacing as in B. Krauskopf, H. M. Osinga, Growing 1D and quasi-2D unstable manifolds of maps, Journal of Computational Physics
     146 (1998) 404-419.
     """
-    steps = Steps() if steps is None else steps
-    near = saddle + steps.first / multiplier * direction
+    near = saddle + _FIRST / multiplier * direction
     piece = np.linspace(near, plane.image(near[None])[0], _PIECES + 1)
     curve, length = [saddle[None], piece], 0.0
     for _ in range(_IMAGES):
-        piece, image = _image(plane, piece, steps, longest - length)
+        piece, image = _image(plane, piece, longest - length)
         outside = np.flatnonzero(np.isnan(image[:, 0]) | np.any((image < low) | (image > high), axis=1))
         image = image[: outside[0]] if outside.size else image
         if len(image) < 2:
             break
         gaps = np.linalg.norm(np.diff(image, axis=0), axis=1)
-        torn = gaps > _torn(steps)
+        torn = gaps > _TORN
         curve.append(np.insert(image, 1 + np.flatnonzero(torn), np.nan, axis=0)[1:])
         grown = float(gaps[~torn].sum())
         length += grown
-        if length >= longest or grown < steps.smallest:
+        if length >= longest or grown < _SMALLEST:
             break
-        piece = _thinned(image, steps)
+        piece = _thinned(image)
     return np.concatenate(curve)
 
 
-def _thinned(piece: Curve, steps: Steps) -> Curve:
+def _thinned(piece: Curve) -> Curve:
     """Without every other point whose neighbours are so near that the curve is as well known without it."""
-    near = np.linalg.norm(piece[2:] - piece[:-2], axis=1) < steps.bend
-    between = np.linalg.norm(piece[1:-1] - piece[:-2], axis=1) + np.linalg.norm(piece[2:] - piece[1:-1], axis=1) < steps.bend
+    near = np.linalg.norm(piece[2:] - piece[:-2], axis=1) < _BEND
+    between = np.linalg.norm(piece[1:-1] - piece[:-2], axis=1) + np.linalg.norm(piece[2:] - piece[1:-1], axis=1) < _BEND
     dropped = np.concatenate([[False], near & between & (np.arange(len(near)) % 2 == 0), [False]])
     return piece[~dropped]
 
 
-def _torn(steps: Steps) -> float:
-    """Spacing beyond which neighbours are no neighbours on the curve."""
-    return 2.0 * steps.largest
-
-
-def _image(plane: AbstractPlaneMap, piece: Curve, steps: Steps, room: float) -> tuple[Curve, Curve]:
+def _image(plane: AbstractPlaneMap, piece: Curve, room: float) -> tuple[Curve, Curve]:
     """A piece with points put in between, and its image; no longer than there is room for."""
     image = plane.image(piece)
     while True:
         chords = np.diff(image, axis=0)
         gaps = np.linalg.norm(chords, axis=1)
-        end = int(np.searchsorted(np.cumsum(np.nan_to_num(np.where(gaps > _torn(steps), 0.0, gaps))), room)) + 2
+        end = int(np.searchsorted(np.cumsum(np.nan_to_num(np.where(gaps > _TORN, 0.0, gaps))), room)) + 2
         piece, image, chords, gaps = piece[:end], image[:end], chords[: end - 1], gaps[: end - 1]
         heading = np.arctan2(chords[:, 1], chords[:, 0])
         turn = np.abs(np.mod(np.diff(heading) + np.pi, 2.0 * np.pi) - np.pi)
-        wide = gaps > steps.largest
-        wide[1:] |= turn * gaps[1:] > steps.bend
-        wide[:-1] |= turn * gaps[:-1] > steps.bend
+        wide = gaps > _LARGEST
+        wide[1:] |= turn * gaps[1:] > _BEND
+        wide[:-1] |= turn * gaps[:-1] > _BEND
         wide &= np.linalg.norm(np.diff(piece, axis=0), axis=1) > _SPLIT
         where = np.flatnonzero(wide)
         if not where.size:

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from vibrojax.batch import Strobes, find_orbits
 from vibrojax.batch.orbits import same_orbit
-from vibrojax.studies.classify import LONGEST
+from vibrojax.studies.base import LONGEST
 
 SLOTS = 5
 """Stable orbits that are kept at one cell."""
@@ -44,7 +44,7 @@ class OrbitPlane:
         self.count = np.zeros(cells, dtype=int)
         self.code = np.full((SLOTS, cells), -1)
         self.state = np.full((SLOTS, 2, cells), np.nan)
-        self.force, self.speed = np.full((2, SLOTS, cells), np.nan)
+        self.force = np.full((SLOTS, cells), np.nan)
         self._tried: dict[int, np.ndarray] = {}
 
     @property
@@ -67,7 +67,7 @@ class OrbitPlane:
             new = some[~known & (self.count[cells[some]] < SLOTS)]
             slot, cell = self.count[cells[new]], cells[new]
             self.code[slot, cell] = code[new]
-            self.force[slot, cell], self.speed[slot, cell] = there.peak_force[new], there.impact_speed[new]
+            self.force[slot, cell] = there.peak_force[new]
             self.state[slot, :, cell] = there.state[:, new].T
             self.count[cell] += 1
             slots.append(slot)

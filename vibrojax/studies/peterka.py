@@ -8,12 +8,28 @@ import xarray as xr
 from jaxtyping import Bool, Float, Int
 
 from vibrojax.batch import Batch, Points, Responses, Span, Strobes, integrate
-from vibrojax.batch.points import lanes_of
+from vibrojax.batch.points import lanes_of, section_scales
 from vibrojax.errors import InputError
+from vibrojax.integrate.base import SUCCESS
 from vibrojax.model import Model
-from vibrojax.studies.base import CHAOS, GRAVITY, Labelled, Values, labelled, natural_frequency, outcome
-from vibrojax.studies.classify import APERIODIC, FAILED, LONGEST, MEANING, NO_IMPACT, PERIODIC, classify
-from vibrojax.studies.coexistence import KICKS, kicked
+from vibrojax.studies.base import (
+    APERIODIC,
+    CHAOS,
+    FAILED,
+    LONGEST,
+    NO_IMPACT,
+    PERIODIC,
+    Kind,
+    Labelled,
+    Values,
+    classify,
+    codes,
+    forces,
+    labelled,
+    motions,
+    natural_frequency,
+)
+from vibrojax.studies.coexistence import KICKS, evenly, kicked
 from vibrojax.studies.lyapunov import exponents
 from vibrojax.studies.orbit_plane import SLOTS, OrbitPlane
 
@@ -99,8 +115,7 @@ def peterka(
     found, cells = made(model, points, span or Span(), lyapunov_cycles, options)
     dims = ("clearance", "ratio")
     parts = {name: part.reshape(*points.shape, *part.shape[1:]) for name, part in cells._asdict().items()}
-    weight = GRAVITY * float(np.asarray(model.mass))
-    result = np.where(parts["kind"] == FAILED, found.result, 0)
+    kind = Kind(parts["kind"], parts["impacts"], parts["period"])
     return labelled(
         "Peterka map",
         model,
@@ -110,13 +125,9 @@ def peterka(
             "ratio": Labelled(("ratio",), ratio, "1", "excitation frequency over natural frequency"),
         },
         variables={
-            "kind": Labelled(dims, parts["kind"], "1", MEANING),
-            "impacts": Labelled(dims, parts["impacts"], "1", "impacts in one period, p"),
-            "period": Labelled(dims, parts["period"], "1", "cycles of excitation in one period, q"),
-            "impact_force": Labelled(dims, parts["force"], "N", "largest impact force"),
-            "force_over_weight": Labelled(dims, parts["force"] / weight, "1", "largest impact force over the hammer's weight"),
+            **motions(dims, kind, np.where(kind.kind == FAILED, found.result, SUCCESS)),
+            **forces(dims, parts["force"], float(np.asarray(model.mass))),
             "lyapunov": Labelled(dims, parts["growth"], "1", "largest Lyapunov exponent per cycle of excitation"),
-            "result": outcome(dims, result),
             "shown": Labelled(dims, parts["shown"], "1", _SHOWN),
             "other_code": Labelled((*dims, "other"), parts["other_code"], "1", "another motion: 1000 p + q, 0 rest, -1 none"),
             "other_force": Labelled((*dims, "other"), parts["other_force"], "N", "its largest impact force"),
@@ -151,12 +162,12 @@ def _followed(model: Model, points: Points, span: Span, lyapunov_cycles: int, op
     """Orbits first, then which of them rest leads to, then what is left."""
     begin, values = time.perf_counter(), points.flat()
     lanes, rest = lanes_of(model, points)
-    scale = np.stack([values["base_amplitude"], values["base_amplitude"] * 2.0 * np.pi * values["frequency_hz"]])
+    scale = section_scales(values["base_amplitude"], values["frequency_hz"])
     chosen = {name: options[name] for name in ("engine", "threads") if name in options}
     with Strobes(lanes, chunk=_SIDE_BY_SIDE, small=_FEW, **chosen) as wide, Strobes(lanes, chunk=options.get("chunk"), **chosen) as strobes:
         plane = OrbitPlane(wide, (points.shape[0], points.shape[1]), scale)
         batch = Batch(strobes, rest, values["base_amplitude"], span)
-        asked = _ask(model, plane, strobes, values, span)
+        asked = _ask(model, plane, strobes, points, span)
         _search(plane, batch)
         into = _reached(plane, batch)
         wild = np.flatnonzero((into < 0) & (batch.open | (batch.closed == 0)) & (batch.result == 0))
@@ -164,23 +175,16 @@ def _followed(model: Model, points: Points, span: Span, lyapunov_cycles: int, op
         mask[wild] = True
         growth = _growth(model, points, batch.responses(points, 0.0).state, mask, lyapunov_cycles, options)
         late = np.flatnonzero(mask & ~(growth > CHAOS))
-        _onward(plane, batch, late, into, _total(span))
+        _onward(plane, batch, late, into)
     found = batch.responses(points, time.perf_counter() - begin)
     return found, _summed(plane, found, points, into, growth, asked)
 
 
-def _total(span: Span) -> int:
-    return span.calls * span.call[0]
-
-
-def _ask(model: Model, plane: OrbitPlane, strobes: Strobes, values: dict[str, np.ndarray], span: Span) -> np.ndarray:
+def _ask(model: Model, plane: OrbitPlane, strobes: Strobes, points: Points, span: Span) -> np.ndarray:
     """Find orbits by all starts at some cells, and continue them; which cells."""
-    picked = [np.unique(np.linspace(0, size - 1, min(size, _ASKED)).round().astype(int)) for size in plane.shape]
-    asked = np.zeros(plane.shape, bool)
-    asked[np.ix_(*picked)] = True
-    asked = asked.ravel()
+    asked = evenly(plane.shape, (_ASKED, _ASKED))
     starts = np.repeat(np.flatnonzero(asked), len(KICKS) + 2)
-    u, v = kicked(model, {name: part[starts] for name, part in values.items()}, KICKS)
+    u, v = kicked(model, points.chosen(starts).values, KICKS)
     nothing = np.zeros(starts.size)
     state = np.stack([u, v, nothing, np.abs(v), nothing, nothing])
     segment, recorded = span.call[0], span.call[1]
@@ -197,7 +201,7 @@ def _search(plane: OrbitPlane, batch: Batch) -> None:
     row, column = np.divmod(np.arange(plane.count.size), plane.shape[1])
     for stride in _STRIDES:
         cells = np.flatnonzero((plane.count == 0) & (batch.done == 0) & (row % stride == 0) & (column % stride == 0))
-        while (on := cells[batch.open[cells] & (batch.done[cells] < min(_SETTLED, _total(batch.span)))]).size:
+        while (on := cells[batch.open[cells] & (batch.done[cells] < min(_SETTLED, batch.span.total))]).size:
             batch.advance(on)
         _continue_from(plane, batch, cells)
 
@@ -215,19 +219,19 @@ def _reached(plane: OrbitPlane, batch: Batch) -> np.ndarray:
     and the same, and has its orbit: that of the four nearest cells where the orbit is its only one, else that of the sixteen nearest.
     Elsewhere it is iterated.
     """
-    into, total = np.full(plane.count.size, -1), _total(batch.span)
+    into = np.full(plane.count.size, -1)
     coarse = min(_COARSE, max(1, min(plane.shape) // 75))
     lattice: list[np.ndarray] = []
     for every in (stride for stride in _STRIDES if stride <= coarse):
         finer = [np.unique(np.append(np.arange(0, size, every), size - 1)) for size in plane.shape]
         here = np.zeros(plane.shape, bool)
         here[np.ix_(*finer)] = True
-        left = np.flatnonzero(here.ravel() & (plane.count > 0) & (into < 0) & (batch.done < total))
+        left = np.flatnonzero(here.ravel() & (plane.count > 0) & (into < 0) & (batch.done < batch.span.total))
         slot = np.full(left.size, -1)
         if lattice:
             slot = np.where(plane.count[left] == 1, *(_as_around(plane, into, left, lattice, reach) for reach in (1, 2)))
         into[left[slot >= 0]] = slot[slot >= 0]
-        _onward(plane, batch, left[slot < 0], into, total)
+        _onward(plane, batch, left[slot < 0], into)
         lattice = finer
     return into
 
@@ -246,12 +250,12 @@ def _as_around(plane: OrbitPlane, into: np.ndarray, cells: np.ndarray, lattice: 
     return np.where(agreed & (own.sum(axis=0) == 1), own.argmax(axis=0), -1)
 
 
-def _onward(plane: OrbitPlane, batch: Batch, cells: np.ndarray, into: np.ndarray, total: int) -> None:
-    """Iterate cells from rest until they approach an orbit, at most so many cycles; look for new orbits where none is approached."""
+def _onward(plane: OrbitPlane, batch: Batch, cells: np.ndarray, into: np.ndarray) -> None:
+    """Iterate cells from rest until they approach an orbit, at most all cycles; look for new orbits where none is approached."""
     before = np.full(plane.count.size, np.inf)
     looked = 0
     while True:
-        cells = cells[(into[cells] < 0) & batch.open[cells] & (batch.done[cells] < total)]
+        cells = cells[(into[cells] < 0) & batch.open[cells] & (batch.done[cells] < batch.span.total)]
         if cells.size == 0:
             return
         batch.advance(cells)
@@ -303,7 +307,7 @@ def _summed(plane: OrbitPlane, found: Responses, points: Points, into: np.ndarra
     force = np.where(known, plane.force[slot, everyone], force)
     growth = np.where(kind == APERIODIC, growth, np.nan)
     impacts, period = (np.where(kind == APERIODIC, 0, part) for part in (impacts, period))
-    own = np.where(kind == PERIODIC, 1000 * impacts + period, np.where(kind == NO_IMPACT, 0, -1))
+    own = codes(kind, impacts, period)
     own_slot = np.where(known, into, -1)
     others = (plane.code >= 0) & (np.arange(SLOTS)[:, None] != own_slot) & (known | (plane.code != own))
     order = np.argsort(~others, axis=0, kind="stable")

@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibrojax.integrate.base import SUCCESS
-from vibrojax.studies.base import CHAOS
-from vibrojax.studies.classify import APERIODIC, NO_IMPACT, PERIODIC
+from vibrojax.studies.base import APERIODIC, CHAOS, NO_IMPACT, PERIODIC
 from vibrojax.studies.job import Job
 
 LEVELS = (0.025, 0.25, 0.5, 0.75, 0.975)
@@ -95,7 +94,9 @@ def summary(job: Job, data: xr.Dataset) -> xr.Dataset:
     """
     assert job.draws is not None
     how = SUMMARIES[job.study]
-    data = how.prepared(_whole_by_draw(job, data))
+    if job.kind.is_sweep:  # what can only be said of all tiles together is said draw by draw
+        data = stacked([job.kind.whole(data.isel(draw=number)).expand_dims("draw") for number in range(data.sizes["draw"])])
+    data = how.prepared(data)
     through = data["result"] == SUCCESS if "result" in data else xr.DataArray(np.ones(data.sizes["draw"], bool), dims="draw")
     counted = through if how.only is None else how.only(data) & through
     found: dict[str, xr.DataArray] = {}
@@ -120,13 +121,6 @@ def _quantiles(part: xr.DataArray) -> xr.DataArray:
     """Over the draws; NaN only where no draw counts."""
     missing = part.isnull().all("draw")
     return part.where(~missing, 0.0).quantile(LEVELS, dim="draw", skipna=True).where(~missing)
-
-
-def _whole_by_draw(job: Job, data: xr.Dataset) -> xr.Dataset:
-    """What can only be said of all tiles together is said draw by draw."""
-    if not job.kind.is_sweep:
-        return data
-    return stacked([job.kind.whole(data.isel(draw=number)).expand_dims("draw") for number in range(data.sizes["draw"])])
 
 
 def stacked(each: list[xr.Dataset]) -> xr.Dataset:

@@ -2,15 +2,15 @@
 
 import json
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+from vibrojax.batch.points import failures
 from vibrojax.errors import InputError
 from vibrojax.model_file import model_document
-from vibrojax.studies.base import failures
 from vibrojax.studies.job import Job, Tile, evaluate, everything, tiles
 from vibrojax.studies.quantiles import stacked, summary
 from vibrojax.studies.store import opened, put, read, state_before
@@ -53,7 +53,7 @@ def make(
     began: list[xr.Dataset] = []
 
     def first() -> xr.Dataset:
-        began.append(_first(job, plan[0]) if client is None else client.submit(_first, job, plan[0], pure=False).result())
+        began.append(evaluate(job, plan[0]) if client is None else client.submit(evaluate, job, plan[0], pure=False).result())
         return began[0]
 
     with opened(store, job, first, notice) as done:
@@ -62,13 +62,12 @@ def make(
             done[0] = True
         left = [tile for tile in plan if not done[tile.number]]
         before = 0 if began else sum(job.size(tile) for tile in plan if done[tile.number])
-        progress(job.lanes - sum(job.size(tile) for tile in left), before)
-        (_here if client is None else _on_cluster)(job, store, left, before, progress, client)
+        made = job.lanes - sum(job.size(tile) for tile in left)
+        progress(made, before)
+        for tile in _here(job, store, left) if client is None else _on_cluster(job, store, left, client):
+            made += job.size(tile)
+            progress(made, before)
         return _finished(job, read(store, job))
-
-
-def _first(job: Job, tile: Tile) -> xr.Dataset:
-    return evaluate(job, tile)
 
 
 def _in_memory(job: Job, progress: Progress) -> xr.Dataset:
@@ -81,27 +80,24 @@ def _in_memory(job: Job, progress: Progress) -> xr.Dataset:
     return stacked(found)
 
 
-def _here(job: Job, store: Path, left: list[Tile], before: int, progress: Progress, client: None) -> None:
-    done = job.lanes - sum(job.size(tile) for tile in left)
+def _here(job: Job, store: Path, left: list[Tile]) -> Iterator[Tile]:
+    """Each tile when it has been made and put into the store."""
     for tile in left:
         put(store, job, tile, evaluate(job, tile, before=state_before(store, job, tile)))
-        done += job.size(tile)
-        progress(done, before)
+        yield tile
 
 
-def _on_cluster(job: Job, store: Path, left: list[Tile], before: int, progress: Progress, client: Any) -> None:
-    """Every tile is a task; a stretch of a sweep waits for the one before."""
+def _on_cluster(job: Job, store: Path, left: list[Tile], client: Any) -> Iterator[Tile]:
+    """The same, where every tile is a task; a stretch of a sweep waits for the one before."""
     from dask.distributed import as_completed
 
-    done, document = job.lanes - sum(job.size(tile) for tile in left), job.document()["versions"]
-    futures: dict[int, Any] = {}
+    versions, futures = job.document()["versions"], dict[int | None, Any]()
     for tile in left:
-        futures[tile.number] = client.submit(_one, job, store, tile, document, futures.get(tile.after), pure=False)  # type: ignore[arg-type]
-    size = {futures[tile.number].key: job.size(tile) for tile in left}
+        futures[tile.number] = client.submit(_one, job, store, tile, versions, futures.get(tile.after), pure=False)
+    tile_of = {futures[tile.number].key: tile for tile in left}
     for future in as_completed(futures.values(), raise_errors=True):
         future.result()
-        done += size[future.key]
-        progress(done, before)
+        yield tile_of[future.key]
 
 
 def _one(job: Job, store: Path, tile: Tile, versions: dict[str, str], after: Any) -> None:
@@ -120,4 +116,5 @@ def _finished(job: Job, data: xr.Dataset) -> xr.Dataset:
         found = summary(job, data)
     else:
         found = job.kind.after(job.model, job.kind.whole(data))
-    return found.assign_attrs(model=json.dumps(model_document(job.model)), lanes_that_failed=json.dumps(failures(data)))
+    failed = failures(data["result"].values) if "result" in data else {}
+    return found.assign_attrs(model=json.dumps(model_document(job.model)), lanes_that_failed=json.dumps(failed))

@@ -9,14 +9,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Float
 
-from vibrojax.batch import AbstractEngine, Points, engine_for
-from vibrojax.batch.base import Lanes
+from vibrojax.batch import Points, Strobes, packed
 from vibrojax.batch.points import lanes_of, state_at
-from vibrojax.compiling import compiled_for_long_runs
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.continuation.orbit import Orbit, find_orbit
 from vibrojax.continuation.rig import ForcedRig
@@ -48,10 +47,6 @@ class AbstractPlaneMap(eqx.Module):
         return float("inf")
 
 
-_LANES = 64
-"""Stepped side by side: those of `vibrojax.batch.integrate`."""
-
-
 class StrobeMap(AbstractPlaneMap):
     """P^q: (u, u') when the cart passes its middle -> the same q cycles later.
 
@@ -73,8 +68,7 @@ class StrobeMap(AbstractPlaneMap):
     """
 
     rig: ForcedRig
-    lanes: Lanes
-    engine: AbstractEngine
+    strobes: Strobes
     cycles: int = eqx.field(static=True)
     origin: Place
     cell: Place
@@ -82,16 +76,19 @@ class StrobeMap(AbstractPlaneMap):
     def __init__(self, rig: ForcedRig, cycles: int, origin: Place, cell: Place):
         check_plane(rig.model)
         setting = {"frequency_hz": rig.frequency_hz, "gap": rig.gap, "base_amplitude": rig.base_amplitude}
-        points = Points(coords={"lane": np.arange(float(_LANES))}, values=setting | {"u0": min(0.0, float(rig.gap))})
+        points = Points(coords={"lane": np.zeros(1)}, values=setting | {"u0": min(0.0, float(rig.gap))})
         self.rig, self.cycles, self.origin, self.cell = rig, cycles, origin, cell
-        self.lanes, _ = lanes_of(rig.model, points)
-        self.engine = engine_for(self.lanes)
+        self.strobes = Strobes(lanes_of(rig.model, points)[0])
 
     def image(self, points: Plane) -> Plane:
         """See `AbstractPlaneMap`."""
-        state = self.states(self.fold(points))
-        found = [self._chunk(state[i : i + _LANES]) for i in range(0, len(state), _LANES)]
-        return (np.concatenate(found or [state]) - self.origin) / self.cell
+        u, v = self.states(self.fold(points)).T
+        systems = jax.tree.unflatten(self.strobes.form, list(self.strobes.rigs)).systems
+        for _ in range(self.cycles if len(points) else 0):
+            state, met = self.strobes.advance(np.zeros(len(u), int), packed(state_at(systems, jnp.asarray(u), jnp.asarray(v))), 1, 1)
+            arrived = (met["result"] == SUCCESS) & np.isfinite(u) & np.isfinite(v)
+            u, v = np.where(arrived, state[:2], np.nan)
+        return (np.stack([u, v], axis=-1) - self.origin) / self.cell
 
     def states(self, points: Plane) -> Plane:
         """(u, u') of points, m and m/s."""
@@ -115,17 +112,6 @@ class StrobeMap(AbstractPlaneMap):
         rigid = isinstance(self.rig.model.law, AbstractInstantaneousLaw)
         return float((float(self.rig.gap) - self.origin[0]) / self.cell[0]) if rigid else float("inf")
 
-    def _chunk(self, state: Plane) -> Plane:
-        """States of a chunk after `cycles`; what is missing to a full one is filled up with its last state."""
-        full = np.concatenate([state, np.repeat(state[-1:], _LANES - len(state), axis=0)])
-        u, v = jnp.asarray(full[:, 0]), jnp.asarray(full[:, 1])
-        good = jnp.ones(_LANES, dtype=bool)
-        for _ in range(self.cycles):
-            u, v, arrived = _one_cycle(self.engine, self.lanes, u, v)
-            good = good & arrived
-        reached = np.where(np.asarray(good)[:, None], np.stack([np.asarray(u), np.asarray(v)], axis=-1), np.nan)
-        return reached[: len(state)]
-
 
 def check_plane(model: Model) -> None:
     """Raise `InputError` where an effect has a state of its own, so that states are no plane."""
@@ -135,15 +121,6 @@ def check_plane(model: Model) -> None:
             f"manifolds are asked for, and {', '.join(names)} has a state of its own: expected a model whose state is u and u', since "
             "curves bound basins in a plane alone; leave the manifolds or the effect out"
         )
-
-
-@compiled_for_long_runs
-def _one_cycle(
-    engine: AbstractEngine, lanes: Lanes, u: Float[Array, " lanes"], v: Float[Array, " lanes"]
-) -> tuple[Float[Array, " lanes"], Float[Array, " lanes"], Bool[Array, " lanes"]]:
-    """States one cycle later, and whether each was reached."""
-    after, met = engine.advance(lanes, state_at(lanes.systems, u, v), 1, 1)
-    return after.u, after.v, (met.result == SUCCESS) & jnp.isfinite(after.u) & jnp.isfinite(after.v)
 
 
 _NUDGE = 1e-3

@@ -103,11 +103,13 @@ def opened(path: Path, job: Job, first: Callable[[], xr.Dataset], notice: Callab
 
 def put(path: Path, job: Job, tile: Tile, data: xr.Dataset) -> None:
     """Write one tile, then its mark; to be done by one process at a time for each tile."""
+    import zarr
+
     data = data.drop_vars(list(data.coords))
     if tile.draw is not None:
         data = data.expand_dims("draw")
     data.to_zarr(path, region=_region(job, tile), mode="r+", **_FORMAT)
-    _marks(path, "r+")[tile.number] = tile_checksum(data)
+    zarr.open_array(path, path=_DONE, mode="r+")[tile.number] = tile_checksum(data)
 
 
 def read(path: Path, job: Job) -> xr.Dataset:
@@ -136,12 +138,6 @@ def state_before(path: Path, job: Job, tile: Tile) -> np.ndarray | None:
     place: dict[str, Any] = {"direction": way, job.dim("values"): part.start - 1 if upwards else part.stop}
     with xr.open_zarr(path, chunks=None, **_FORMAT) as data:
         return data["state"].isel(place | ({} if tile.draw is None else {"draw": tile.draw})).values
-
-
-def _marks(path: Path, mode: Any) -> Any:
-    import zarr
-
-    return zarr.open_array(path, path=_DONE, mode=mode)
 
 
 def _region(job: Job, tile: Tile) -> dict[str, slice]:
@@ -175,6 +171,7 @@ def _whole_tiles(path: Path, job: Job, notice: Callable[[str], None]) -> np.ndar
 def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
     """A new store, locked before anyone can see it."""
     import zarr
+    from zarr.codecs import Crc32cCodec, ZstdCodec
 
     parent = path.parent
     if not parent.is_dir():
@@ -182,10 +179,8 @@ def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
     try:
         with made_aside(path) as aside:
             empty, chunks = _template(job, tile)
-            codecs = {"compressors": _codecs()}
-            encoding = {name: {"chunks": sizes} | codecs for name, sizes in chunks.items()} | {
-                name: codecs for name in map(str, empty.coords)
-            }
+            codecs = {"compressors": (ZstdCodec(), Crc32cCodec())}  # compression, and a checksum of what it gives
+            encoding = {name: {"chunks": sizes} | codecs for name, sizes in chunks.items()} | dict.fromkeys(map(str, empty.coords), codecs)
             empty.to_zarr(aside.path, mode="w-", compute=False, encoding=encoding, **_FORMAT)
             zarr.open_group(aside.path, mode="r+", zarr_format=3).attrs[DESCRIPTION] = description_checksum(aside.path)
             os.rename(aside.path, path)
@@ -194,13 +189,6 @@ def _made(path: Path, job: Job, tile: xr.Dataset) -> int:
         if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another run was first
             return _locked(path)
         raise InputError(f"cannot make the store {path}: {error.strerror or error}; name another store") from error
-
-
-def _codecs() -> tuple[Any, Any]:
-    """Compression, and a checksum of what it gives."""
-    from zarr.codecs import Crc32cCodec, ZstdCodec
-
-    return ZstdCodec(), Crc32cCodec()
 
 
 def _template(job: Job, tile: xr.Dataset) -> tuple[xr.Dataset, dict[str, tuple[int, ...]]]:

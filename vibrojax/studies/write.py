@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrojax.drawing import FORMATS, save, sized, style
+from vibrojax.drawing import write_figure
 from vibrojax.figure_style import SCREEN, FigureStyle, rig_words, written
-from vibrojax.studies.basin_manifolds import write_manifolds
+from vibrojax.studies.basin_manifolds import manifold_table
 from vibrojax.studies.figures import FIGURES, UNCERTAIN
 from vibrojax.studies.finding import document, finding
 
@@ -103,17 +103,14 @@ def write_study(name: str, data: xr.Dataset, folder: Path, *, look: FigureStyle 
         Paths of the files.
     """
     stem = name if stem is None else stem
-    paths = {suffix: folder / f"{stem}.{suffix}" for suffix in ("nc", *FORMATS, "md")}
-    data.to_netcdf(paths["nc"], engine="scipy")
+    data.to_netcdf(folder / f"{stem}.nc", engine="scipy")
     draw = UNCERTAIN[name] if "quantile" in data.dims else FIGURES[name]
-    with style(look):
-        figure = sized(draw(data), look)
-        for suffix in FORMATS:
-            save(figure, paths[suffix], look)
-    paths["md"].write_text(caption(name, data, finding(name, data)), encoding="utf-8")
+    figures = write_figure(lambda: draw(data), folder / stem, look)
+    texts = {f"{stem}.md": caption(name, data, finding(name, data))}
     if "attractors" in data.attrs:
-        paths["json"] = folder / f"{stem}.json"
-        paths["json"].write_text(document(data), encoding="utf-8")
+        texts[f"{stem}.json"] = document(data)
     if "manifolds" in data.attrs:
-        paths["csv"] = write_manifolds(data, folder, stem)
-    return list(paths.values())
+        texts[f"manifolds{stem.removeprefix('basins')}.csv"] = manifold_table(data)
+    for file, text in texts.items():
+        (folder / file).write_text(text, encoding="utf-8")
+    return [folder / f"{stem}.nc", *figures, *(folder / file for file in texts)]

@@ -13,10 +13,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
-from vibrojax.drawing import BLUE, COLOURS, GREY, SKY, new_figure
+from vibrojax.drawing import BLUE, COLOURS, GREY, SKY, WIDTH, new_figure
 from vibrojax.figure_style import AT_STROBES, FORCE, FORCE_OF_CYCLE, FORCE_OVER_WEIGHT, RATIO, SYMBOLS, short
-from vibrojax.studies.base import CHAOS, setting
-from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT
+from vibrojax.studies.base import APERIODIC, CHAOS, FAILED, NO_IMPACT, setting
 from vibrojax.studies.coexistence import name as motion_name
 from vibrojax.studies.continuation_lines import pieces
 
@@ -259,44 +258,31 @@ def draw_bifurcation(data: xr.Dataset) -> Figure:
     Where branches are known (`continuation_lines.with_branches`) the sweeps lie side by side, with the branches over both: stable orbits
     full, unstable ones broken.
     """
-    return _apart(data) if "branches" in data.attrs else _together(data)
-
-
-def _together(data: xr.Dataset) -> Figure:
-    parameter = setting(data, "parameter")
-    figure = new_figure(5.4, layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
-    for direction in _LOOKS:
-        _draw_sweep(data, direction, top, bottom)
-    for axes, name, scale in ((top, "other_displacement", 1e3), (bottom, "other_force", 1.0)):
-        _draw_beside(axes, data, name, scale, GREY)
-    if "other_force" in data:
-        top.plot([], [], "o", mfc="none", mec=GREY, ms=2.5, mew=0.6, label=BESIDE)
-    top.set_ylabel(AT_STROBES)
-    bottom.set_ylabel(FORCE_OF_CYCLE)
-    bottom.set_xlabel(label(data, parameter))
-    add_ratio_axis(top, data, parameter)
-    top.legend(ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0) if parameter != "frequency_hz" else None)
-    return figure
-
-
-def _apart(data: xr.Dataset) -> Figure:
-    parameter = setting(data, "parameter")
-    figure = new_figure(5.4, 9.6, layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey="row")
-    for direction, (top, bottom) in zip(_LOOKS, panels.T, strict=True):
-        _draw_sweep(data, direction, top, bottom, _UNDER)
-        for branch in json.loads(data.attrs["branches"]):
+    parameter, apart = setting(data, "parameter"), "branches" in data.attrs
+    figure = new_figure(5.4, 9.6 if apart else WIDTH, layout="constrained")
+    panels = figure.subplots(2, 2 if apart else 1, sharex=True, sharey="row", squeeze=False)
+    for direction, (top, bottom) in zip(_LOOKS, np.broadcast_to(panels.T, (2, 2)), strict=True):
+        _draw_sweep(data, direction, top, bottom, _UNDER if apart else 0.0)
+    for top, bottom in panels.T:
+        for branch in json.loads(data.attrs.get("branches", "[]")):
             _draw_branch(top, branch, "u", 1e3)
             if branch["force"]:
                 _draw_branch(bottom, branch, "force", 1.0)
         bottom.set_xlabel(label(data, parameter))
         add_ratio_axis(top, data, parameter)
     top, bottom = panels[:, 0]
-    top.set(ylabel=AT_STROBES, ylim=_limits(1e3 * data["displacement"].values))
-    bottom.set(ylabel=FORCE_OF_CYCLE, ylim=_limits(data["impact_force"].values))
+    top.set_ylabel(AT_STROBES)
+    bottom.set_ylabel(FORCE_OF_CYCLE)
+    if not apart:
+        for axes, name, scale in ((top, "other_displacement", 1e3), (bottom, "other_force", 1.0)):
+            _draw_beside(axes, data, name, scale, GREY)
+        if "other_force" in data:
+            top.plot([], [], "o", mfc="none", mec=GREY, ms=2.5, mew=0.6, label=BESIDE)
+        top.legend(ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0) if parameter != "frequency_hz" else None)
+        return figure
     x = data[parameter].values
-    top.set_xlim(x[0], x[-1])
+    top.set(ylim=_limits(1e3 * data["displacement"].values), xlim=(x[0], x[-1]))
+    bottom.set_ylim(_limits(data["impact_force"].values))
     top.plot([], [], color=_BRANCH, linewidth=1.0, label="stable orbits")
     top.plot([], [], color=_BRANCH, linewidth=1.0, linestyle="--", label="unstable orbits")
     up, down = (one.get_legend_handles_labels() for one in panels[0])

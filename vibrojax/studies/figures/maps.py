@@ -20,18 +20,12 @@ from scipy.ndimage import label as connected
 
 from vibrojax.drawing import AMBER, BLUE, GREEN, GREY, ORANGE, PINK, SKY, new_figure
 from vibrojax.figure_style import FORCE_OVER_WEIGHT
-from vibrojax.studies.base import CHAOS, GRAVITY, setting
-from vibrojax.studies.classify import APERIODIC, FAILED, NO_IMPACT, PERIODIC
+from vibrojax.studies.base import APERIODIC, CHAOS, FAILED, GRAVITY, NO_IMPACT, code, codes, setting
 from vibrojax.studies.coexistence import is_continued, several_in_map
 from vibrojax.studies.figures.lines import label
 
-COLOUR_NO_IMPACT, COLOUR_OTHER, COLOUR_UNSETTLED, COLOUR_NOT_INTEGRATED, COLOUR_CHAOS = (
-    "#ffffff",
-    "#dfe9f4",
-    "#2f2f2f",
-    "#661a86",
-    "#000000",
-)
+COLOUR_NO_IMPACT, COLOUR_OTHER = "#ffffff", "#dfe9f4"
+COLOUR_UNSETTLED, COLOUR_CHAOS, COLOUR_NOT_INTEGRATED = "#2f2f2f", "#000000", "#661a86"
 _USUAL = {(1, 1): "#0058b0", (1, 2): "#efd139", (1, 3): "#ec7bb4", (2, 2): "#6bc3ef", (1, 4): "#1d9f5e", (2, 1): "#bd4804"}
 """Colour of z = p/q in every map, so that maps compare; in lightness from 38 to 84, some 9 apart."""
 _LEAST = 0.05
@@ -115,23 +109,39 @@ def draw_peterka(data: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
     patches: list[Artist] = [*draw_regions(left, x, y, regions_of(data))]
-    limits = left.get_xlim(), left.get_ylim()
+    draw_values(right, x, y, _on_first(data), f"{FORCE_OVER_WEIGHT} on z = 1/1")
+    finish_map(left, right, data)
     for line in json.loads(data.attrs.get("borders", "[]")):
         left.plot(line["ratio"], line["clearance"], color=_BORDER, linewidth=1.2, linestyle="--" if "grazing" in line["kind"] else "-")
     if "coexistence" in data.attrs:
         patches.append(_draw_several(left, data))
     figure.legend(handles=patches, loc="outside lower center", ncols=6)
-    force = _on_first(data)
-    if np.isfinite(force).any():
-        shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
-        figure.colorbar(shown, ax=right, label=f"{FORCE_OVER_WEIGHT} on z = 1/1")
-    left.set(xlim=limits[0], ylim=limits[1])
-    right.set(xlim=limits[0], ylim=limits[1])
+    return figure
+
+
+def draw_values(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, text: str, **shades: Any) -> None:
+    """Paint values over a plane, and their bar beside it; nothing where none is finite.
+
+    Arguments:
+        axes: the panel.
+        x: values along it.
+        y: the same.
+        values: NaN where there is none, `(y, x)`.
+        text: what the bar is called.
+        shades: as for `pcolormesh`; the colour map is "viridis" unless given.
+    """
+    if np.isfinite(values).any():
+        how: dict[str, Any] = {"cmap": "viridis", "shading": "nearest", "rasterized": True} | shades
+        axes.figure.colorbar(axes.pcolormesh(x, y, np.ma.masked_invalid(values), **how), ax=axes, label=text)
+
+
+def finish_map(left: Axes, right: Axes, data: xr.Dataset) -> None:
+    """Names of the axes of a Peterka map, which end where its left panel does; what is drawn over it later does not widen them."""
+    limits = left.get_xlim(), left.get_ylim()
     for axes in (left, right):
-        axes.set_xlabel(label(data, "ratio"))
+        axes.set(xlabel=label(data, "ratio"), xlim=limits[0], ylim=limits[1])
         axes.grid(False)
     left.set_ylabel(label(data, "clearance"))
-    return figure
 
 
 def _draw_several(axes: Axes, data: xr.Dataset) -> Artist:
@@ -148,34 +158,30 @@ def _draw_several(axes: Axes, data: xr.Dataset) -> Artist:
 
 def _on_first(data: xr.Dataset) -> np.ndarray:
     """Force over weight on z = 1/1, the cell's own motion or one beside it; NaN where it is not known."""
-    kind, p, q, over_weight = (
+    *motion, over_weight = (
         data[name].transpose("clearance", "ratio").values for name in ("kind", "impacts", "period", "force_over_weight")
     )
-    own = np.where((kind == PERIODIC) & (p == 1) & (q == 1), over_weight, np.nan)
+    own = np.where(codes(*motion) == code(1, 1), over_weight, np.nan)
     if "other_code" not in data:
         return own
     weight = GRAVITY * json.loads(data.attrs["model"])["mass"]
-    beside = data["other_force"].where(data["other_code"] == 1001).transpose("clearance", "ratio", "other").values / weight
+    beside = data["other_force"].where(data["other_code"] == code(1, 1)).transpose("clearance", "ratio", "other").values / weight
     return np.fmax(own, np.fmax.reduce(beside, axis=-1))
 
 
 def regions_of(data: xr.Dataset) -> list[Region]:
     """The regions of a map; those of z = p/q by how often they occur, and kinds of motion that do not occur are left out."""
     kind, p, q = (data[name].values for name in ("kind", "impacts", "period"))
-    codes = np.where(kind == PERIODIC, 1000 * p + q, 0)
-    found, counts = np.unique(codes[codes > 0], return_counts=True)
-    motions = [(int(code) // 1000, int(code) % 1000) for code in found[np.argsort(-counts)][:_MOST_NAMED]]
+    each = codes(kind, p, q)
+    found, counts = np.unique(each[each > 0], return_counts=True)
+    motions = [(int(one) // 1000, int(one) % 1000) for one in found[np.argsort(-counts)][:_MOST_NAMED]]
     named = [
-        Region(name=f"z = {a}/{b}", colour=colour, cells=codes == 1000 * a + b, inside=f"{a}/{b}")
+        Region(name=f"z = {a}/{b}", colour=colour, cells=each == 1000 * a + b, inside=f"{a}/{b}")
         for (a, b), colour in zip(motions, motion_colours(motions), strict=True)
     ]
     chaotic = (kind == APERIODIC) & (np.nan_to_num(data["lyapunov"].values, nan=0.0) > CHAOS)
     others = [
-        Region(
-            name="other z",
-            colour=COLOUR_OTHER,
-            cells=(kind == PERIODIC) & ~np.isin(codes, [1000 * a + b for a, b in motions]),
-        ),
+        Region(name="other z", colour=COLOUR_OTHER, cells=(each > 0) & ~np.isin(each, [1000 * a + b for a, b in motions])),
         Region(name="chaos", colour=COLOUR_CHAOS, cells=chaotic),
         Region(name="not settled, or q > 8", colour=COLOUR_UNSETTLED, cells=(kind == APERIODIC) & ~chaotic),
         Region(name="not integrated", colour=COLOUR_NOT_INTEGRATED, cells=kind == FAILED),
@@ -203,7 +209,9 @@ def draw_basins(data: xr.Dataset) -> Figure:
     axes = figure.subplots()
     plane = 1e3 * data["u0"], data["v0"], data["attractor"].transpose("v0", "u0")
     if one_colour := len(rows) == 1 and not bool((data["attractor"] < 0).any()):
-        _draw_settling(figure, axes, data)
+        cycles = data["cycles"].transpose("v0", "u0").values
+        shades: dict[str, Any] = dict(cmap="cividis", vmin=cycles.min(), vmax=max(cycles.max(), cycles.min() + 1))
+        draw_values(axes, 1e3 * data["u0"].values, data["v0"].values, cycles, "cycles until the orbit has closed", **shades)
     else:
         shown = ListedColormap([_FAILED, *colours])
         axes.pcolormesh(*plane, cmap=shown, vmin=-1.5, vmax=len(colours) - 0.5, shading="nearest", rasterized=True)
@@ -214,7 +222,7 @@ def draw_basins(data: xr.Dataset) -> Figure:
         _draw_manifolds(axes, data)
     axes.set(xlabel="initial displacement relative to the cart (mm)", ylabel="initial velocity (m/s)", xlim=limits[0], ylim=limits[1])
     axes.grid(False)
-    axes.set_title(f"every start ends in {_with_speed(data, rows[0])}" if one_colour else _title(data), loc="left", fontsize=8)
+    axes.set_title(_title(data, rows[0] if one_colour else None), loc="left", fontsize=8)
     patches = [
         Patch(facecolor=colour, edgecolor="#808080", label=f"{one['name']}: {100 * one['share']:.1f} %")
         for one, colour in zip(rows, colours, strict=True)
@@ -223,20 +231,6 @@ def draw_basins(data: xr.Dataset) -> Figure:
         patches.append(Patch(facecolor=_FAILED, label="not integrated"))
     figure.legend(handles=patches[:_MOST], loc="outside lower center", ncols=min(3, max(len(patches[:_MOST]), 1)))
     return figure
-
-
-def _draw_settling(figure: Figure, axes: Axes, data: xr.Dataset) -> None:
-    """How long the motion from each initial state takes to settle: what there is to see in a picture of one colour."""
-    cycles = data["cycles"].transpose("v0", "u0").values
-    shades: dict[str, Any] = dict(cmap="cividis", vmin=cycles.min(), vmax=max(cycles.max(), cycles.min() + 1))
-    shown = axes.pcolormesh(1e3 * data["u0"], data["v0"], cycles, shading="nearest", rasterized=True, **shades)
-    figure.colorbar(shown, ax=axes, label="cycles until the orbit has closed")
-
-
-def _with_speed(data: xr.Dataset, one: dict[str, Any]) -> str:
-    """An attractor by its name and the speed of its impacts."""
-    speed = float(data["impact_speed"].median())
-    return f"{one['name']}, impact speed {speed:.3g} m/s" if one["impacts"] else one["name"]
 
 
 def _draw_manifolds(axes: Axes, data: xr.Dataset) -> None:
@@ -281,8 +275,11 @@ def _mark(axes: Axes, one: dict[str, Any], colour: str, omega: float) -> None:
             axes.add_patch(Ellipse(place, 2e3 * radius, 2.0 * radius * omega, fill=False, ec="#000000", lw=0.8, ls="--"))
 
 
-def _title(data: xr.Dataset) -> str:
-    """The numbers of the boundary."""
+def _title(data: xr.Dataset, only: dict[str, Any] | None) -> str:
+    """The numbers of the boundary; or the only attractor, and the speed of its impacts."""
+    if only is not None:
+        speed = f", impact speed {float(data['impact_speed'].median()):.3g} m/s" if only["impacts"] else ""
+        return f"every start ends in {only['name']}{speed}"
     numbers = {name: float(data.attrs.get(name, math.nan)) for name in _NUMBERS}
     if not math.isfinite(numbers["boundary_dimension"]):
         return ""
@@ -303,9 +300,8 @@ def draw_basins_along(data: xr.Dataset) -> Figure:
     shares = np.nan_to_num(data["share"].values)
     p, q = data["attractor_impacts"].values, data["attractor_period"].values
     best = shares.argmax(axis=0)
-    motions = [
-        (int(p[place, number]), int(q[place, number]), _motion(one)) for number, (place, one) in enumerate(zip(best, table, strict=True))
-    ]
+    mostly = [max(one["motions"], key=one["motions"].count) for one in table]
+    motions = [(int(p[place, number]), int(q[place, number]), mostly[number]) for number, place in enumerate(best)]
     figure = new_figure(3.8, layout="constrained")
     axes = figure.subplots()
     values = data[parameter].values
@@ -315,8 +311,3 @@ def draw_basins_along(data: xr.Dataset) -> Figure:
     axes.grid(False)
     figure.legend(loc="outside lower center", ncols=3, handlelength=1.2)
     return figure
-
-
-def _motion(one: dict) -> str:
-    """What an attractor is for most of its way."""
-    return max(one["motions"], key=one["motions"].count)

@@ -11,34 +11,26 @@ from matplotlib.figure import Figure
 from vibrojax.drawing import COLOURS, new_figure
 from vibrojax.figure_style import AT_STROBES, FORCE, FORCE_OF_CYCLE, FORCE_OVER_WEIGHT
 from vibrojax.studies.base import setting
-from vibrojax.studies.figures.lines import Curves, curve_axis, curves_along, label
+from vibrojax.studies.figures.lines import curve_axis, curves_along, label
+from vibrojax.studies.figures.maps import draw_values, finish_map
 
 _BANDS = ((0, 4, 0.18), (1, 3, 0.35))
 """Lower and upper quantile, opacity."""
 _LIKELY = 0.5
 
 
-def response(data: xr.Dataset) -> Figure:
-    """Force against frequency, a colour a gap; below, the probability of z = 1/1."""
+def force_curves(data: xr.Dataset) -> Figure:
+    """Force against frequency, a colour a gap, or against the hammer's mass, a colour a frequency; below, the probability of z = 1/1."""
+    along, by = ("mass_ratio", "frequency_hz") if "mass_ratio" in data.dims else ("frequency_hz", curve_axis(data))
     figure = new_figure(5.4, layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    along = curve_axis(data)
-    curves = curves_along(data, along)
-    for number, value in enumerate(data[along].values):
-        _curve(top, bottom, data.sel({along: value}).squeeze(), "frequency_hz", curves, number)
-    _finish(top, bottom, data, FORCE, "probability of z = 1/1", "frequency_hz")
-    curves.explain(top, [top, bottom])
-    return figure
-
-
-def design(data: xr.Dataset) -> Figure:
-    """Force against the hammer's mass, a colour a frequency; below, the probability of z = 1/1."""
-    figure = new_figure(5.4, layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    curves = curves_along(data, "frequency_hz")
-    for number, frequency in enumerate(data["frequency_hz"].values):
-        _curve(top, bottom, data.sel(frequency_hz=frequency), "mass_ratio", curves, number)
-    _finish(top, bottom, data, FORCE, "probability of z = 1/1", "mass_ratio")
+    curves = curves_along(data, by)
+    for number, value in enumerate(data[by].values):
+        part = data.sel({by: value})
+        part = part.squeeze([dim for dim in part["impact_force"].dims if dim not in (along, "quantile")])
+        _band(top, part[along], part["impact_force"], curves.colours[number], curves.names[number], curves.dashes[number])
+        bottom.plot(part[along], part["probability_1_1"], color=curves.colours[number], ls=curves.dashes[number])
+    _finish(top, bottom, data, FORCE, "probability of z = 1/1", along)
     curves.explain(top, [top, bottom])
     return figure
 
@@ -79,17 +71,10 @@ def peterka(data: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, sharey=True)
     x, y = data["ratio"].values, data["clearance"].values
     first = data["probability_1_1"].values
-    shown = left.pcolormesh(x, y, first, cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
-    figure.colorbar(shown, ax=left, label="probability of z = 1/1")
+    draw_values(left, x, y, first, "probability of z = 1/1", cmap="cividis", vmin=0.0, vmax=1.0)
     force = np.where(first >= _LIKELY, data["force_over_weight"].sel(quantile=0.5).values, np.nan)
-    if np.isfinite(force).any():
-        shown = right.pcolormesh(x, y, np.ma.masked_invalid(force), cmap="viridis", shading="nearest", rasterized=True)
-        figure.colorbar(shown, ax=right, label=f"{FORCE_OVER_WEIGHT} on z = 1/1, median")
-    right.set(xlim=left.get_xlim(), ylim=left.get_ylim())
-    for axes in (left, right):
-        axes.set_xlabel(label(data, "ratio"))
-        axes.grid(False)
-    left.set_ylabel(label(data, "clearance"))
+    draw_values(right, x, y, force, f"{FORCE_OVER_WEIGHT} on z = 1/1, median")
+    finish_map(left, right, data)
     right.set_title(f"where its probability is at least {_LIKELY:g}", loc="left")
     left.set_title(f"{data.attrs['draws']} draws of the fit", loc="left")
     return figure
@@ -99,9 +84,8 @@ def basins(data: xr.Dataset) -> Figure:
     """Probability that the motion from an initial state keeps impacting."""
     figure = new_figure(4.4, layout="constrained")
     axes = figure.subplots()
-    plane = 1e3 * data["u0"], data["v0"], data["probability_impacting"].transpose("v0", "u0")
-    shown = axes.pcolormesh(*plane, cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
-    figure.colorbar(shown, ax=axes, label="probability that the motion keeps impacting")
+    plane = 1e3 * data["u0"].values, data["v0"].values, data["probability_impacting"].transpose("v0", "u0").values
+    draw_values(axes, *plane, "probability that the motion keeps impacting", cmap="cividis", vmin=0.0, vmax=1.0)
     low, middle, high = (100 * float(data["basin_measure"].isel(quantile=i)) for i in (0, 2, 4))
     axes.set_title(f"share that keeps impacting: {middle:.1f} % ({low:.1f} to {high:.1f} %)", loc="left")
     axes.set(xlabel="initial displacement relative to the cart (mm)", ylabel="initial velocity (m/s)")
@@ -128,22 +112,15 @@ def section(data: xr.Dataset) -> Figure:
 
 
 UNCERTAIN: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "response": response,
+    "response": force_curves,
     "bifurcation": bifurcation,
     "peterka": peterka,
     "section": section,
     "basins": basins,
     "lyapunov": lyapunov,
-    "design": design,
+    "design": force_curves,
 }
 """By the name of the command."""
-
-
-def _curve(top: Axes, bottom: Axes, part: xr.Dataset, along: str, curves: Curves, number: int) -> None:
-    """Force of one curve above, its probability of z = 1/1 below."""
-    colour, dash = curves.colours[number], curves.dashes[number]
-    _band(top, part[along], part["impact_force"], colour, curves.names[number], dash)
-    bottom.plot(part[along], part["probability_1_1"], color=colour, ls=dash)
 
 
 def _band(axes: Axes, x: xr.DataArray, part: xr.DataArray, colour: Any, name: str, dash: Any = "-") -> None:

@@ -1,16 +1,60 @@
-"""Hammer design: impact force against the hammer's mass at several excitation frequencies."""
+"""Impact force against excitation frequency, and against the hammer's mass."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from vibrojax.batch import Points, Span, integrate
+from vibrojax.batch import Points, Span, grid, integrate
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-from vibrojax.studies.base import GRAVITY, Labelled, Values, axis, labelled, outcome
-from vibrojax.studies.classify import MEANING, classify
+from vibrojax.studies.base import Labelled, Values, axis, classify, forces, labelled, motions
 from vibrojax.suspension import Linear, Pendulum
+
+
+def frequency_response(
+    model: Model,
+    *,
+    frequency_hz: Values,
+    gap: Values,
+    base_amplitude: float,
+    also: Mapping[str, Values] | None = None,
+    span: Span | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Largest impact force, F_i and F_i / (m g), of the motion that is reached from rest, against frequency.
+
+    Arguments:
+        model: the rig.
+        frequency_hz: excitation frequencies, Hz.
+        gap: m.
+        base_amplitude: A0, m.
+        also: values of further axes, such as `k_i`, by name.
+        span: how long.
+        options: of `vibrojax.batch.integrate`.
+
+    Returns:
+        `impact_force` (N), `force_over_weight` (1), `displacement` (largest, m), `impacts` and `period` of z = p/q, `kind`, on the axes
+        (`also`, `gap`, `frequency_hz`). Forces are the largest of the recorded cycles.
+    """
+    axes = {**(also or {}), "gap": gap, "frequency_hz": frequency_hz}
+    points = grid(axes, base_amplitude=base_amplitude)
+    found = integrate(model, points, span=span, **options)
+    mass = np.broadcast_to(np.asarray(points.values.get("m", model.mass), dtype=float), points.shape)
+    dims = tuple(points.coords)
+    return labelled(
+        "impact force against excitation frequency",
+        model,
+        found,
+        coords={name: axis(model, name, values) for name, values in points.coords.items()},
+        variables={
+            **forces(dims, found.peak_force.max(axis=-1), mass),
+            "displacement": Labelled(dims, found.u_max, "m", "largest displacement of the hammer relative to the cart"),
+            **motions(dims, classify(found, base_amplitude, points.values["frequency_hz"]), found.result),
+        },
+        settings={"base_amplitude": base_amplitude},
+    )
 
 
 def hammer_design(
@@ -56,9 +100,7 @@ def hammer_design(
     changed = {"m": float(np.asarray(model.mass)) * ratio, "f_n": f_n * ratio**-stiff, "zeta": zeta * ratio ** (stiff - 1.0)}
     settings = changed | {"frequency_hz": frequency_hz[:, None], "gap": gap, "base_amplitude": base_amplitude}
     points = Points(coords={"frequency_hz": frequency_hz, "mass_ratio": mass_ratio}, values=settings)
-    found = integrate(model, points, span=span, **options)
-    force = found.peak_force.max(axis=-1)
-    kind, dims = classify(found, base_amplitude, settings["frequency_hz"]), ("frequency_hz", "mass_ratio")
+    found, dims = integrate(model, points, span=span, **options), tuple(points.coords)
     return labelled(
         "hammer design",
         model,
@@ -68,12 +110,8 @@ def hammer_design(
             "mass_ratio": Labelled(("mass_ratio",), mass_ratio, "1", "mass of the hammer over that of the model"),
         },
         variables={
-            "impact_force": Labelled(dims, force, "N", "largest impact force"),
-            "force_over_weight": Labelled(dims, force / (GRAVITY * changed["m"]), "1", "largest impact force over the hammer's weight"),
-            "impacts": Labelled(dims, kind.impacts, "1", "impacts in one period, p"),
-            "period": Labelled(dims, kind.period, "1", "cycles of excitation in one period, q"),
-            "kind": Labelled(dims, kind.kind, "1", MEANING),
-            "result": outcome(dims, found.result),
+            **forces(dims, found.peak_force.max(axis=-1), changed["m"]),
+            **motions(dims, classify(found, base_amplitude, settings["frequency_hz"]), found.result),
         },
         settings={"gap": gap, "base_amplitude": base_amplitude},
     )
