@@ -4,7 +4,7 @@ Stamps are printed with too few digits, come in blocks, count from 1970, or jitt
 `clocked` makes of them the time of each sample, as far as the stamps alone say it; what needs the operator's word is a `ClockSettings`.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,8 @@ LOST_SHARE = 0.5
 LONG = 1.5
 """Of the median step: one that is longer is a pause."""
 Stamps = Float64[np.ndarray, " samples"]
+Kept = Float64[np.ndarray, " kept"]
+"""Of the samples, those that are used."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +46,27 @@ class ClockSettings:
     drop_bad: bool = False
     rebuild: bool = False
     stretch: int | None = None
+
+
+def timed(
+    time: Stamps, channels: Mapping[str, Stamps], settings: ClockSettings, rate: float | None, where: str
+) -> tuple[Kept, dict[str, Kept], tuple[str, ...]]:
+    """Time, s, and channels by what a record declares of its stamps and its sampling rate, Hz, if it does; and notices on what was done."""
+    kept, said = dict(channels), []
+    if settings.stretch is not None:
+        part, notice = chosen_stretch(time, settings.stretch, where)
+        time, kept = time[part], {name: values[part] for name, values in kept.items()}
+        said.append(notice)
+    if settings.rebuild:
+        time, notice = rebuilt(time, rate, where)
+        said.append(notice)
+    else:
+        time, notices = clocked(time, kept.values())
+        said.extend(notices)
+    if settings.drop_bad:
+        time, kept, notices = drop_bad_time(time, kept)
+        said.extend(notices)
+    return time, kept, tuple(said)
 
 
 def clocked(time: Stamps, channels: Iterable[Float64[np.ndarray, " _"]]) -> tuple[Stamps, tuple[str, ...]]:
@@ -201,7 +224,7 @@ def _check_none_lost(time: Stamps, phase: Stamps, step: float, where: str) -> No
             )
 
 
-def drop_bad_time(time: Stamps, channels: dict[str, Stamps]) -> tuple[np.ndarray, dict[str, np.ndarray], tuple[str, ...]]:
+def drop_bad_time(time: Stamps, channels: dict[str, Stamps]) -> tuple[Kept, dict[str, Kept], tuple[str, ...]]:
     """Leave out samples without a time stamp, or with that of the sample before; a notice says how many.
 
     Time that runs backwards is left as it is.
@@ -219,7 +242,7 @@ def drop_bad_time(time: Stamps, channels: dict[str, Stamps]) -> tuple[np.ndarray
     return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
 
 
-def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
+def check_time(time: Stamps, where: str) -> tuple[str, ...]:
     """Refuse time stamps, s, that are too few, not finite, or that do not grow; `where` names the record.
 
     Given is a notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
@@ -308,7 +331,7 @@ def _of_backwards(time: Stamps) -> str:
     )
 
 
-def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
+def check_drive_sampling(frequency: float | None, time: Stamps, where: str) -> None:
     """Refuse a drive, Hz, with fewer than two samples in a period; pauses between samples do not count."""
     sampling = 1.0 / float(np.median(np.diff(time)))
     if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):

@@ -21,7 +21,7 @@ from identification.experiment.channels import (
     unit_in_name,
 )
 from identification.experiment.checks import check_saturation
-from identification.experiment.clock import check_drive, check_time, chosen_stretch, clocked, declared_time, drop_bad_time, rebuilt
+from identification.experiment.clock import check_drive_sampling, check_time, declared_time, timed
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.experiment import Preparation, Record, Sensed, Sensor
 from identification.experiment.limits import file_exists, record_path, sha256_of
@@ -238,8 +238,12 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
     declared = [one for name in measured for one in without(columns, name, settings.missing, "is {}, which the record declares missing,")]
     columns = with_angles(replace(columns, lost=(*columns.lost, *declared)), angles, settings.where)
     time, raw, unused = assign(columns, wanted, settings, need_channels=need_file)
-    time, recorded, said = _timed(time, raw, settings, wanted[TIME], columns)
-    notices = [*columns.notices, *unused, *said]
+    stated, odd = stated_unit(TIME, settings.clock.unit, wanted[TIME], columns.units)
+    time = time * time_factor(settings, stated)
+    lost = [one.sentence(time) for one in columns.lost]
+    time, recorded, done = timed(time, raw, settings.clock, record.sampling_frequency, settings.where)
+    uneven = check_time(cropped(time, {}, record.preparation, settings.where)[0], settings.where)
+    notices = [*columns.notices, *unused, *odd, *lost, *done, *uneven]
     _check_initial_state(settings, float(time[0]))
     channels = {}
     for channel, values in recorded.items():
@@ -258,35 +262,11 @@ def load_record(settings: RecordSettings, folder: Path, sensors: dict[str, Senso
         time, channels, sensed, done = prepared(time, channels, record.preparation, settings.where)
         notices.extend(done)
     if need_file:
-        check_drive(record.excitation_frequency, time, settings.where)
+        check_drive_sampling(record.excitation_frequency, time, settings.where)
     if need_file and not channels:
         raise ExperimentError(f"{settings.where} has no usable sample in any channel: expected some; record it again or remove it")
     _check_driving_channels(record, set(channels), settings.where)
     return replace(record, time=time, channels=channels, sensed=sensed, sha256=sha256_of(path), notices=tuple(notices))
-
-
-def _timed(
-    time: Samples, channels: dict[str, Samples], settings: RecordSettings, name: str, columns: Columns
-) -> tuple[Samples, dict[str, Samples], tuple[str, ...]]:
-    """Time, s, and channels by the clock of a record, whose column of time has a name; and notices."""
-    clock, preparation = settings.clock, settings.record.preparation
-    stated, notices = stated_unit(TIME, clock.unit, name, columns.units)
-    time = time * time_factor(settings, stated)
-    said = [*notices, *(one.sentence(time) for one in columns.lost)]
-    if clock.stretch is not None:
-        part, notice = chosen_stretch(time, clock.stretch, settings.where)
-        time, channels = time[part], {channel: values[part] for channel, values in channels.items()}
-        said.append(notice)
-    if clock.rebuild:
-        time, notice = rebuilt(time, settings.record.sampling_frequency, settings.where)
-        said.append(notice)
-    else:
-        time, evened = clocked(time, channels.values())
-        said.extend(evened)
-    if clock.drop_bad:
-        time, channels, dropped = drop_bad_time(time, channels)
-        said.extend(dropped)
-    return time, channels, (*said, *check_time(cropped(time, {}, preparation, settings.where)[0], settings.where))
 
 
 def _check_initial_state(settings: RecordSettings, begin: float) -> None:

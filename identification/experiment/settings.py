@@ -145,16 +145,14 @@ def read_preparation(table: Table) -> Preparation:
     spans = table.values.get("mask", [])
     if not isinstance(spans, list) or any(not isinstance(span, list) for span in spans):
         raise ExperimentError(f"mask in {table.where} is {shown(spans)}: expected a list of stretches in s; write mask = [[first, last]]")
-    masks = (Table(values={"mask": span}, where=table.where).interval("mask", "in s") for span in spans)
-    trends = table.table("detrend", f"detrend of {table.where}")
-    trends.allow(*CHANNELS, noun="channel")
+    masks = (Table(values={"mask": span}, where=table.where).interval("mask", "in s", "[[lower, higher]]") for span in spans)
     return Preparation(
         crop=table.interval("crop", "in s"),
         mask=tuple(span for span in masks if span is not None),
         lowpass=table.number("lowpass", unit="Hz", positive=True),
         decimate=decimate,
         resample=resample,
-        detrend={channel: trends.needed_string(channel, TRENDS) for channel in trends.values},
+        detrend=table.strings("detrend", CHANNELS, TRENDS),
     )
 
 
@@ -215,7 +213,13 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
             f"excitation_frequency in {table.where} is given for kind {shown(kind)}, in which the cart rests: expected none; remove it, or"
             " set kind = 'cart-excitation'"
         )
-    missing = values.get("missing", [])
+    columns, units, missing = table.strings("columns", (TIME, *CHANNELS)), table.strings("units", CHANNELS), values.get("missing", [])
+    for name in columns.values():
+        if list(columns.values()).count(name) > 1:
+            raise ExperimentError(f"column {shown(name)} in columns of {table.where} is named twice: expected one channel each; remove one")
+    for channel, unit in units.items():
+        if not output_of(unit):  # of a sensor, whose sensitivity is not known here
+            factor_to_si(unit, CHANNELS[channel], f"units of {table.where}")
     record = Record(
         file=file,
         kind=kind,
@@ -228,8 +232,8 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
     )
     return RecordSettings(
         record=record,
-        columns=_columns(table),
-        units=_units(table),
+        columns=columns,
+        units=units,
         clock=_clock(table),
         missing=tuple(finite(each, f"missing in {table.where}") for each in (missing if isinstance(missing, list) else [missing])),
     )
@@ -243,27 +247,3 @@ def _clock(table: Table) -> ClockSettings:
     if drop and rebuild:
         raise ExperimentError(f"{table.where} has both drop_bad_time and rebuild_time: expected one of the two; remove one")
     return ClockSettings(unit=unit, drop_bad=drop, rebuild=rebuild, stretch=stretch)
-
-
-def _units(table: Table) -> dict[str, str]:
-    """Read `units = { channel = "unit" }`."""
-    units = table.table("units", f"units of {table.where}")
-    units.allow(*CHANNELS, noun="channel")
-    found = {channel: units.needed_string(channel) for channel in units.values}
-    for channel, unit in found.items():
-        if not output_of(unit):  # of a sensor, whose sensitivity is not known here
-            factor_to_si(unit, CHANNELS[channel], units.where)
-    return found
-
-
-def _columns(table: Table) -> dict[str, str]:
-    """Read `columns = { channel = "column name" }`."""
-    columns = table.table("columns", f"columns of {table.where}")
-    columns.allow(TIME, *CHANNELS, noun="channel")
-    names: dict[str, str] = {}
-    for channel in columns.values:
-        name = columns.needed_string(channel)
-        if name in names.values():
-            raise ExperimentError(f"column {shown(name)} in {columns.where} is named twice: expected one channel each; remove one")
-        names[channel] = name
-    return names

@@ -161,16 +161,16 @@ class Table:
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected a whole number {wanted}; correct it")
         return value
 
-    def interval(self, key: str, unit: str) -> tuple[float, float] | None:
+    def interval(self, key: str, unit: str, written: str = "[lower, higher]") -> tuple[float, float] | None:
         """Read an optional list of two rising numbers; None where the key is absent. `unit` is "in N", or words in its place."""
         if key not in self.values:
             return None
         value, given = self.values[key], f"{key} in {self.where}"
         if not isinstance(value, list) or len(value) != 2:
-            raise ExperimentError(f"{given} is {shown(value)}: expected two numbers {unit}; write {key} = [lower, higher]")
+            raise ExperimentError(f"{given} is {shown(value)}: expected two numbers {unit}; write {key} = {written}")
         low, high = (finite(each, given, unit=unit.removeprefix("in ")) for each in value)
         if low >= high:
-            raise ExperimentError(f"{given} is {shown(value)}: expected the lower number first; write {key} = [lower, higher]")
+            raise ExperimentError(f"{given} is {shown(value)}: expected the lower number first; write {key} = {written}")
         return low, high
 
     def flag(self, key: str) -> bool:
@@ -179,6 +179,12 @@ class Table:
         if not isinstance(value, bool):
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected true or false, without quotes; correct it")
         return value
+
+    def strings(self, key: str, known: Iterable[str], choices: Iterable[str] | None = None) -> dict[str, str]:
+        """Read an optional table of strings, by names of `known` channels (absent: empty); `choices` as for `string`."""
+        table = self.table(key, f"{key} of {self.where}")
+        table.allow(*known, noun="channel")
+        return {channel: table.needed_string(channel, choices) for channel in table.values}
 
     def table(self, key: str, where: str) -> "Table":
         """Enter a table below this one (absent: empty); `where` is how messages name it."""

@@ -23,16 +23,7 @@ from identification.experiment.channels import (
     unit_among,
     unit_text,
 )
-from identification.experiment.clock import (
-    ClockSettings,
-    all_repeat,
-    check_time,
-    chosen_stretch,
-    clocked,
-    longest_stretch,
-    rebuilt,
-    steps_back,
-)
+from identification.experiment.clock import ClockSettings, all_repeat, check_time, longest_stretch, steps_back, timed
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.load_record import angle_of
 from identification.experiment.noise import estimate_noise
@@ -167,38 +158,34 @@ def read_file(path: Path) -> FileColumns:
         )
     factor = factor_to_si(unit, TIME, path.name)
     notices += tuple(one.sentence(written * factor if time.name else None) for one in lost if one.column not in unusable)
-    columns = _with_angle(columns)
-    seconds, part, clock, said = _clocked(written * factor, columns)
+    seconds, columns, said, clock = _clocked(written * factor, _with_angle(columns))
     return FileColumns(
         file=path.name,
         time=replace(time, values=seconds / factor),
         time_unit=unit,
         time_guessed=guessed,
-        columns=tuple(replace(column, values=column.values[part]) for column in columns),
+        columns=tuple(columns),
         unusable=unusable,
         notices=(*notices, *said),
         clock=clock,
     )
 
 
-def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, slice, ClockSettings, tuple[str, ...]]:
-    """Time, s, of the samples that are used, their place, what the record has to declare for that, and notices.
+def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, list[Column], tuple[str, ...], ClockSettings]:
+    """Time, s, and columns of the samples that are used, notices, and what the record has to declare for that.
 
     Of a clock that steps back it is the longest stretch; stamps that are repeated, and not for want of digits alone, are rebuilt evenly.
     """
-    part, clock, said = slice(None), ClockSettings(), ()
+    values, settings = {column.name: column.values for column in columns}, ClockSettings()
     if steps_back(time):
-        clock = ClockSettings(stretch=longest_stretch(time))
-        part, notice = chosen_stretch(time, clock.stretch or 1, "the record")
-        time, said = time[part], (notice,)
-    values = [column.values[part] for column in columns]
-    even, notices = clocked(time, values)
+        settings = ClockSettings(stretch=longest_stretch(time))
+    even, kept, said = timed(time, values, settings, None, "the record")
     steps = np.diff(even)
-    if (steps == 0.0).any() and not all_repeat(steps, values):
+    if (steps == 0.0).any() and not all_repeat(steps, kept.values()):
         with suppress(ExperimentError):
-            even, notice = rebuilt(time, None, "the record")
-            return even, part, replace(clock, rebuild=True), (*said, notice)
-    return even, part, clock, (*said, *notices)
+            even, kept, said = timed(time, values, replace(settings, rebuild=True), None, "the record")
+            settings = replace(settings, rebuild=True)
+    return even, [replace(column, values=kept[column.name]) for column in columns], said, settings
 
 
 ROUND, TURN = 0.05, 1e-3
